@@ -16,7 +16,7 @@ import sys
 from pathlib import Path
 from time import monotonic
 
-from benchmarks import footprint, table
+from benchmarks import footprint, table, users
 from benchmarks.machine import described
 from benchmarks.plan import BATCHES, FOREIGN, GROWTH, ONLINE, Entry, Heat, grown
 from benchmarks.race import ROOT, Contender, Race, run
@@ -107,6 +107,9 @@ def main() -> None:
     chosen = options()
     machine = described()
     print(machine, file=sys.stderr)
+    page = ROOT / "docs" / "speed.md"
+    if first := users.table(chosen.only, 2 if chosen.quick else 7, page if chosen.write else None):
+        print(first, flush=True)
     bench = Bench(chosen.peers_python, chosen.quick)
     heats = [heat for heat in (*ONLINE, FOREIGN, *BATCHES) if chosen.only.lower() in heat.title.lower()]
     if chosen.quick:
@@ -130,7 +133,7 @@ def main() -> None:
     text = table.report(machine, races, larger, light, bench.told)
     print(text)
     if chosen.write:
-        table.write(text, ROOT / "docs" / "speed.md")
+        table.write(text, page)
 
 
 if __name__ == "__main__":

@@ -21,6 +21,7 @@ from pathlib import Path
 from time import process_time
 
 import numpy as np
+from numpy.typing import NDArray
 
 import vedette
 from vedette import Detections, Scan
@@ -60,8 +61,15 @@ def truth() -> dict[str, Mapping[float, Array]]:
 
 def drawn(targets: Mapping[str, Mapping[float, Array]], seed: int, run: int) -> list[Scan]:
     """Return the detections of one run: each target's with its noise, then false ones, uniform over the square."""
+    return drawn_with_sources(targets, seed, run)[0]
+
+
+def drawn_with_sources(
+    targets: Mapping[str, Mapping[float, Array]], seed: int, run: int
+) -> tuple[list[Scan], list[NDArray[np.int64]]]:
+    """Return the detections of one run, and the number of the target that each is of, -1 for none."""
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(run,)))
-    scans = []
+    scans, sources = [], []
     for time in map(float, range(SCANS)):
         there = [time in track for track in targets.values()]
         seen = np.array(there) & (rng.random(len(targets)) < P_DETECT)
@@ -71,7 +79,8 @@ def drawn(targets: Mapping[str, Mapping[float, Array]], seed: int, run: int) -> 
         own = own + SIGMA * rng.standard_normal((len(own), 2))
         false = WIDTH * rng.random((rng.poisson(FALSE), 2))
         scans.append(Scan(time, "radar", Detections.of(np.concatenate([own, false]), 2)))
-    return scans
+        sources.append(np.append(np.flatnonzero(seen), np.full(len(false), -1)))
+    return scans, sources
 
 
 def judged(seed: int, run: int) -> dict[str, tuple[float, float, int]]:

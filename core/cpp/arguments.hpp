@@ -11,6 +11,21 @@ namespace vedette {
 
 using Args = PyObject* const*;
 
+// While it lives, numbers below the smallest normal one are 0: covariances between axes that have nothing to do with one another
+// decay to such, and arithmetic on them is up to twenty times slower.
+class WithoutSubnormals {
+#ifdef __SSE2__
+  public:
+    WithoutSubnormals() { __builtin_ia32_ldmxcsr(before_ | kToZero); }
+    ~WithoutSubnormals() { __builtin_ia32_ldmxcsr(before_); }
+    WithoutSubnormals(const WithoutSubnormals&) = delete;
+
+  private:
+    static constexpr unsigned kToZero = 0x8040;  // of results, and of operands
+    unsigned before_ = __builtin_ia32_stmxcsr();
+#endif
+};
+
 // The arguments of one call. Anything that is not as a kernel wants it makes `ok` false: the reference then takes the call.
 class Call {
   public:
@@ -76,6 +91,7 @@ class Call {
     template <class Shape>
     void run(void (*kernel)(const Batch&, const Shape&), const Shape& shape) const {
         if (size_ == 0) return;
+        const WithoutSubnormals guard;
         if (size_ < 64) {
             kernel(batch, shape);
             return;

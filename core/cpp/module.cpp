@@ -5,6 +5,7 @@
 
 #include "clusters.hpp"
 #include "entries.hpp"
+#include "existing.hpp"
 #include "hypotheses.hpp"
 #include "streams.hpp"
 

@@ -53,4 +53,6 @@ class Result {
 
 constexpr int kMostResults = 2;  // a result, and one within it
 
+inline const Result kPlain[kMostResults] = {};  // plain tuples, for calls within a call
+
 }  // namespace vedette

@@ -36,9 +36,10 @@ _HOMES = {
     "roles": "Associator Component Estimator MotionModel Sensor Traits",
     "supporting": "Birth Command ImagingSensor Lifecycle Picture Preprocessor Source",
     "tracking.smoothing": "smooth smoothed",
+    "kernels.twins": "Twin",
     "space": "NO_AXES Array Axis Indices Mask Space SpaceError",
     "tracking.tracker": "Tracker",
-    "types": "Detections Frame Gaussian Innovation LazyScans Newborn Pose Recording Review Rows Scan "
+    "types": "Detections Frame Gaussian Innovation LazyScans Mixtures Newborn Pose Recording Review Rows Scan "
     "Track Trajectory new_gaussian new_innovation",
     "values": "maker",
     "wrapping": "WrappedMotion WrappedSensor",

@@ -19,6 +19,7 @@ from vedette.experiment import Result as Result
 from vedette.hypotheses import Branching as Branching
 from vedette.hypotheses import HypothesisAssociator as HypothesisAssociator
 from vedette.hypotheses import Merging as Merging
+from vedette.kernels.twins import Twin as Twin
 from vedette.metrics import Judge as Judge
 from vedette.progress import Progress as Progress
 from vedette.reproduction import Reproduction as Reproduction
@@ -51,6 +52,7 @@ from vedette.types import Frame as Frame
 from vedette.types import Gaussian as Gaussian
 from vedette.types import Innovation as Innovation
 from vedette.types import LazyScans as LazyScans
+from vedette.types import Mixtures as Mixtures
 from vedette.types import Newborn as Newborn
 from vedette.types import Pose as Pose
 from vedette.types import Recording as Recording

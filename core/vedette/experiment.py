@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
+from itertools import islice
 from time import process_time
 from typing import Any, Protocol, final
 
@@ -57,7 +58,7 @@ class Result:
     alone; `states` holds the state after each scan, if it was to be kept; `intake` counts what came
     in. `framed` holds the scans taken that brought a frame, with it: lazily where the recording is lazy, and `scans` then
     lacks the frames, as not all fit into memory; it is empty where frames come once. `judged` is what a judge said as the
-    run went, if one did.
+    run went, if one did; `offsets` are those that all tracks share, after the last scan.
     """
 
     tracks: tuple[Track, ...]
@@ -74,6 +75,7 @@ class Result:
     intake: Intake = Factory(lambda self: Intake.of({}, self.scans, self.refused), takes_self=True)
     experiment: Experiment | None = None
     judged: Any = None
+    offsets: Gaussian | None = None
 
     def to_dataframe(self, what: str = "tracks") -> Any:
         """Return a data frame of pandas: "tracks" as in tracks.csv, "detections", "truth", or "metrics" in one row."""
@@ -114,8 +116,8 @@ class Steps:
     """A run in progress: iterating over it gives each scan that was taken, without its bad returns, and the state after it.
 
     It does not grow with the number of scans. `recording` is what the source delivered, `intake` counts the input,
-    `seconds` is the CPU time of the tracker alone, `state` the last one and `before` the one before it; `place`, if the scan
-    that came last has a frame, is where it stands in the recording.
+    `seconds` is the CPU time of the tracker alone, `state` the last one and `before` the one before it, `drawn` how many
+    scans came; `place`, if the scan that came last has a frame, is where it stands in the recording.
     """
 
     def __init__(
@@ -129,7 +131,7 @@ class Steps:
         progress: Progress,
         named: float,
     ) -> None:
-        self.recording, self.seconds = recording, 0.0
+        self.recording, self.seconds, self.drawn = recording, 0.0, 0
         self.intake = Intake(experiment.tracker.sensors, Refused(named))
         self.intake.refused.extend(recording.refused)
         self._tracker, self._given, self._seeds, self._strict = experiment.tracker, given, seeds, strict
@@ -144,20 +146,34 @@ class Steps:
         self.state = self.before = self.begin(-np.inf)
 
     def __iter__(self) -> Iterator[tuple[Scan, State]]:
-        for i, scan in enumerate(self._scans):
-            if i == 0:
+        for scan in self._scans:
+            if not self.drawn:
                 self.state = self.begin(scan.time)
+            self.drawn += 1
             self.latest = scan = with_axes(scan, self.intake.sensors)
             before = process_time()
             after, kept, problems = self._step(self.state, scan)
             self.seconds += process_time() - before
             if problems:
-                self.intake.refused.extend(Problem(f"scan {i}, {each.place}", each.text) for each in problems)
+                self.intake.refused.extend(Problem(f"scan {self.drawn - 1}, {each.place}", each.text) for each in problems)
             if after is not None:
                 self.before, self.state = self.state, after
                 self.intake.add(kept, self.before, after)
                 self.place = self._place_of(scan)
                 yield kept, after
+
+    def skip(self, count: int) -> Iterator[Scan]:
+        """Yield the next scans as they come, those that `go_on` says were tracked already."""
+        for scan in islice(self._scans, count):
+            self.drawn += 1
+            self._place_of(scan)
+            yield with_axes(scan, self.intake.sensors)
+
+    def go_on(self, state: Any, intake: Any, seconds: float) -> None:
+        """Go on from what `State.to_data` and `Intake.to_data` wrote; InputError if they are none of this run."""
+        self.state = self._tracker.state_from(state)
+        self.intake.restore(intake)
+        self.seconds = seconds
 
     def begin(self, time: float) -> State:
         """Return the state at the time of the first scan."""
@@ -322,5 +338,6 @@ class Experiment:
             states=tuple(states),
             intake=steps.intake,
             experiment=self,
+            offsets=steps.state.offsets,
             framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
         )

@@ -18,8 +18,9 @@ from attrs import frozen
 
 from vedette.display import parameters_html
 from vedette.kernels.derivative import numerical_jacobian
+from vedette.kernels.twins import Twin
 from vedette.space import NO_AXES, Array, Mask, Space
-from vedette.types import Detections, Frame, Gaussian, Innovation, Pose
+from vedette.types import Detections, Frame, Gaussian, Innovation, Mixtures, Pose
 
 CONTRACT = 2
 """The version of this contract. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets any other aside."""
@@ -83,6 +84,11 @@ class MotionModel(Component):
         return False
 
     @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, which gives what `move`, `jacobian` and `noise` give, all at once; None: it has none."""
+        return None
+
+    @property
     @abstractmethod
     def state(self) -> Space:
         """The axes of this model."""
@@ -133,6 +139,11 @@ class Sensor(Component):
         return False
 
     @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, which gives what `measure`, `jacobian`, `noise` and `detects` give, all at once; None: none."""
+        return None
+
+    @property
     @abstractmethod
     def observes(self) -> Space: ...
 
@@ -163,6 +174,20 @@ class Sensor(Component):
     @abstractmethod
     def clutter(self, z: Array) -> Array:
         """Return the clutter density per scan in 1 / volume of the measurement space: (*b, k, m) -> (*b, k) or ()."""
+
+    def unresolved(self, x: Array) -> Array | None:
+        """Return C, (*b, n) -> (*b, m, m); None: it resolves all.
+
+        Two targets that are detected and differ by d in h(x) give one return, over the middle of both, with the probability
+        exp(-d' C^-1 d / 2).
+        """
+        return None
+
+    def covers(self, z: Array) -> Mask:
+        """Return whether a false return may lie at z, i.e. in its field of view: (*b, k, m) -> (*b, k) or (); no law binds
+        `clutter` elsewhere, where noise may put a target's return: it is to be finite, so that clutter there is possible.
+        """
+        return np.ones((), dtype=bool)
 
     @property
     def optional(self) -> Mapping[str, float]:
@@ -197,6 +222,9 @@ class Associator(Component):
     whose existence is in doubt would lose to clutter every return that could make it sure.
     """
 
+    takes_merged: ClassVar[bool] = False
+    """Whether it weighs events in which two tracks give one return: `meet_close` and `associate_close` then do."""
+
     @property
     def solves(self) -> str:
         """What it solves exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
@@ -214,6 +242,14 @@ class Associator(Component):
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
+
+    def meet_close(self, expected: Any) -> Any:
+        """Return the meeting, a `vedette.tracking.Part`, of rows that may give one return with another; None: none may."""
+        raise NotImplementedError(f"{self.kind!r} takes no merged returns")
+
+    def associate_close(self, expected: Any, pairs: Any, part: Any, places: Any) -> Any:
+        """Return what `vedette.tracking.by_cluster` does, of `pairs` of which those at `places` are the part's."""
+        raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
 
 @frozen
@@ -328,6 +364,13 @@ class Estimator(Component, Generic[B]):
     def mode_prob(self, belief: B) -> Array | None:
         """Return the mode probabilities (*b, t, r) of a mixture, else None."""
         return None
+
+    def merge(self, belief: B, mixtures: Mixtures) -> B:
+        """Return one belief for each of some mixtures, with its moments, for associators that merge tracks or leaves.
+
+        A filter whose belief is a Gaussian has it; a mixture merges mode by mode.
+        """
+        raise NotImplementedError(f"{self.kind!r} does not state how beliefs are merged")
 
     def cross_covariance(self, belief: B, dt: float) -> Array:
         """Return the covariance (*b, t, n, n) of the state now (rows) and `dt` s later (columns), dt > 0, for smoothing."""

@@ -160,12 +160,16 @@ class Output(Component):
 
 @frozen(eq=False)
 class Saved:
-    """What a service needs to go on: its config's digest, plain data of its states, and what it had counted."""
+    """What a service needs to go on: its config's digest, plain data of its states, and what it had counted.
+
+    `notes`: what x, y and times mean, as a recording's.
+    """
 
     digest: str
     states: Any
     counters: Mapping[str, int] = Factory(dict)
     acknowledged: Mapping[str, int] = field(factory=dict)
+    notes: Mapping[str, str] = field(factory=dict)
 
 
 class Storage(Protocol):

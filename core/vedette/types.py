@@ -6,6 +6,7 @@ Shapes: `*b` any batch axes (runs), `t` tracks, `k` returns, `n` state axes, `m`
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
@@ -145,6 +146,25 @@ class Newborn:
     prior: Gaussian
     existence: Array
 
+    @staticmethod
+    @cache
+    def none(axes: int) -> Newborn:
+        """Return no tracks, of states of so many axes; its arrays are shared, and empty."""
+        return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, axes)), np.zeros((0, axes, axes))), np.zeros(0))
+
+
+@frozen(eq=False)
+class Mixtures:
+    """`count` mixtures of the same beliefs: by `shares` (p,) of the belief `parts` (p,) in the one of row `into` (p,).
+
+    The shares of each sum to 1.
+    """
+
+    into: Indices
+    parts: Indices
+    shares: Array
+    count: int
+
 
 @frozen(eq=False)
 class Review:
@@ -155,6 +175,7 @@ class Review:
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
+    place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
     """
 
     dt: float
@@ -162,6 +183,7 @@ class Review:
     hit: Array
     p_detect: Array
     spread: Array | None = None
+    place: Array | None = None
 
 
 @frozen(eq=False)
@@ -194,6 +216,8 @@ class Track:
     parents: confirmed tracks from which it may have split; merged: when it ended in s, and the track that took its returns
     confirmed_at (s,) s: when it was known that it is confirmed at the scan, NaN if never; None if always at the scan
     identity (s,): the code that it most likely bears, -1 for none; None where no return named its object
+    link (s,): the probability that the return which it took and its last before are of one target, NaN without such; None
+    where no hypotheses are kept
     """
 
     id: int
@@ -212,6 +236,7 @@ class Track:
     merged: tuple[float, int] | None = None
     confirmed_at: Array | None = None
     identity: NDArray[np.int64] | None = None
+    link: Array | None = None
 
 
 @frozen(eq=False)
@@ -265,3 +290,4 @@ class Recording:
 
 new_gaussian = maker(Gaussian)
 new_innovation = maker(Innovation)
+new_review = maker(Review)

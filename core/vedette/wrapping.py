@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from attrs import evolve, frozen
 
 from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.types import Gaussian, Pose
 
 
@@ -120,9 +120,17 @@ class WrappedSensor(Sensor):
         """(*b, k, m) -> (*b, k) or ()"""
         return self.of.clutter(z)
 
+    def covers(self, z: Array) -> Mask:
+        """(*b, k, m) -> (*b, k) or ()"""
+        return self.of.covers(z)
+
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """(*b, m) -> (*b, n), (*b, n, n)"""
         return self.of.invert(z, noise)
+
+    def unresolved(self, x: Array) -> Array | None:
+        """(*b, n) -> (*b, m, m) or None"""
+        return self.of.unresolved(x)
 
     def at(self, pose: Pose) -> Sensor:
         """Return the same around the sensor standing at `pose`."""

@@ -6,7 +6,7 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import rmtree
@@ -18,8 +18,11 @@ from attrs import frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 
-LOCK, UNFINISHED = ".lock", ".run-"
-"""What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number."""
+LOCK, UNFINISHED, WHOLE = ".lock", ".run-", ".whole"
+"""What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number.
+
+The place holds the last of these while its files move to the folder: whoever comes next moves the rest.
+"""
 
 _PATIENCE = 0.3
 """s to wait for a lock: one that is released just now is no second run."""
@@ -124,27 +127,55 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
         _check_no_folder(folder / name)
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
-    from filelock import FileLock, Timeout
-
     path = folder / LOCK
     left = _holder(path)
+    try:
+        with _locked(path, Problem("--out", f"writes into {str(folder)!r}: wait for it, or name another folder")):
+            if left is not None:
+                print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
+            yield
+    finally:
+        for parent in made:
+            with suppress(OSError):  # it holds something
+                parent.rmdir()
+
+
+@contextmanager
+def _locked(path: Path, refusal: Problem) -> Iterator[None]:
+    """Hold a lock, in which our number stands; ConfigError that another process, whose number is told, does what is said."""
+    from filelock import FileLock, Timeout
+
     lock = FileLock(path)
     try:
         lock.acquire(timeout=_PATIENCE)
     except Timeout:
-        told = f"another process{_holder(path) or ''} writes into {str(folder)!r}: wait for it, or name another folder"
-        raise ConfigError([Problem("--out", told)]) from None
+        told = f"another process{_holder(path) or ''} {refusal.text}"
+        raise ConfigError([Problem(refusal.place, told)]) from None
     try:
-        if left is not None:
-            print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
         path.write_text(f" {os.getpid()}", encoding="utf-8")
         yield
     finally:
         path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
         lock.release()
-        for parent in made:
-            with suppress(OSError):  # it holds something
-                parent.rmdir()
+
+
+@contextmanager
+def growing(path: Path, place: str) -> Iterator[None]:
+    """Hold a file that grows, as a log or a database, for this process alone.
+
+    ConfigError with its place in the config if another process holds it, if it is a link, or if its folder is not there.
+    """
+    NOTHING_READ.check(path, place)
+    if not path.absolute().parent.is_dir():
+        raise ConfigError([Problem(place, f"must be a file in a folder that exists, got {str(path)!r}")])
+    with _locked(path.with_name(f".{path.name}{LOCK}"), Problem(place, f"writes to {str(path)!r}: name another file")):
+        yield
+
+
+def open_growing(path: Path) -> io.FileIO:
+    """Open a file, new or as it is, to read it and to write at its end, unbuffered; OSError if it is a link."""
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    return io.FileIO(os.open(path, flags, 0o644), "r+b")
 
 
 def _check_no_folder(path: Path) -> None:
@@ -165,38 +196,59 @@ def _holder(path: Path) -> str | None:
 class Results:
     """What one run writes into a folder: in a part of its own, `place`, until it is complete."""
 
-    def __init__(self, folder: Path, reads: Inputs) -> None:
-        self.folder, self._reads = folder, reads
+    def __init__(self, folder: Path, reads: Inputs, replaces: Sequence[Path] = ()) -> None:
+        self.folder, self._reads, self._replaces = folder, reads, replaces
         self.place = folder / f"{UNFINISHED}{uuid4().hex[:8]}"
         self.keep = False
 
     def adopt(self) -> None:
-        """Move all files to the folder, each in place of the former one of its name; first see that all can."""
-        for path in sorted(self.place.iterdir()):
+        """Move all files to the folder, each in place of the former one of its name; first see that all can.
+
+        Then nothing is left of the runs that this one replaces. Files whose names begin with a dot are the run's own.
+        """
+        for path in _to_move(self.place):
             self._reads.check(self.folder / path.name)
             if not path.is_dir():
                 _check_no_folder(self.folder / path.name)
             elif (target := self.folder / path.name).is_file():
                 raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(target))
-        for path in sorted(self.place.iterdir()):
-            target = self.folder / path.name
-            if target.is_dir():
-                target.replace(self.place / f".{path.name}.former")
-            path.replace(target)
-        rmtree(self.place)
+        (self.place / WHOLE).touch()
+        _move(self.place)
+        for former in self._replaces:
+            rmtree(former, ignore_errors=True)
+
+
+def _to_move(place: Path) -> list[Path]:
+    return [path for path in sorted(place.iterdir()) if not path.name.startswith(".")]
+
+
+def _move(place: Path) -> None:
+    for path in _to_move(place):
+        target = place.parent / path.name
+        if target.is_dir():
+            target.replace(place / f".{path.name}.former")
+        path.replace(target)
+    rmtree(place)
 
 
 @contextmanager
-def results_in(folder: Path, reads: Inputs = NOTHING_READ, names: Iterable[str] = ()) -> Iterator[Results]:
+def results_in(
+    folder: Path, reads: Inputs = NOTHING_READ, names: Iterable[str] = (), replaces: Sequence[Path] = ()
+) -> Iterator[Results]:
     """Let a run write into `folder`: what is there stays as it is until the run has ended, and all its files are whole.
 
     As `locked`. The run writes into `Results.place`, whose files move into the folder in the end. A run that fails leaves
-    nothing, or its place if it says by `keep` that there is something to see; one that is killed leaves it.
+    nothing, or its place if it says by `keep` that there is something to see; one that is killed leaves it. `replaces`: the
+    places of unfinished runs that it goes on from; nothing of them is left once it has ended.
     """
     with locked(folder, reads, names):
         for left in unfinished_runs(folder):
-            print(f"vedette: {folder}: holds an unfinished run, {left.name}: `vedette report` shows it", file=sys.stderr)
-        results = Results(folder, reads)
+            if (left / WHOLE).exists():  # it was killed while its files moved
+                _move(left)
+            elif left not in replaces:
+                told = "`vedette report` shows it, `vedette run --resume` goes on from it"
+                print(f"vedette: {folder}: holds an unfinished run, {left.name}: {told}", file=sys.stderr)
+        results = Results(folder, reads, replaces)
         results.place.mkdir()
         try:
             yield results

@@ -10,6 +10,7 @@ from vedette_files.codes import label as label
 from vedette_files.codes import labels as labels
 from vedette_files.columnar import PARQUET as PARQUET
 from vedette_files.csv_source import CsvSource as CsvSource
+from vedette_files.csv_times import DATED as DATED
 from vedette_files.frames import FrameFiles as FrameFiles
 from vedette_files.frames import read_frame as read_frame
 from vedette_files.geodesy import Origin as Origin
@@ -18,12 +19,19 @@ from vedette_files.georeference import geometry as geometry
 from vedette_files.georeference import utc as utc
 from vedette_files.georeference import write_features as write_features
 from vedette_files.georeference import write_geojson as write_geojson
+from vedette_files.jsonl import left_out_line as left_out_line
 from vedette_files.jsonl import read_recording as read_recording
 from vedette_files.jsonl import recording_head as recording_head
 from vedette_files.jsonl import scan_line as scan_line
 from vedette_files.jsonl import units as units
 from vedette_files.jsonl import write_recording as write_recording
 from vedette_files.jsonl_source import JsonLinesSource as JsonLinesSource
+from vedette_files.kept_tracks import SCHEMA as SCHEMA
+from vedette_files.kept_tracks import Part as Part
+from vedette_files.kept_tracks import is_database as is_database
+from vedette_files.kept_tracks import keep_facts as keep_facts
+from vedette_files.kept_tracks import keep_tracks as keep_tracks
+from vedette_files.kept_tracks import read_kept as read_kept
 from vedette_files.png import SIGNATURE as SIGNATURE
 from vedette_files.readers import NORTH_EAST as NORTH_EAST
 from vedette_files.readers import beyond_period as beyond_period
@@ -31,6 +39,7 @@ from vedette_files.series import Column as Column
 from vedette_files.series import Series as Series
 from vedette_files.series import SeriesFile as SeriesFile
 from vedette_files.series import Tables as Tables
+from vedette_files.series import open_series as open_series
 from vedette_files.series import read_about as read_about
 from vedette_files.series import read_series as read_series
 from vedette_files.series_tracks import UNNAMED as UNNAMED

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 from struct import Struct
-from typing import BinaryIO
+from typing import Any, BinaryIO
 
 _END = Struct("<4s4H2LH")
 """Signature, two disks, entries of this disk, entries, size and offset of the directory, length of the comment."""
@@ -20,6 +20,12 @@ _END64 = Struct("<4sQ2H2L4Q")
 """Signature, length of the rest, two versions, two disks, entries of this disk, entries, size and offset."""
 _LOCATOR = Struct("<4sLQL")
 """Signature, disk, offset of the record above, disks."""
+_LOCAL = Struct("<4s5H3L2H")
+"""Signature, version, flags, method, time, date, sum, bytes packed and unpacked, lengths of name and of what follows it."""
+_ENTRY = Struct("<4s6H3L5H2L")
+"""The same in the directory, with the version that made it, and at the end where the member begins."""
+_WIDE = Struct("<2HQ")
+"""What follows a name in the directory where the place does not fit above: its kind, length, and the place."""
 _MOST, _MOST_ENTRIES, _VERSION = 0xFFFFFFFF, 0xFFFF, 45
 """From here on a number stands in a field of 64 bits, which readers of this version of the format know."""
 
@@ -58,6 +64,62 @@ def append(target: Path | BinaryIO, write: Callable[[zipfile.ZipFile], None]) ->
     except OSError:
         _put(target, place, b"", directory, entries)
         raise
+
+
+def mended(file: BinaryIO, keep: Callable[[list[str]], int]) -> Any:
+    """Return an archive that was cut while it was appended to, with its first members alone: `keep` says how many.
+
+    The directory is gone by then: each member's own head tells its name and sizes. The file stays as it is.
+    """
+    places, names, entries = [0], list[str](), list[bytes]()
+    end = file.seek(0, io.SEEK_END)
+    while (place := places[-1]) + _LOCAL.size <= end:
+        file.seek(place)
+        signature, *told, packed, unpacked, length, more = _LOCAL.unpack(file.read(_LOCAL.size))
+        name = file.read(length)
+        after = place + _LOCAL.size + length + more + packed
+        if signature != b"PK\3\4" or after > end or more:  # ours have nothing after their names
+            break
+        wide = _WIDE.pack(1, 8, place) if place >= _MOST else b""
+        sizes = packed, unpacked, length, len(wide), 0, 0, 0, 0, min(place, _MOST)
+        entries.append(_ENTRY.pack(b"PK\1\2", _VERSION, *told, *sizes) + name + wide)
+        names.append(name.decode("utf-8", "replace"))
+        places.append(after)
+    kept = keep(names)
+    directory = b"".join(entries[:kept])
+    return _Cut(file, places[kept], directory + end_record(kept, len(directory), places[kept]))
+
+
+class _Cut(io.RawIOBase):
+    """The first bytes of a file, and others after them."""
+
+    def __init__(self, file: BinaryIO, size: int, more: bytes) -> None:
+        self._file, self._size, self._more, self._place = file, size, more, 0
+
+    def __str__(self) -> str:
+        return str(self._file.name)
+
+    def seek(self, place: int, whence: int = io.SEEK_SET, /) -> int:
+        self._place = max(place + (0, self._place, self._size + len(self._more))[whence], 0)
+        return self._place
+
+    def tell(self) -> int:
+        return self._place
+
+    def seekable(self) -> bool:
+        return True
+
+    def readable(self) -> bool:
+        return True
+
+    def read(self, count: int | None = -1, /) -> bytes:
+        begin, whole = self._place, self._size + len(self._more)
+        stop = whole if count is None or count < 0 else min(begin + count, whole)
+        self._file.seek(begin)
+        found = self._file.read(max(min(stop, self._size) - begin, 0))
+        found += self._more[max(begin - self._size, 0) : max(stop - self._size, 0)]
+        self._place = begin + len(found)
+        return found
 
 
 def _opened(target: Path | BinaryIO) -> AbstractContextManager[BinaryIO]:

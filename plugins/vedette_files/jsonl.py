@@ -23,7 +23,8 @@ from vedette_files.readers import Sample, in_time_order, offer_sorting
 FORMAT = "vedette"
 VERSION = 1
 HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
-SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity")
+SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity", "arrived")
+LEFT_OUT_FIELDS = ("left_out", "time", "sensor", "returns", "arrived")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
 _ENCODER = json.JSONEncoder(allow_nan=False)
@@ -75,12 +76,22 @@ def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterat
             yield line({"truth": true.name, "time": time, "state": state})
 
 
-def scan_line(scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | None = None) -> str:
-    """Return the line of one scan; its frame, if it has one, goes to `frames`."""
+def scan_line(
+    scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | None = None, *, arrived: float | None = None
+) -> str:
+    """Return the line of one scan, which came at `arrived`; its frame, if it has one, goes to `frames`."""
     found = _scan_fields(scan, sensors)
     if scan.frame is not None and frames is not None:
         found["frame"] = frames.keep(scan.frame)
+    if arrived is not None:
+        found["arrived"] = arrived
     return line(found)
+
+
+def left_out_line(time: float, sensor: str, returns: int, arrived: float, why: str) -> str:
+    """Return the line of a scan that a live run did not take."""
+    known = (time, sensor, returns, arrived)
+    return line({"left_out": why, **dict(zip(LEFT_OUT_FIELDS[1:], known, strict=True))})
 
 
 def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
@@ -109,6 +120,8 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
             if isinstance(entry, dict) and "truth" in entry:
                 name, time, state = _state(entry, header.truth)
                 states[name].append(Sample(place, time, state))
+            elif isinstance(entry, dict) and "left_out" in entry:
+                raise ValueError(_left_out(entry))
             else:
                 scan, problems = _scan(entry, header.sensors, path.parent)
                 refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
@@ -213,6 +226,13 @@ def _state(given: Mapping[str, Any], truth: Mapping[str, Space]) -> tuple[str, f
     return name, number(given.get("time"), "time"), vector(given.get("state"), "state", len(truth[name]))
 
 
+def _left_out(given: Mapping[str, Any]) -> str:
+    """Return what a line tells of a scan that the live run did not take."""
+    _check_fields(given, LEFT_OUT_FIELDS)
+    told = f"a scan of {short(given.get('sensor'))} at {short(given.get('time'))} s"
+    return f"the live run left out {told}, with {short(given.get('returns'))} returns: {short(given['left_out'])}"
+
+
 def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan | None, list[str]]:
     """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty."""
     if not isinstance(given, dict):
@@ -223,6 +243,8 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
         raise ValueError(f"sensor must be {_listed(sensors)}, got {short(name)}")
     m = len(sensors[name])
     time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
+    if "arrived" in given:
+        number(given["arrived"], "arrived")
     frame = read_frame(given["frame"], folder) if "frame" in given else None
     columns = {part: given[part] for part in ("z", "noise", "evidence", "identity") if part in given}
     k = len(columns["z"]) if isinstance(columns.get("z"), list) else -1

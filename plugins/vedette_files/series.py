@@ -9,7 +9,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO, final
 
@@ -19,7 +19,8 @@ from numpy.typing import NDArray
 
 from vedette.errors import InputError
 from vedette.reading import Arrays, open_arrays, parse_json
-from vedette_files.growing_zip import append
+from vedette.writing import UNFINISHED
+from vedette_files.growing_zip import append, mended
 
 FORMAT = "vedette series"
 VERSION = 1
@@ -29,6 +30,7 @@ _BLOCK = 4 * 2**20
 """Bytes of columns that wait in memory before they are written."""
 _LEVEL = 1
 """Of compression: more takes several times as long and saves a tenth."""
+_RAGGED = "the columns of {!r} must have as many rows as each other"
 _EPOCH = (1980, 1, 1, 0, 0, 0)
 
 Column = NDArray[Any]
@@ -92,34 +94,92 @@ class Series:
 
 def read_about(path: Path | str) -> dict[str, Any]:
     """Read what is the same in all of a run's series; InputError as from `read_series`."""
-    with _opened(path) as archive:
-        return _about(archive)
+    with open_series(path) as found:
+        return found.about
 
 
 def read_series(path: Path | str | BinaryIO) -> Series:
     """Read the series that a run wrote, its blocks joined. InputError if it is missing, cut off or of another format."""
-    with _opened(path) as archive:
-        about = _about(archive)
-        parts: dict[tuple[str, str], list[tuple[int, Column]]] = {}
+    with open_series(path) as found:
+        parts: dict[str, dict[str, list[Column]]] = {}
+        for block in found.blocks():
+            for table, columns in block.items():
+                for name, values in columns.items():
+                    parts.setdefault(table, {}).setdefault(name, []).append(values)
+        return Series(
+            found.about,
+            {table: {name: np.concatenate(own) for name, own in columns.items()} for table, columns in parts.items()},
+        )
+
+
+@final
+class SeriesBlocks:
+    """The series of a run, open: read block by block, so that a run of any length fits into memory.
+
+    `about` as in Series. A run that was killed while it wrote a block has those before it.
+    """
+
+    def __init__(self, archive: Arrays) -> None:
+        self._archive, self.about = archive, _about(archive)
+        self._names = dict[int, dict[str, list[str]]]()
+        known = dict[str, set[str]]()
         for member in archive.names:
             if member != ABOUT:
                 table, name, block = member.split(".")
-                parts.setdefault((table, name), []).append((int(block), archive[member]))
-    tables: dict[str, dict[str, Column]] = {}
-    for (table, name), blocks in parts.items():
-        tables.setdefault(table, {})[name] = np.concatenate([values for _, values in sorted(blocks, key=_number)])
-    for table, columns in tables.items():
-        if len({len(values) for values in columns.values()}) > 1:
-            raise InputError(f"{path}: the columns of {table!r} must have as many rows as each other")
-    return Series(about, tables)
+                self._names.setdefault(int(block), {}).setdefault(table, []).append(name)
+                known.setdefault(table, set()).add(name)
+        for tables in self._names.values():
+            for table, names in tables.items():
+                if len(names) < len(known[table]):
+                    raise ValueError(_RAGGED.format(table))
+
+    def rows(self) -> dict[str, int]:
+        """Return how many rows each table has in all, without reading them."""
+        count: dict[str, int] = {}
+        for block, tables in self._names.items():
+            for table, names in tables.items():
+                (rows, *_), _ = self._archive.head(f"{table}.{names[0]}.{block}")
+                count[table] = count.get(table, 0) + rows
+        return count
+
+    def blocks(self) -> Iterator[dict[str, dict[str, Column]]]:
+        """Yield the tables of one block after the other; ValueError if columns of a table have other rows than others."""
+        for block, tables in sorted(self._names.items()):
+            found = {
+                table: {name: self._archive[f"{table}.{name}.{block}"] for name in names} for table, names in tables.items()
+            }
+            for table, columns in found.items():
+                if len({values.shape[:1] for values in columns.values()}) > 1 or () in map(np.shape, columns.values()):
+                    raise ValueError(_RAGGED.format(table))
+            yield found
 
 
 @contextmanager
-def _opened(path: Path | str | BinaryIO) -> Iterator[Arrays]:
-    """Open an archive; InputError for what goes wrong with it."""
+def open_series(path: Path | str | BinaryIO) -> Iterator[SeriesBlocks]:
+    """Open the series that a run wrote; InputError for whatever is wrong with it, also while its blocks are read."""
     file = Path(path) if isinstance(path, str) else path
-    with open_arrays(file, "there is no such file; `vedette run` writes it", "the series of a run") as archive:
-        yield archive
+    missing, what = "there is no such file; `vedette run` writes it", "the series of a run"
+    with ExitStack() as stack:
+        if isinstance(file, Path) and file.parent.name.startswith(UNFINISHED) and _cut(file):
+            file = mended(stack.enter_context(file.open("rb")), _whole_blocks)
+        yield SeriesBlocks(stack.enter_context(open_arrays(file, missing, what)))
+
+
+def _cut(path: Path) -> bool:
+    """Return whether an archive lost its end."""
+    try:
+        zipfile.ZipFile(path).close()
+    except zipfile.BadZipFile:
+        return True
+    except OSError:
+        pass
+    return False
+
+
+def _whole_blocks(names: list[str]) -> int:
+    """Return how many members the blocks before the last one have: that one was being written."""
+    blocks = [name.removesuffix(".npy").rpartition(".")[2] for name in names]
+    return blocks.index(blocks[-1]) if len(blocks) > 1 else len(blocks)
 
 
 def _about(archive: Arrays) -> dict[str, Any]:
@@ -129,7 +189,3 @@ def _about(archive: Arrays) -> dict[str, Any]:
     if not isinstance(about, dict) or (about.get("format"), about.get("version")) != (FORMAT, VERSION):
         raise ValueError(f"this Vedette reads {FORMAT!r} of version {VERSION}")
     return about
-
-
-def _number(block: tuple[int, Column]) -> int:
-    return block[0]

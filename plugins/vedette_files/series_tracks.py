@@ -41,6 +41,7 @@ class SeriesTracks:
                 time=scans["time"][scan],
                 columns=scans["columns"][scan].astype(np.int64),
                 confirmed_at=entries.get("confirmed_at"),
+                link=entries.get("link"),
                 identity=entries["identity"],
                 below=Ragged.of(*(tables["below"][name] for name in ("entry", "place", "value"))).after(self._entries),
                 weights=Ragged.of(*(tables["weights"][name] for name in ("entry", "return", "weight"))).after(self._entries),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from itertools import chain
 from operator import itemgetter
@@ -25,9 +25,9 @@ _ROWS = 2_000
 """Rows whose numbers are in memory as text at a time."""
 
 
-def csv_head(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> str:
-    """Return the header of a CSV file of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
-    return ",".join(columns_of(space, modes, terms, later=later)) + "\n"
+def csv_head(space: Space, modes: int, terms: Terms = PLAIN, extra: Sequence[str] = ()) -> str:
+    """Return the header of a CSV file of tracks over `space` with so many `modes`, and `extra` columns of `EXTRA`."""
+    return ",".join(columns_of(space, modes, terms, extra)) + "\n"
 
 
 def jsonl_head(space: Space) -> str:
@@ -92,8 +92,8 @@ class Chunk:
             if modes:
                 parts.append(f', "mode_prob": [{", ".join(after[3 : 3 + modes])}]')
             parts.append(weights[1])
-            if rows.confirmed_at is not None:
-                parts.append(f', "confirmed_at": {after[-1]}')
+            for name, text in zip(rows.extra, after[3 + modes :], strict=True):
+                parts.append(f', "{name}": {text}')
             if codes is not None:
                 parts.append(f', "identity": {json.dumps(identity_value(codes[i]))}')
             if first and number in rows.parents:
@@ -117,11 +117,11 @@ class Chunk:
     def _numbers(self) -> tuple[list[list[str]], list[list[str]]]:
         """The numbers of each row as text, before and after `confirmed`; `null` where one is not finite."""
         rows, n = self._rows, len(self._rows.space)
-        at = [] if rows.confirmed_at is None else [rows.confirmed_at]
+        extra = [getattr(rows, name) for name in rows.extra]
         diagonal = np.flatnonzero(triangles(n)[0] % (n + 1) == 0)
         deviations = np.sqrt(np.maximum(rows.cov[:, diagonal], 0.0))
         before = np.column_stack([rows.time, rows.mean, deviations, rows.cov])
-        return self._texts(before), self._texts(np.column_stack([rows.existence, rows.hit, rows.nis, rows.modes, *at]))
+        return self._texts(before), self._texts(np.column_stack([rows.existence, rows.hit, rows.nis, rows.modes, *extra]))
 
     def _texts(self, numbers: Array) -> list[list[str]]:
         texts, width = list(map(repr, numbers.ravel().tolist())), numbers.shape[1]

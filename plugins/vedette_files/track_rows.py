@@ -18,6 +18,9 @@ from vedette.types import Track
 WITHIN = -1
 """In place of a number of weights: those of the returns within the track's gate, and the row names these."""
 
+EXTRA = ("confirmed_at", "link")
+"""Columns of numbers that not every run has: of retroactive runs, and of those that keep hypotheses."""
+
 _COLUMNS = (
     "track",
     "time",
@@ -30,6 +33,7 @@ _COLUMNS = (
     "nis",
     "modes",
     "confirmed_at",
+    "link",
     "identity",
     "columns",
 )
@@ -91,6 +95,7 @@ class TrackRows:
     below: Ragged
     weights: Ragged
     confirmed_at: Array | None = None
+    link: Array | None = None
     identity: NDArray[np.int64] | None = None
     parents: Mapping[int, tuple[int, ...]] = field(factory=dict)
     merged: Mapping[int, tuple[float, int]] = field(factory=dict)
@@ -132,6 +137,7 @@ class TrackRows:
                 np.concatenate([np.zeros(0), *values]),
             ),
             confirmed_at=of_all("confirmed_at") if later else None,
+            link=of_all("link") if any(track.link is not None for track in tracks) else None,
             identity=of_all("identity", kind=np.int64) if any(track.identity is not None for track in tracks) else None,
             parents={track.id: track.parents for track in tracks if track.parents},
             merged={track.id: track.merged for track in tracks if track.merged is not None},
@@ -157,6 +163,11 @@ class TrackRows:
             values = getattr(self, name)
             chosen[name] = None if values is None else values[rows]
         return evolve(self, **chosen)
+
+    @property
+    def extra(self) -> tuple[str, ...]:
+        """The columns that not every run has, and this one does."""
+        return tuple(name for name in EXTRA if getattr(self, name) is not None)
 
     def full_cov(self) -> Array:
         """Return the covariances (e, n, n)."""
@@ -193,6 +204,7 @@ class TrackRows:
                 parents=self.parents.get(number, ()),
                 merged=self.merged.get(number),
                 confirmed_at=None if self.confirmed_at is None else self.confirmed_at[i:j],
+                link=None if self.link is None else self.link[i:j],
                 identity=None if self.identity is None else self.identity[i:j],
             )
             for number, (i, j) in zip([*numbers, *without], spans, strict=True)

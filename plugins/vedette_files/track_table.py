@@ -14,16 +14,16 @@ from vedette.types import Track
 from vedette.writing import whole_bytes
 from vedette_files.columnar import pyarrow
 from vedette_files.georeference import PLAIN, Terms
-from vedette_files.track_rows import mode_count
+from vedette_files.track_rows import EXTRA, mode_count
 
 
-def columns_of(space: Space, modes: int, terms: Terms = PLAIN, *, later: bool = False) -> list[str]:
-    """Return the titles of a table of tracks over `space` with so many `modes`; `later`: some are confirmed later."""
+def columns_of(space: Space, modes: int, terms: Terms = PLAIN, extra: Sequence[str] = ()) -> list[str]:
+    """Return the titles of a table of tracks over `space` with so many `modes` and `extra` columns of `EXTRA`."""
     names = space.names
     titles = ["track", "time", *names, *(f"sd_{name}" for name in names)]
     titles += [f"cov_{names[i]}_{names[j]}" for i, j in combinations_with_replacement(range(len(space)), 2)]
     titles += ["confirmed", "existence", "hit", "nis", *(f"mode_{i + 1}" for i in range(modes))]
-    return [*titles, *(["confirmed_at"] if later else []), *terms.columns(space)]
+    return [*titles, *extra, *terms.columns(space)]
 
 
 def numbers_of(track: Track) -> tuple[Array, Array]:
@@ -33,7 +33,8 @@ def numbers_of(track: Track) -> tuple[Array, Array]:
     triangle = track.cov[:, [i for i, _ in pairs], [j for _, j in pairs]]
     judged = np.column_stack([track.existence, track.hit, track.nis])
     judged = judged if track.mode_prob is None else np.hstack([judged, track.mode_prob])
-    judged = judged if track.confirmed_at is None else np.column_stack([judged, track.confirmed_at])
+    extra = [values for name in EXTRA if (values := getattr(track, name)) is not None]
+    judged = np.column_stack([judged, *extra]) if extra else judged
     return np.column_stack([track.times, track.mean, deviations, triangle]), judged
 
 
@@ -44,8 +45,8 @@ def table_of(tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> dic
         before, after = numbers_of(track)
         own = [np.full(len(track.times), track.id), *before.T, track.confirmed, *after.T]
         parts.append([*own, *(np.asarray(values) for values in terms.values(track).values())])
-    later = any(track.confirmed_at is not None for track in tracks)
-    titles = columns_of(space, mode_count(tracks, space), terms, later=later)
+    extra = [name for name in EXTRA if any(getattr(track, name) is not None for track in tracks)]
+    titles = columns_of(space, mode_count(tracks, space), terms, extra)
     if not parts:
         return {title: np.zeros(0) for title in titles}
     return {title: np.concatenate(column) for title, column in zip(titles, zip(*parts, strict=True), strict=True)}

@@ -18,7 +18,7 @@ from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short
 from vedette_files.jsonl import identity_code, space_of
 from vedette_files.track_lines import FORMAT, VERSION, chunks, csv_head, jsonl_head
-from vedette_files.track_rows import TrackRows
+from vedette_files.track_rows import EXTRA, TrackRows
 
 
 def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:
@@ -30,7 +30,7 @@ def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, te
     """
     rows = TrackRows.of(tracks, space)
     with whole_file(Path(path)) as file:
-        file.write(csv_head(space, rows.modes.shape[1], terms, later=rows.confirmed_at is not None))
+        file.write(csv_head(space, rows.modes.shape[1], terms, rows.extra))
         file.writelines(chunk.csv(terms) for chunk in chunks(rows))
 
 
@@ -78,10 +78,9 @@ def _append(rows: list[dict[str, Any]], fields: dict[str, Any]) -> None:
     """Add a line to those of its track; ValueError if it does not go with them."""
     if rows and np.shape(rows[0]["mode_prob"]) != np.shape(fields["mode_prob"]):
         raise ValueError("mode_prob must have as many modes as in the lines before")
-    if rows and (rows[0]["confirmed_at"] is None) != (fields["confirmed_at"] is None):
-        raise ValueError("confirmed_at must be in all lines of a track or in none")
-    if rows and (rows[0]["identity"] is None) != (fields["identity"] is None):
-        raise ValueError("identity must be in all lines of a track or in none")
+    for name in (*EXTRA, "identity"):
+        if rows and (rows[0][name] is None) != (fields[name] is None):
+            raise ValueError(f"{name} must be in all lines of a track or in none")
     if rows and fields["parents"]:
         raise ValueError("parents must be in the first line of their track")
     rows.append(fields)
@@ -119,7 +118,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         "weights": (None,),
         "mode_prob": (None,),
         "returns": (None,),
-        "confirmed_at": (),
+        **dict.fromkeys(EXTRA, ()),
     }
     found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
     known = ("track", "time", "confirmed", *shapes, "parents", "identity")
@@ -127,7 +126,7 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         if name not in known:
             raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
-        absent = name in ("mode_prob", "returns", "confirmed_at") and name not in given
+        absent = name in ("mode_prob", "returns", *EXTRA) and name not in given
         found[name] = None if absent else _array(given.get(name), shape, name)
     found["identity"] = identity_code(given["identity"]) if "identity" in given else None
     found["parents"] = given.get("parents", [])

@@ -12,9 +12,13 @@ from vedette import fields
 from vedette.config import Builder, Registry, apply_overrides, load, parameters, read_file
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
+from vedette.roles import Sensor
 from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
+from vedette.tracking import raw_sensors
+from vedette.writing import Inputs
 from vedette_files import Origin
+from vedette_files.input_files import user_path
 from vedette_live.grouping import Grouping
 
 FULL = ("drop", "wait")
@@ -111,7 +115,6 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
     experiment: Any = None
     try:
         experiment = load(rest, registry)
-        problems += _not_served(experiment)
     except ConfigError as error:
         problems += error.problems
     builder = Builder(registry)
@@ -119,27 +122,54 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
     made = builder.construct(Parts, parameters(Parts), tables, "", set())
     problems += builder.problems
     if isinstance(made, Parts) and experiment is not None:
-        problems += _unknown_sensors(made, experiment)
+        problems += [*_not_served(experiment, made.service.horizon), *_unknown_sensors(made, experiment)]
+        problems += _files(made, Path(config) if isinstance(config, str | Path) else "")
     if problems or not isinstance(made, Parts):
         raise ConfigError(problems)
     return Service(experiment, made)
 
 
-def _not_served(experiment: Experiment) -> list[Problem]:
+def _not_served(experiment: Experiment, horizon: float) -> list[Problem]:
     """Return what a service cannot do."""
     problems = []
-    if experiment.preprocessors:
-        problems.append(Problem("preprocessors", "cannot be served yet: let the sensor deliver what they make"))
     if experiment.retroactive:
         problems.append(Problem("retroactive", "must be false in a service: its tracks are told as they are known"))
-    for name, sensor in experiment.tracker.sensors.items():
+    for name, preprocessor in experiment.preprocessors.items():
+        if len(preprocessor.sensors) > 1 and not horizon:
+            told = "takes scans of several sensors together, and they come one by one: service.horizon must be > 0 s"
+            problems.append(Problem(f"preprocessors.{name}", told))
+    for name, sensor in _streamed(experiment).items():
         if isinstance(sensor, ImagingSensor):
             problems.append(Problem(f"sensors.{name}", "is a camera, and no format of a stream brings frames"))
     return problems
 
 
+def _files(parts: Parts, config: Any) -> list[Problem]:
+    """Return which files would be written that are read, or by two parts."""
+    read = Inputs.of([getattr(feed.input, "path", "") for feed in parts.inputs], config)
+    written = {f"outputs[{i}].output.path": getattr(sink.output, "path", "") for i, sink in enumerate(parts.outputs)}
+    written |= {"service.store.path": getattr(parts.service.store, "path", ""), "service.record": parts.service.record}
+    problems, known = list[Problem](), dict[Path, str]()
+    for place, text in written.items():
+        if not text:
+            continue
+        path = user_path(text).absolute()
+        try:
+            read.check(path, place)
+        except ConfigError as error:
+            problems += error.problems
+        if (other := known.setdefault(path, place)) != place:
+            problems.append(Problem(place, f"{text!r} is written by {other} too: name another file"))
+    return problems
+
+
+def _streamed(experiment: Experiment) -> dict[str, Sensor]:
+    """Return the sensors whose scans come by the inputs."""
+    return raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
+
+
 def _unknown_sensors(parts: Parts, experiment: Experiment) -> list[Problem]:
-    sensors = experiment.tracker.sensors
+    sensors = _streamed(experiment)
     known = ", ".join(map(repr, sensors))
     return [
         Problem(f"inputs[{i}].sensors.{stated}", f"must be one of {known}, got {name!r}")

@@ -1,70 +1,98 @@
-"""The record of a service: the scans that were taken, in order, which `vedette run` replays to the same tracks."""
+"""The record of a service: the scans that were taken, in order, which `vedette run` replays to the same tracks.
+
+Each tells when it came. Lines between them tell of scans that were left out, as they came too late or too fast.
+"""
 
 from __future__ import annotations
 
 import os
+from collections import deque
 from collections.abc import Mapping
-from pathlib import Path
-from typing import BinaryIO, final
+from contextlib import ExitStack
+from io import FileIO
+from typing import final
 
-from attrs import define
+from attrs import define, field
 
 from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.space import Space
-from vedette.types import Recording, Scan
-from vedette_files import recording_head, scan_line
+from vedette.types import Recording
+from vedette.writing import growing, open_growing
+from vedette_files import left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
+from vedette_live.grouping import Formed
+from vedette_live.window import Taken
+
+MOST = 10_000
+"""Lines that wait for a file that cannot be written, as on a full disk; then the oldest are dropped."""
 
 
 @final
 @define(eq=False)
 class Recorder:
-    """Appends scans to a file; `offset` is where the next one goes."""
+    """Appends scans to a file, whole lines or nothing; `end` is where the next one goes."""
 
-    path: Path
     spaces: Mapping[str, Space]
-    file: BinaryIO
+    file: FileIO
+    held: ExitStack
+    end: int
+    waiting: deque[bytes] = field(factory=lambda: deque[bytes](maxlen=MOST))
 
     @classmethod
     def append(cls, path: str, experiment: Experiment) -> Recorder:
         """Open a record, new or to go on with; InputError if the file is something else."""
         place = user_path(path)
         spaces = {name: sensor.measurement for name, sensor in experiment.tracker.sensors.items()}
-        head = "".join(recording_head(Recording(()), spaces)).encode()
+        detected = {name: spaces[name] for name in experiment.preprocessors}
+        head = "".join(recording_head(Recording((), detected=detected), spaces)).encode()
+        held = ExitStack()
+        held.enter_context(growing(place, "service.record"))
         try:
-            number = os.open(place, os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0), 0o644)
+            file = open_growing(place)
+            held.callback(file.close)
+            there = file.read(len(head))
         except OSError as error:
+            held.close()
             raise InputError(f"service.record: {place}: cannot be written: {error.strerror}") from None
-        file = os.fdopen(number, "r+b")
-        there = file.read(len(head))
         if there and there != head:
-            file.close()
+            held.close()
             raise InputError(f"service.record: {place}: is not a record of these sensors; name another file")
+        recorder = cls(spaces, file, held, file.seek(0, os.SEEK_END))
         if not there:
-            file.write(head)
-        file.seek(0, os.SEEK_END)
-        return cls(place, spaces, file)
-
-    @property
-    def offset(self) -> int:
-        """Bytes of the file."""
-        return self.file.tell()
+            recorder.waiting.append(head)
+        return recorder
 
     def cut(self, offset: int) -> None:
         """Forget what was written after a place: it comes again."""
-        end = self.file.seek(0, os.SEEK_END)
-        self.file.truncate(min(offset, end))
-        self.file.seek(0, os.SEEK_END)
+        self.end = min(offset, self.end)
+        self.file.truncate(self.end)
 
-    def write(self, scan: Scan) -> None:
+    def write(self, taken: Taken) -> None:
         """Add a scan."""
-        self.file.write(scan_line(scan, self.spaces).encode())
+        arrived = max((one.arrived for one in taken.formed), default=None)
+        self.waiting.append(scan_line(taken.scan, self.spaces, arrived=arrived).encode())
+
+    def leave_out(self, formed: Formed, why: str) -> None:
+        """Add what is known of a scan that was not taken."""
+        scan = formed.scan
+        known = (scan.time, scan.sensor, len(scan.detections.z), formed.arrived, why)
+        self.waiting.append(left_out_line(*known).encode())
 
     def flush(self) -> None:
-        """Let the system have what was written."""
-        self.file.flush()
+        """Write what waits; OSError, and all of it still waits, if it cannot be written."""
+        data = b"".join(self.waiting)
+        try:
+            self.file.seek(self.end)
+            at = 0
+            while at < len(data):
+                at += self.file.write(data[at:])
+        except OSError:
+            self.file.truncate(self.end)
+            raise
+        self.end += len(data)
+        self.waiting.clear()
 
     def close(self) -> None:
-        """Write what is left, and close."""
-        self.file.close()
+        """Close the file, and let others have it."""
+        self.held.close()

@@ -2,42 +2,41 @@
 
 from __future__ import annotations
 
-import json
-import logging
 import sys
-from collections.abc import Callable, Iterable
+from collections import deque
 from functools import partial
 from threading import Event, Lock, Thread
 from typing import Any, final
 
 import numpy as np
-from attrs import define, evolve, field
+from attrs import define, field
 
 from vedette.errors import InputError, VedetteError
 from vedette.space import Array
 from vedette.streams import Arrival, Saved, Storage, TrackReport, now
-from vedette.tracking import State
+from vedette.tracking import State, raw_sensors
 from vedette.types import Recording
+from vedette_files import DATED
 from vedette_live import saving
-from vedette_live.config import Feed, Service, Sink
+from vedette_live.acknowledging import Acknowledging
+from vedette_live.config import Feed, Service
 from vedette_live.counters import Counters
 from vedette_live.grouping import Formed, Grouper
 from vedette_live.health import Health, notify
+from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 from vedette_live.recorder import Recorder
+from vedette_live.sending import Sending, chosen
 from vedette_live.window import Window
 from vedette_report.watching.page import LivePage
 
-LOG = logging.getLogger("vedette.live")
 TOGETHER = 64
 """Scans that are taken at once if so many wait."""
 _TICK = 0.05
 """s between looks at what silence completes."""
-_QUIET = 10.0
-"""s between two lines of the log that say the same of one input."""
-_REPORTS = 256
-"""Reports that wait for one output; the oldest are dropped."""
+_UNSAVED = 10_000
+"""Reports that wait for a store that cannot be written, as on a full disk; the oldest are dropped."""
 
 
 @final
@@ -53,19 +52,19 @@ class Running:
     _window: Window | None = None
     _groupers: list[Grouper] = field(init=False)
     _locks: list[Lock] = field(init=False)
-    _replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
-    _numbers: dict[str, int] = field(factory=dict)
-    _to_acknowledge: list[tuple[str, str, int]] = field(factory=list)
-    _unsaved: list[TrackReport] = field(factory=list)
-    _sinks: list[_Sending] = field(factory=list)
+    _numbers: Acknowledging = field(factory=Acknowledging)
+    _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
+    _left_out: deque[tuple[Formed, str]] = field(factory=deque)
+    _sinks: list[Sending] = field(factory=list)
     _store: Storage | None = None
     _recorder: Recorder | None = None
-    _digest: str = ""
+    _made: dict[str, Any] = field(factory=dict)
     _page: LivePage | None = None
     _came: float = 0.0
 
     def __attrs_post_init__(self) -> None:
-        parts, sensors = self.service.parts, self.service.experiment.tracker.sensors
+        parts, experiment = self.service.parts, self.service.experiment
+        sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
         self._scans = BoundedQueue(parts.service.queue)
         self._groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
         self._locks = [Lock() for _ in parts.inputs]
@@ -79,13 +78,17 @@ class Running:
         """Run. InputError if an input, an output or the store can never be used."""
         conduct = self.service.parts.service
         sys.setswitchinterval(0.001)  # a thread that computes would hold up one that has a datagram for 5 ms
-        self._restore()
+        try:
+            self._restore()
+        except BaseException:
+            self._close()
+            raise
         health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
         feeds = [
             Thread(target=self._listen, args=(i, feed), name=f"input {i}", daemon=True)
             for i, feed in enumerate(self.service.parts.inputs)
         ]
-        self._sinks = [_Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
+        self._sinks = [Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
         try:
             for thread in feeds:
                 thread.start()
@@ -121,7 +124,9 @@ class Running:
             elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
-            if self._store is not None and now() - saved_at >= every:
+            if self._store is None and self._numbers.asked:
+                self._numbers.keep(self._numbers.taken())
+            if now() - saved_at >= every:
                 self._save()
                 saved_at = now()
 
@@ -130,7 +135,7 @@ class Running:
     def _listen(self, i: int, feed: Feed) -> None:
         """Decode and group what an input brings, until it ends."""
         memories = dict[str, Any]()
-        log = _Sparing(f"input {i}")
+        log = Sparing(f"input {i}")
         try:
             for arrival in feed.input.listen(self.stop):
                 self._arrived(i, feed, memories, arrival, log)
@@ -147,13 +152,13 @@ class Running:
         for formed in rest:
             self._put(formed, feed)
 
-    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: _Sparing) -> None:
+    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
         self.counters.add("pieces_total")
         if arrival.lost is not None:
             self.counters.values["datagrams_lost_known"] = 1.0
             self.counters.add("datagrams_lost_total", arrival.lost)
         if arrival.reply is not None:
-            self._replies[f"{i} {arrival.stream}"] = arrival.reply
+            self._numbers.replies[f"{i} {arrival.stream}"] = arrival.reply
         whole = feed.input.datagrams
         memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
         decoded = feed.format.decode(memory, arrival.data)
@@ -164,34 +169,36 @@ class Running:
         else:
             memories[arrival.stream] = decoded.memory
         if arrival.ended:
-            self._replies.pop(f"{i} {arrival.stream}", None)
+            self._numbers.replies.pop(f"{i} {arrival.stream}", None)
 
-    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: _Sparing) -> None:
+    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
         """Group messages, and count what cannot be used."""
         self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
         for told in decoded.refused:
             self._refuse(told, arrival, log)
         for message in decoded.messages:
             stream = f"{i} {arrival.stream}"
-            if message.number is not None and message.number <= self._numbers.get(f"{i} {message.sensor}", -1):
+            number = None if message.number is None else (stream, message.sensor, message.number)
+            if number is not None and self._numbers.came(number):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
-                self._acknowledge([(stream, message.sensor, message.number)])
                 continue
             try:
                 with self._locks[i]:
                     done = list(self._groupers[i].add(message, arrival.time, stream))
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
-                if message.number is not None:
-                    self._acknowledge([(stream, message.sensor, message.number)])
+                if number is not None:
+                    self._numbers.reply(number)
                 continue
+            if number is not None:
+                self._numbers.note(number)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
                 self._put(formed, feed)
 
-    def _refuse(self, told: str, arrival: Arrival, log: _Sparing) -> None:
+    def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
         self.counters.add("messages_refused_total")
         log.warn("message refused", told, arrival.stream)
 
@@ -201,6 +208,12 @@ class Running:
         for dropped in self._scans.put(formed, wait=wait):
             self.counters.add("scans_dropped_total")
             self.counters.add("messages_dropped_total", dropped.messages)
+            self._leave_out(dropped, "dropped")
+
+    def _leave_out(self, formed: Formed, why: str) -> None:
+        """Let the record tell of a scan that was not taken."""
+        if self.service.parts.service.record:
+            self._left_out.append((formed, why))
 
     def _close_silent(self) -> None:
         """Take the scans that silence completes."""
@@ -217,28 +230,27 @@ class Running:
         """Take scans, and tell what came of them."""
         if self._window is None:
             self._window = self._begun(min(one.scan.time for one in formed))
-        window, by_scan = self._window, {id(one.scan): one for one in formed}
+        window, came = self._window, {id(one): one for one in formed}
         again, late = window.again, window.late
-        refused = window.take(one.scan for one in formed)
-        for scan, told in refused:
-            one = by_scan.pop(id(scan), None)
+        for one, told in window.take(formed):
             self.counters.add("scans_refused_total")
-            if one is not None:
+            if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
-                self._to_acknowledge += one.acknowledge
-            LOG.warning("scan refused", extra={"sensor": scan.sensor, "scan_time": scan.time, "why": told})
+                self._numbers.take(one.acknowledge)
+            self._leave_out(one, "refused")
+            LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
         done = now()
-        for one in by_scan.values():
+        for one in came.values():
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
             self.counters.latencies.append(done - one.arrived)
-            self._to_acknowledge += one.acknowledge
+            self._numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
-        if not by_scan:
+        if not came or not window.kept:
             return
         state = window.state
-        self._show(window, max(one.arrived for one in by_scan.values()))
+        self._show(window, max(one.arrived for one in came.values()))
         values = self.counters.values
         values["tracks"], values["tracks_confirmed"] = len(state.ids), int(np.count_nonzero(state.confirmed))
         values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self._scans.items)
@@ -248,8 +260,7 @@ class Running:
                 sink.put(report, partial(self.report, state))
         self._settle()
         if self._store is None:
-            self._acknowledge(self._to_acknowledge)
-            self._to_acknowledge = []
+            self._numbers.keep(self._numbers.taken())
 
     def _show(self, window: Window, came: float) -> None:
         """Show the latest scan on the page."""
@@ -259,8 +270,9 @@ class Running:
         self._came = came
         latest, before = window.kept[-1], window.kept[-2].state if len(window.kept) > 1 else window.before
         if self._page is None:
-            notes = {} if conduct.origin is None else {"origin": str(conduct.origin)}
-            self._page = LivePage(experiment, Recording((), notes=notes), before, lambda: self._came, port=conduct.page)
+            self._page = LivePage(
+                experiment, Recording((), notes=self._notes()), before, lambda: self._came, port=conduct.page
+            )
             LOG.info("page", extra={"address": self._page.server.address})
         tracker = experiment.tracker
         modes = tracker.estimator.mode_prob(latest.state.belief)
@@ -271,11 +283,26 @@ class Running:
         assert self._window is not None
         for taken in self._window.settled(all_of_it=all_of_it):
             if self._recorder is not None:
-                self._recorder.write(taken.scan)
+                self._recorder.write(taken)
             if self._store is not None:
                 report = self.report(taken.state)
                 if report.confirmed.any():
-                    self._unsaved.append(_of(report, report.confirmed))
+                    self._unsaved.append(chosen(report, report.confirmed))
+        if self._recorder is not None:
+            while self._left_out:
+                self._recorder.leave_out(*self._left_out.popleft())
+            if all_of_it or len(self._recorder.waiting) >= TOGETHER:
+                self._write_record(self._recorder)
+
+    def _write_record(self, recorder: Recorder) -> None:
+        """Write what waits of the record; a full disk does not end the service, and is told."""
+        try:
+            recorder.flush()
+            self.ails.pop("record", None)
+        except OSError as error:
+            if "record" not in self.ails:
+                LOG.error("not recorded", extra={"why": str(error)})
+            self.ails["record"] = str(error)
 
     def report(self, state: State, time: float | None = None) -> TrackReport:
         """Return the tracks of a state, predicted to `time` if that is given."""
@@ -299,14 +326,14 @@ class Running:
         given = experiment.tracker.given(Recording(()))
         seeds = np.random.SeedSequence(experiment.seed).spawn(2)[1]
         start = experiment.tracker.start(given, -np.inf if given is None else time, seeds)
-        return Window(experiment.tracker, start, conduct.horizon, conduct.window)
+        return Window(experiment.tracker, start, conduct.horizon, conduct.window, experiment.preprocessors)
 
     # What is kept
 
     def _restore(self) -> None:
         """Open store and record, and go on from what was saved."""
         conduct, experiment = self.service.parts.service, self.service.experiment
-        self._digest = saving.digest_of(experiment.tracker, experiment.seed)
+        self._made = saving.made_by(experiment)
         if conduct.record:
             self._recorder = Recorder.append(conduct.record, experiment)
         if conduct.store is None:
@@ -317,45 +344,59 @@ class Running:
         saved = self._store.load()
         if saved is None:
             return
-        if saved.digest != self._digest:
-            LOG.error("the saved state is of another config, and is left out", extra={"saved": saved.digest[:12]})
+        try:
+            window = self._window_of(saved)
+        except VedetteError as error:
+            LOG.error("the saved state does not fit, and is left out", extra={"why": str(error)[:300]})
             return
-        tracker = experiment.tracker
-        window = Window(tracker, saving.state_from(tracker, saved.states["before"]), conduct.horizon, conduct.window)
-        window.take(saving.scan_from(given) for given in saved.states["scans"])
+        places, code = saving.changed(saved.states["made"], self._made)
+        if places:
+            LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
+        if code:
+            LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         self._window = window
         for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
-            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
-        self._numbers = dict(saved.acknowledged)
-        if self._recorder is not None and saved.states["recorded"] is not None:
+            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
+        self._numbers.kept = dict(saved.acknowledged)
+        if self._recorder is not None and "recorded" in saved.states:
             self._recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
             if name in self.counters.counts:
                 self.counters.add(name, count)
         LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
 
+    def _window_of(self, saved: Saved) -> Window:
+        """Return the states that were saved; InputError if they are of another kind of tracker."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
+        window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
+        window.take(saving.formed_from(given) for given in saved.states["scans"])
+        return window
+
     def _save(self) -> None:
         """Keep the state and the tracks since the last time; then acknowledge what they hold."""
+        if self._recorder is not None:
+            self._write_record(self._recorder)
         if self._store is None or self._window is None:
             return
-        numbers = dict(self._numbers)
-        for stream, sensor, number in self._to_acknowledge:
-            key = f"{stream.partition(' ')[0]} {sensor}"
-            numbers[key] = max(number, numbers.get(key, -1))
+        numbers = self._numbers.taken()
         clocks = []
         for grouper, lock in zip(self._groupers, self._locks, strict=True):
             with lock:
                 clocks.append(saving.clocks_data(grouper.clocks))
-        states = {
-            "before": saving.state_data(self._window.before),
-            "scans": [saving.scan_data(taken.scan) for taken in self._window.kept],
+        states: dict[str, Any] = {
+            "made": self._made,
+            "before": self._window.before.to_data(),
+            "scans": [saving.formed_data(one) for taken in self._window.kept for one in taken.formed],
             "clocks": clocks,
-            "recorded": None if self._recorder is None else self._recorder.offset,
         }
+        if self._recorder is not None:
+            states["recorded"] = self._recorder.end
         try:
-            if self._recorder is not None:
-                self._recorder.flush()
-            self._store.save(Saved(self._digest, states, dict(self.counters.counts), numbers), self._unsaved)
+            if self._recorder is not None and self._recorder.waiting:
+                raise OSError("the record cannot be written")
+            saved = Saved(saving.digest_of(self._made), states, dict(self.counters.counts), numbers, self._notes())
+            self._store.save(saved, list(self._unsaved))
         except OSError as error:
             self.counters.add("saves_failed_total")
             self.ails["store"] = str(error)
@@ -363,26 +404,14 @@ class Running:
             return
         self.ails.pop("store", None)
         self.counters.add("saves_total")
-        self._unsaved, self._numbers = [], numbers
-        self._acknowledge(self._to_acknowledge)
-        self._to_acknowledge = []
+        self._unsaved.clear()
+        self._numbers.keep(numbers)
 
-    def _acknowledge(self, numbers: Iterable[tuple[str, str, int]]) -> None:
-        """Answer those who number their messages, each connection once, with its latest."""
-        latest = dict[tuple[str, str], int]()
-        for stream, sensor, number in numbers:
-            latest[stream, sensor] = max(number, latest.get((stream, sensor), -1))
-        for (stream, sensor), number in latest.items():
-            key = f"{stream.partition(' ')[0]} {sensor}"
-            if self._store is None:
-                self._numbers[key] = max(number, self._numbers.get(key, -1))
-            reply = self._replies.get(stream)
-            if reply is not None:
-                named = {"sensor": sensor} if sensor else {}
-                try:
-                    reply(json.dumps({"ack": number, **named}).encode() + b"\n")
-                except OSError:
-                    self._replies.pop(stream, None)
+    def _notes(self) -> dict[str, str]:
+        """Return what x, y and times mean, as a recording's notes say it."""
+        parts = self.service.parts
+        notes = {} if parts.service.origin is None else {"origin": str(parts.service.origin)}
+        return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in parts.inputs) else {})
 
     def _finish(self) -> None:
         """Take what waits, keep all, and close."""
@@ -390,101 +419,13 @@ class Running:
             self._take(formed)
         if self._window is not None:
             self._save()
+        if self._recorder is not None and self._window is not None:
+            self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
+        self._close()
+
+    def _close(self) -> None:
+        """Close record and store."""
         if self._recorder is not None:
-            for taken in () if self._window is None else self._window.settled(all_of_it=True):
-                self._recorder.write(
-                    taken.scan
-                )  # after what the store knows of it: a restart cuts it off and takes it again
             self._recorder.close()
         if self._store is not None:
             self._store.close()
-
-
-@final
-class _Sending:
-    """One output: reports wait for it in a queue of its own; it opens anew after a failure."""
-
-    def __init__(self, sink: Sink, counters: Counters, number: int, ails: dict[str, str]) -> None:
-        self._sink, self._counters, self._name, self._ails = sink, counters, f"output {number}", ails
-        self._waiting = BoundedQueue[Callable[[], TrackReport]](_REPORTS)
-        self._last = -np.inf
-        self._thread = Thread(target=self._send, name=self._name, daemon=True)
-        self._thread.start()
-
-    def put(self, report: TrackReport, predicted: Callable[[float], TrackReport]) -> None:
-        """Let a report be sent, if it is due."""
-        moment = report.time
-        if self._sink.every and moment < self._last + self._sink.every:
-            return
-        self._last = moment
-        made = (lambda: predicted(now())) if self._sink.predict else (lambda: report)
-        dropped = self._waiting.put(made, wait=False)
-        self._counters.add("reports_dropped_total", len(dropped))
-
-    def _send(self) -> None:
-        while not (self._waiting.closed and not self._waiting.items):
-            try:
-                with self._sink.output.open() as send:
-                    self._ails.pop(self._name, None)
-                    self._send_by(send)
-            except Exception as error:  # an output must not end the service, whoever wrote it
-                self._fail(error)
-                if self._waiting.closed:
-                    return
-
-    def _send_by(self, send: Callable[[bytes], None]) -> None:
-        """Send what waits, until the queue is closed and empty."""
-        while True:
-            for made in self._waiting.take(1, 1.0):
-                report = made()
-                try:
-                    data = self._sink.format.encode(_of(report, report.confirmed) if self._sink.confirmed else report)
-                    if data:
-                        send(data)
-                    self._counters.add("reports_sent_total")
-                except Exception:
-                    self._counters.add("reports_dropped_total")
-                    raise
-            if self._waiting.closed and not self._waiting.items:
-                return
-
-    def _fail(self, error: Exception) -> None:
-        if self._name not in self._ails:
-            LOG.error("output failed", extra={"output": self._name, "why": str(error)})
-        self._ails[self._name] = str(error)
-        Event().wait(0.2)
-
-    def close(self) -> None:
-        """Send what waits, for at most 2 s, and stop."""
-        self._waiting.close()
-        self._thread.join(2.0)
-
-
-@final
-@define
-class _Sparing:
-    """Warns of what one input brings, each kind at most once in a while, with how often it came since."""
-
-    name: str
-    _since: dict[str, tuple[float, int]] = field(factory=dict)
-
-    def warn(self, event: str, told: str, stream: str) -> None:
-        """Warn, unless the same was said just now."""
-        at, count = self._since.get(event, (-np.inf, 0))
-        if now() - at < _QUIET:
-            self._since[event] = at, count + 1
-            return
-        self._since[event] = now(), 0
-        LOG.warning(event, extra={"from": f"{self.name} {stream}"[:100], "why": told[:300], "more": count})
-
-
-def _of(report: TrackReport, rows: Any) -> TrackReport:
-    """Return some tracks of a report."""
-    return evolve(
-        report,
-        ids=report.ids[rows],
-        mean=report.mean[rows],
-        cov=report.cov[rows],
-        existence=report.existence[rows],
-        confirmed=report.confirmed[rows],
-    )

@@ -3,21 +3,52 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from hashlib import sha256
 from typing import Any
 
 import numpy as np
 
 from vedette.config import to_config
+from vedette.config.provenance import differences, identity, packages_of
+from vedette.errors import InputError
+from vedette.experiment import Experiment
 from vedette.tracking import State, Tracker
 from vedette.types import Detections, Pose, Scan
-from vedette_live.grouping import Clock
+from vedette_live.grouping import Clock, Formed
 
 
-def digest_of(tracker: Tracker, seed: int) -> str:
-    """Return what identifies a tracker: saved states fit only the one that made them."""
-    return sha256(json.dumps([to_config(tracker), seed], sort_keys=True).encode()).hexdigest()
+def made_by(experiment: Experiment) -> dict[str, Any]:
+    """Return what makes the states of a service, as plain data: its config, the axes of its tracks, and the code."""
+    config = {name: value for name, value in to_config(experiment).items() if name not in _NO_PART}
+    code = identity(packages_of([config], "vedette_live"))
+    return {"config": config, "axes": [[axis.name, axis.unit] for axis in experiment.tracker.state.axes], "code": code}
+
+
+_NO_PART = ("title", "judge", "source")
+"""Of a config, what has no part in the states."""
+
+
+def digest_of(made: Mapping[str, Any]) -> str:
+    """Return what identifies a config."""
+    return sha256(json.dumps(made["config"], sort_keys=True).encode()).hexdigest()
+
+
+def changed(saved: Mapping[str, Any], here: Mapping[str, Any]) -> tuple[list[str], list[str]]:
+    """Return the places where the config of a saved state is another one than here, and what of the code is."""
+    there, now = (dict(_leaves(made["config"], "")) for made in (saved, here))
+    places = [place for place in sorted({*there, *now}) if there.get(place) != now.get(place)]
+    refused, told = differences(saved["code"], here["code"], "code")
+    return places, [*map(str, refused), *told]
+
+
+def _leaves(given: Any, place: str) -> Iterator[tuple[str, Any]]:
+    """Yield the places of a config that hold no further ones, and what they hold."""
+    if isinstance(given, Mapping) and given:
+        for name, value in given.items():
+            yield from _leaves(value, f"{place}.{name}" if place else str(name))
+    else:
+        yield place, given
 
 
 _ARRAYS = ("evidence", "noise", "identity")
@@ -53,21 +84,29 @@ def scan_from(given: Mapping[str, Any]) -> Scan:
     )
 
 
+def formed_data(formed: Formed) -> dict[str, Any]:
+    """Return a scan that came, and when, as plain data."""
+    return {**scan_data(formed.scan), "arrived": formed.arrived}
+
+
+def formed_from(given: Mapping[str, Any]) -> Formed:
+    """Return the scan of `formed_data`; its messages have been counted."""
+    return Formed(scan_from(given), given["arrived"], 0)
+
+
 def clocks_data(clocks: Mapping[str, Clock]) -> dict[str, Any]:
     """Return the clocks of an input as plain data."""
     return {name: [None if clock.offset == np.inf else clock.offset, clock.last] for name, clock in clocks.items()}
 
 
-def clocks_from(given: Mapping[str, Any], by: str) -> dict[str, Clock]:
+def clocks_from(given: Mapping[str, Any], by: str, leap: float) -> dict[str, Clock]:
     """Return the clocks of `clocks_data`."""
-    return {name: Clock(by, np.inf if offset is None else offset, last) for name, (offset, last) in given.items()}
+    return {name: Clock(by, leap, np.inf if offset is None else offset, last) for name, (offset, last) in given.items()}
 
 
-def state_data(state: State) -> Any:
-    """Return a state as plain data."""
-    return state.to_data()
-
-
-def state_from(tracker: Tracker, given: Any) -> State:
-    """Return the state of `state_data`."""
+def state_from(tracker: Tracker, given: Any, axes: Any) -> State:
+    """Return the state of `State.to_data` over these axes; InputError if it is none of this tracker."""
+    own = [[axis.name, axis.unit] for axis in tracker.state.axes]
+    if axes != own:
+        raise InputError(f"state: is over {axes}, and this tracker's is over {own}")
     return tracker.state_from(given)

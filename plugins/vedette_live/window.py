@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from bisect import bisect_right
-from collections.abc import Iterable
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 from typing import final
 
 from attrs import define, field, frozen
 
-from vedette.errors import ScanRefused
-from vedette.tracking import State, Tracker, without_bad_returns
+from vedette.errors import Problem, ScanRefused
+from vedette.supporting import Preprocessor
+from vedette.tracking import State, Tracker, preprocess, without_bad_returns
 from vedette.types import Scan
+from vedette_live.grouping import Formed
+
+Refusals = list[tuple[Formed, str]]
+"""Scans that cannot be taken, each with the reason."""
 
 
 @frozen(eq=False)
 class Taken:
-    """A scan that was taken, without its bad returns, and the state after it."""
+    """A scan that the tracker took, without its bad returns; the raw ones that it was made of; the state after it."""
 
     scan: Scan
+    formed: tuple[Formed, ...]
     state: State
 
 
@@ -27,13 +34,15 @@ class Window:
     """Takes scans in order of time, whatever the order in which they come, if none is later than `horizon` s.
 
     It keeps the states within the horizon, at most `most`: a scan that is late by more is refused. What has left the horizon
-    is settled: `settled` hands it out, in order, once. Equal times are in the order of the sensors' names.
+    is settled: `settled` hands it out, in order, once. Equal times are in the order of the sensors' names. A preprocessor
+    gets all scans of one time together, however late one of them came.
     """
 
     tracker: Tracker
     start: State
     horizon: float
     most: int
+    preprocessors: Mapping[str, Preprocessor] = field(factory=dict)
     kept: list[Taken] = field(factory=list)
     before: State = field(init=False)
     latest: float = field(init=False)
@@ -48,39 +57,67 @@ class Window:
         """The state after the latest scan."""
         return self.kept[-1].state if self.kept else self.before
 
-    def take(self, scans: Iterable[Scan]) -> list[tuple[Scan, str]]:
+    def take(self, formed: Iterable[Formed]) -> Refusals:
         """Take scans; return those that are refused, each with the reason. What it holds of the others is not changed."""
-        refused, usable = list[tuple[Scan, str]](), list[Scan]()
-        for scan in scans:
-            if scan.time < self.before.time or scan.time < self.latest - self.horizon:
-                told = f"is {self.latest - scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
-                refused.append((scan, f"time: {told}"))
+        refused, usable = Refusals(), list[Formed]()
+        latest = self.latest
+        for one in formed:  # as if each came alone: what is refused does not depend on which are taken together
+            if one.scan.time < self.before.time or one.scan.time < latest - self.horizon:
+                told = f"is {latest - one.scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
+                refused.append((one, f"time: {told}"))
             else:
-                usable.append(scan)
+                usable.append(one)
+                self.late += one.scan.time < latest
+                latest = max(latest, one.scan.time)
         if usable:
             usable.sort(key=_order)
-            at = bisect_right(self.kept, _order(usable[0]), key=lambda taken: _order(taken.scan))
-            former = [taken.scan for taken in self.kept[at:]]
-            self.late += sum(scan.time < self.latest for scan in usable)
-            self.again += len(former)
+            at = self._place(usable[0].scan)
+            former = [one for taken in self.kept[at:] for one in taken.formed]
+            self.again += len(self.kept) - at
             del self.kept[at:]
-            for scan in sorted([*former, *usable], key=_order):  # the sort is stable: those of equal order stay as they came
-                try:
-                    self.kept.append(self._step(scan))
-                except ScanRefused as error:
-                    refused.append((scan, str(error)))
+            in_order = sorted([*former, *usable], key=_order)  # the sort is stable: those of equal order stay as they came
+            for _, moment in groupby(in_order, key=lambda one: one.scan.time):
+                for scan, of in self._made(list(moment), refused):
+                    try:
+                        self.kept.append(self._step(scan, of))
+                    except ScanRefused as error:
+                        refused += [(one, str(error)) for one in of]
             self.latest = max(self.latest, self.state.time)
         return refused
 
-    def _step(self, scan: Scan) -> Taken:
+    def _place(self, first: Scan) -> int:
+        """Return the place of the first scan that is to be taken again, or for the first time."""
+        if self.preprocessors:
+            return bisect_left(self.kept, first.time, key=lambda taken: taken.scan.time)
+        return bisect_right(self.kept, _scan_order(first), key=lambda taken: _scan_order(taken.scan))
+
+    def _made(self, moment: Sequence[Formed], refused: Refusals) -> Iterator[tuple[Scan, tuple[Formed, ...]]]:
+        """Yield the tracker's scans of one time, each with the raw ones that it was made of."""
+        if not self.preprocessors:
+            yield from ((one.scan, (one,)) for one in moment)
+            return
+        problems, raw = list[Problem](), {id(one.scan): one for one in moment}
+        try:
+            made = list(preprocess([one.scan for one in moment], self.preprocessors, problems, strict=False))
+        except Exception as error:  # a plugin's: it costs these scans, not the service
+            refused += [(one, f"preprocessors: {type(error).__name__}: {error}") for one in moment]
+            return
+        for scan in made:
+            plain = raw.pop(id(scan), None)
+            takes = () if plain is not None else self.preprocessors[scan.sensor].sensors
+            of = [key for key, one in raw.items() if one.scan.sensor in takes]
+            yield scan, (plain,) if plain is not None else tuple(raw.pop(key) for key in of)
+        refused += [(one, "; ".join(map(str, problems)) or "no scan was made of it") for one in raw.values()]
+
+    def _step(self, scan: Scan, formed: tuple[Formed, ...]) -> Taken:
         """Return the scan and the state after it; a scan with bad returns is taken without them."""
         try:
-            return Taken(scan, self.tracker.step(self.state, scan))
+            return Taken(scan, formed, self.tracker.step(self.state, scan))
         except ScanRefused:
             kept, problems = without_bad_returns(scan)
             if not problems:
                 raise
-            return Taken(kept, self.tracker.step(self.state, kept))
+            return Taken(kept, formed, self.tracker.step(self.state, kept))
 
     def settled(self, *, all_of_it: bool = False) -> list[Taken]:
         """Return what no late scan can change any more, and forget it but for the last state."""
@@ -95,5 +132,9 @@ class Window:
         return done
 
 
-def _order(scan: Scan) -> tuple[float, str]:
+def _order(one: Formed) -> tuple[float, str]:
+    return _scan_order(one.scan)
+
+
+def _scan_order(scan: Scan) -> tuple[float, str]:
     return scan.time, scan.sensor

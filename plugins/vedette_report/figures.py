@@ -11,6 +11,7 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.types import Rows
 from vedette_report.pixels import pixel_figures
+from vedette_report.registration import registered
 
 FIRST = 20
 """Number of refused parts that the figures name."""
@@ -30,10 +31,29 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         "rows": {name: asdict(part) for name, part in unused(result).items()},
         "notes": dict(result.recording.notes),
         "begun": result.begun,
+        **_registration(result),
         **score.figures(),
         **pixel_figures(result.tracks, result.recording.truth),
     }
     return {name: _finite(value) for name, value in found.items()}
+
+
+def _registration(result: Result) -> dict[str, Any]:
+    """Return what was found of the offsets that all tracks share; nothing where they share none."""
+    if result.offsets is None:
+        return {}
+    each = {
+        one.name: {
+            "unit": one.unit,
+            "estimate": None if one.refused else one.estimate,
+            "deviation": one.deviation,
+            "prior_deviation": one.prior,
+            "observability": one.observability,
+            "refused": one.refused,
+        }
+        for one in registered(result)
+    }
+    return {"registration": each}
 
 
 def unused(result: Result) -> dict[str, Rows]:

@@ -33,7 +33,7 @@ def write_files(
     result, sensors = recorded.result, experiment.tracker.sensors
     notes, space, rows = result.recording.notes, experiment.tracker.state, recorded.rows
     terms = Terms.of(notes, result.tracks)
-    with TrackFiles(folder, space, notes, rows.modes.shape[1], terms, later=rows.confirmed_at is not None) as tracks:
+    with TrackFiles(folder, space, notes, rows.modes.shape[1], terms, extra=rows.extra) as tracks:
         tracks.write(rows)
     detected = {name: sensors[name].measurement for name in experiment.preprocessors}
     taken = Recording(result.scans, result.recording.truth, (), notes, detected=detected)

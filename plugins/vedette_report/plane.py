@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +11,7 @@ from attrs import frozen
 
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
-from vedette.types import Recording, Scan
+from vedette.types import Pose, Recording, Scan
 from vedette_files import NORTH_EAST
 
 
@@ -91,10 +92,21 @@ def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
     return plane.points(sensor.observes, spot.mean)
 
 
+def place_of(sensor: Sensor) -> tuple[float, float] | None:
+    """Return where a fixed sensor stands by its parameters `x` and `y`; None if none, or if what it reports is absolute."""
+    x, y = getattr(sensor, "x", None), getattr(sensor, "y", None)
+    if not isinstance(x, float) or not isinstance(y, float):
+        return None
+    with suppress(NotImplementedError):
+        if sensor.at(Pose(np.zeros(2))) is sensor:
+            return None
+    return x, y
+
+
 def stands(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> list[Array]:
     """Return the positions of the sensors' platforms (s, 2): those with poses, and the places of fixed sensors.
 
-    A fixed sensor states its place by its parameters `x` and `y`, if it has them.
+    A fixed sensor states its place, if it has one.
     """
     if not plane.is_ground:
         return []
@@ -102,8 +114,7 @@ def stands(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -
     looked = {scan.sensor: scan.pose is not None for scan in scans}
     still: dict[tuple[float, float], None] = {}
     for name, sensor in sensors.items():
-        spot = getattr(sensor, "x", None), getattr(sensor, "y", None)
-        if looked.get(name) is False and isinstance(spot[0], float) and isinstance(spot[1], float):
-            still[spot[0], spot[1]] = None
+        if looked.get(name) is False and (spot := place_of(sensor)) is not None:
+            still[spot] = None
     paths = [np.array(moving)] if moving else []
     return [plane.platform(path) for path in (*paths, *(np.array([spot]) for spot in still))]

@@ -18,8 +18,8 @@ from vedette.experiment import Experiment, Result, Steps
 from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import State
-from vedette.types import Frame, Gaussian, Scan
-from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, read_series
+from vedette.types import Frame, Gaussian, Recording, Scan
+from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, full_covariances, read_series
 from vedette_report.series_about import about
 from vedette_report.series_judged import judged
 from vedette_report.series_rows import ScanRows
@@ -34,6 +34,14 @@ _KEPT = 500_000
 
 _BARE = Frame(np.zeros((1, 1)))
 """Stands for a frame until the run is over: all of them would not fit into memory."""
+
+
+@frozen(eq=False)
+class SmoothedSteps:
+    """The recording of a run that is over and a state of it, in place of `Steps`."""
+
+    recording: Recording
+    state: State
 
 
 @frozen(eq=False)
@@ -57,7 +65,9 @@ class Recorder:
     count as confirmed from the start once they are, all is judged and written at the end, when that is known.
     """
 
-    def __init__(self, target: Path | BinaryIO, experiment: Experiment, steps: Steps, *, kept: bool = True) -> None:
+    def __init__(
+        self, target: Path | BinaryIO, experiment: Experiment, steps: Steps | SmoothedSteps, *, kept: bool = True
+    ) -> None:
         tracker, recording = experiment.tracker, steps.recording
         self.judge = RunningJudge(
             recording.truth,
@@ -74,7 +84,7 @@ class Recorder:
         self.tracks = SeriesTracks(tracker.state)
         self._of = ScanRows(experiment, recording)
         self._file = SeriesFile(target, about(experiment, recording, self._of.plane, self.modes))
-        none = no_rows(len(tracker.state), self._of.axes, self.modes)
+        none = no_rows(len(tracker.state), self._of.axes, self.modes, links=steps.state.links is not None)
         self._later = list[tuple[dict[str, dict[str, Column]], _Seen]]() if experiment.retroactive else None
         if self._later is not None:
             none = {**none, "entries": {**none["entries"], "confirmed_at": np.zeros(0)}}
@@ -92,6 +102,24 @@ class Recorder:
         else:
             bare = scan if scan.frame is None else evolve(scan, frame=_BARE)
             self._later.append((rows, evolve(seen, scan=bare)))
+
+    def again(self, scan: Scan, rows: dict[str, dict[str, Column]]) -> None:
+        """Take a scan that a run took before this one, with the rows that its series have of it, of the tables `none`."""
+        told, low = rows["entries"], rows["below"]
+        cov = full_covariances(told["cov"], low["entry"], low["place"], low["value"])
+        modes = told["modes"] if self.modes else None
+        seen = _Seen(scan, told["track"], told["confirmed"], Gaussian(told["mean"], cov), told["nis"], told["hit"], modes)
+        self._take(rows, seen)
+
+    @property
+    def none(self) -> Tables:
+        """The tables of a run that nobody has judged, without rows."""
+        return self._none
+
+    @property
+    def scans(self) -> int:
+        """How many scans were taken."""
+        return self._scans
 
     def _take(self, rows: dict[str, dict[str, Column]], seen: _Seen) -> None:
         for table in ("returns", "entries", "splits", "merges"):

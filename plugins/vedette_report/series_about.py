@@ -11,7 +11,7 @@ from vedette.metrics import positions, truth_at
 from vedette.types import Recording
 from vedette_files import units
 from vedette_report.figures import length_unit
-from vedette_report.plane import Plane
+from vedette_report.plane import Plane, place_of
 from vedette_report.traces import BAND, band, mode_names
 from vedette_report.views import view
 
@@ -22,8 +22,7 @@ def about(experiment: Experiment, recording: Recording, plane: Plane | None, mod
     sensors = {}
     for name, sensor in tracker.sensors.items():
         threshold = tracker.gate.for_sensor(sensor).threshold
-        x, y = getattr(sensor, "x", None), getattr(sensor, "y", None)
-        place = (x, y) if isinstance(x, float) and isinstance(y, float) else None
+        place = place_of(sensor)
         ground = plane if plane is not None and plane.is_ground else None
         sensors[name] = {
             "axes": units(sensor.measurement),

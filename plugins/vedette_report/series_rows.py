@@ -84,6 +84,7 @@ class ScanRows:
                 "hit": state.hit,
                 "miss": state.weights[:, 0],
                 "identity": np.full(tracks, UNNAMED) if state.identity is None else state.identity,
+                **({} if state.links is None else {"link": state.links}),
                 "nis": state.nis,
                 "modes": np.zeros((tracks, 0)) if modes is None else modes,
                 "expected": expected,

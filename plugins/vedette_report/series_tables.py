@@ -18,8 +18,11 @@ def together(parts: Sequence[Tables]) -> dict[str, dict[str, Column]]:
     }
 
 
-def no_rows(n: int, m: int, modes: int) -> Tables:
-    """Return the tables of a run that no judge has seen, without rows: n state axes, at most m measured ones."""
+def no_rows(n: int, m: int, modes: int, *, links: bool = False) -> Tables:
+    """Return the tables of a run that no judge has seen, without rows: n state axes, at most m measured ones.
+
+    `links`: tracks have the probabilities of their links.
+    """
     real, short = np.float64, np.int32
     scans: dict[str, Any] = {"time": real, "sensor": np.int16, "returns": short, "tracks": short, "columns": short}
     scans |= {"platform": (real, 2), "heading": real}
@@ -33,6 +36,7 @@ def no_rows(n: int, m: int, modes: int) -> Tables:
         "hit": real,
         "miss": real,
         "identity": np.int64,
+        **({"link": real} if links else {}),
         "nis": real,
         "modes": (real, modes),
         "expected": (real, m),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -10,13 +11,14 @@ from attrs import frozen
 
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
+from vedette.hypotheses import HypothesisAssociator
 from vedette.metrics import Score
-from vedette.tracking import from_the_start, smooth
+from vedette.tracking import from_the_start, smooth, smoothed
 from vedette.types import Track
 from vedette.units import in_unit
 from vedette.writing import whole_bytes
 from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
-from vedette_report.series import Recorded
+from vedette_report.series import Recorded, Recorder, SmoothedSteps
 from vedette_report.smoothed_series import smoothed_series
 
 _COMPARED = (
@@ -55,11 +57,26 @@ def read_lag(text: str) -> float:
 def smooth_result(experiment: Experiment, recorded: Recorded, lag: float) -> Smoothed:
     """Smooth a run whose states were kept, and judge it as the filter is judged."""
     result = recorded.result
+    if isinstance(experiment.tracker.associator, HypothesisAssociator):
+        return _retold(experiment, result, lag)
     tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
     if experiment.retroactive:
         tracks = tuple(map(from_the_start, tracks))
     score, packed = smoothed_series(recorded.series(), experiment, result.scans, result.recording.truth, tracks)
     return Smoothed(lag, tracks, score, packed)
+
+
+def _retold(experiment: Experiment, result: Result, lag: float) -> Smoothed:
+    """Smooth a run that kept hypotheses: later scans say which tracks there were, too."""
+    tracker, packed = experiment.tracker, BytesIO()
+    before = tracker.start()
+    recorder = Recorder(packed, experiment, SmoothedSteps(result.recording, before))
+    told = smoothed(tracker, result.states, lag, experiment.seed)
+    for scan, filtered, state in zip(result.scans, result.states, told, strict=True):
+        recorder.add(scan, before, state, tracker.estimate(state), tracker.estimator.mode_prob(state.belief))
+        before = filtered
+    recorder.close()
+    return Smoothed(lag, recorder.tracks.hand_out().tracks(), recorder.judge.score(), packed.getvalue())
 
 
 def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothed: Smoothed) -> list[str]:

@@ -23,6 +23,7 @@ from vedette.writing import NOTHING_READ, Inputs, Results, results_in
 from vedette_files import FrameFiles, Tables, recording_head, scan_line
 from vedette_report.figures import figures
 from vedette_report.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
+from vedette_report.resuming import Checkpoints, Former
 from vedette_report.series import Recorder
 from vedette_report.summary import summary
 from vedette_report.track_files import TrackFiles
@@ -60,23 +61,26 @@ def stream(
     steps: Steps | None = None,
     shown: Shown | None = None,
     reads: Inputs = NOTHING_READ,
+    former: Former | None = None,
 ) -> Streamed:
     """Run an experiment, write its tracks and its recording and judge them as it goes; only counts and sums stay in memory.
 
     The lines are those of a run that keeps all, in the order in which they came: some scans, and within them track by track.
     They are written into a part of the folder until the run has ended, so that one that is killed leaves the folder's
     former results as they were, and what it had done beside them. `steps` is the run if it is open already; `shown` is
-    called after each of them, with its tables: each scan is then judged as it comes. `reads` is what the run reads.
+    called after each of them, with its tables: each scan is then judged as it comes. `reads` is what the run reads, `former`
+    a run that did not come to its end, from whose last state this one goes on; its place goes when this one has ended.
     """
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
-    with results_in(folder, reads, NAMES) as results:
+    replaces = () if former is None else (former.place, *former.beside)
+    with results_in(folder, reads, NAMES, replaces) as results:
         write_config(results.place, experiment)
         steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
-        return _written(experiment, results, steps, shown)
+        return _written(experiment, results, steps, shown, former)
 
 
-def _written(experiment: Experiment, results: Results, steps: Steps, shown: Shown | None) -> Streamed:
+def _written(experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None) -> Streamed:
     folder = results.place
     steps.intake.refused.limit(NAMED)
     tracker, interrupted = experiment.tracker, False
@@ -84,23 +88,38 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
     detected = {name: spaces[name] for name in experiment.preprocessors}
     frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
     recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
+    extra = () if steps.state.links is None else ("link",)
     with (
-        TrackFiles(folder, tracker.state, notes, recorder.modes, grows=True) as tracks,
+        TrackFiles(folder, tracker.state, notes, recorder.modes, extra=extra, grows=True) as tracks,
         (folder / "recording.jsonl").open("w", encoding="utf-8", newline="\n") as recording,
     ):
-        recording.writelines(recording_head(evolve(steps.recording, detected=detected), spaces))
+        described = evolve(steps.recording, detected=detected)
+        recording.writelines(recording_head(described, spaces))
 
-        blocks = 0
+        blocks, checkpoints = 0, None
 
         def write() -> None:
             nonlocal blocks
             recorder.finish_block()
             tracks.write(recorder.tracks.hand_out())
             recording.flush()
-            results.keep, blocks = True, blocks + 1
+            blocks += 1
             if blocks % _BLOCKS == 0:
                 recorder.flush()
+            if checkpoints is not None:
+                results.keep = True
+                if blocks % _BLOCKS == 0:
+                    checkpoints.write(steps, recorder.scans)
 
+        if former is not None:
+            for scan, rows in former.play(steps, recording_head(described, spaces), spaces, recorder.none):
+                recording.write(scan_line(scan, spaces, frames))
+                recorder.again(scan, rows)
+                if recorder.full:
+                    write()
+        checkpoints = Checkpoints(folder, experiment)
+        if recorder.scans:
+            checkpoints.write(steps, recorder.scans)
         defined, held = True, Held()
         try:
             for scan, state in held.apart(steps):
@@ -131,6 +150,7 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
         lost=steps.state.lost,
         intake=intake,
         experiment=experiment,
+        offsets=steps.state.offsets,
     )
     score = recorder.judge.score()
     told, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)

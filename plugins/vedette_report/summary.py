@@ -11,9 +11,11 @@ from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score, chi_square_band
 from vedette.types import LazyScans
+from vedette.units import say
 from vedette_files import Terms, utc
 from vedette_report.columns import aligned
 from vedette_report.figures import count, length_unit, unused
+from vedette_report.registration import registered
 from vedette_report.traces import BAND, Bands, Inside, Judged, band, mode_names
 from vedette_report.track_rows import track_rows
 from vedette_report.warnings import ENOUGH, warnings
@@ -71,6 +73,13 @@ def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
 def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
     """Return how many tracks there were, and how often their weights were not exact."""
     yield "tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun"
+    for i, each in enumerate(registered(result)):
+        found = f"{each.name} {say(each.estimate, each.unit)} +- {say(each.deviation, each.unit)}"
+        seen = f"of the prior's variance {each.observability:.1%} removed"
+        yield (
+            "" if i else "registration",
+            f"{each.name} REFUSED: {each.refused}; {seen}" if each.refused else f"{found}; {seen}",
+        )
     intake = result.intake
     if intake.outside:
         told = f"{count(intake.outside, 'return')} of a code that a track bears lay outside its gate"
@@ -163,7 +172,7 @@ def _against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[
     if score.position_bound_m is not None:
         yield "lower bound", f"{score.position_bound_m:.3g} {unit}: posterior Cramer-Rao bound of the position error"
     for figure in installed_figures():
-        if figure.name in score.more:
+        if score.more.get(figure.name) is not None:
             value = _maybe(score.more[figure.name], "" if figure.unit == "1" else figure.unit)
             yield figure.study or figure.name, f"{value}: {figure.about}"
 
@@ -177,7 +186,8 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
         yield f"trajectory GOSPA {score.trajectory_gospa_m:.3g} {unit} a scan"
     else:
         yield "no trajectory GOSPA, whose linear program is larger than judge.largest_program"
-    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, HOTA {_maybe(score.hota)}, MOTA {_maybe(score.mota)}"
+    shares = ", ".join(f"{name.upper()} {_maybe(getattr(score, name))}" for name in ("hota", "mota", "idf1"))
+    yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, {shares}"
 
 
 def _objects(score: Score, unit: str) -> list[str]:

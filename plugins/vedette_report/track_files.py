@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager, ExitStack
 from importlib.util import find_spec
 from pathlib import Path
@@ -40,7 +40,7 @@ class TrackFiles:
         modes: int,
         terms: Terms | None = None,
         *,
-        later: bool = False,
+        extra: Sequence[str] = (),
         grows: bool = False,
     ) -> None:
         self._terms, self._stack = Terms.of(notes) if terms is None else terms, ExitStack()
@@ -48,7 +48,7 @@ class TrackFiles:
         self.names = ["tracks.csv", "tracks.jsonl"]
         with ExitStack() as opening:  # what was opened is closed if the next cannot be
             self._csv, self._jsonl = (opening.enter_context(_opened(folder / name, grows=grows)) for name in self.names)
-            self._csv.write(csv_head(space, modes, self._terms, later=later))
+            self._csv.write(csv_head(space, modes, self._terms, extra))
             self._jsonl.write(jsonl_head(space))
             if "latitude" in self._terms.columns(space):
                 self._further.append(opening.enter_context(geojson_pieces(folder / "tracks.geojson", self._terms)))

@@ -11,9 +11,9 @@ from attrs import evolve
 from vedette.config import read_file
 from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress, silent
+from vedette_report.identity import Code
 from vedette_study.execution import carry_out
 from vedette_study.executors import WAIT, cluster, local
-from vedette_study.identity import Code
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import Plan, plan, whole
 from vedette_study.store import kept_chunk, open_store
@@ -89,7 +89,7 @@ def perform(
         raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
     if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
         planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
-    code = Code.of((point.config for point in planned.points), accept=accept_other_code)
+    code = Code.of((point.config for point in planned.points), "vedette_study", accept=accept_other_code)
     with local(planned, threads) if scheduler is None else cluster(planned, code, scheduler) as (executor, width):
         store = None if out is None else open_store(Path(out), planned, code, resume=resume)
         chunks, interrupted = carry_out(planned, code, store, executor, width, progress, wait)

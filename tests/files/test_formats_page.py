@@ -29,10 +29,13 @@ def test_the_configs_build(example, source):
 
 
 def test_the_recording_and_the_tracks_are_read(tmp_path):
-    header, lines, tracks, end = examples("json")
+    header, lines, left_out, tracks, end = examples("json")
     (tmp_path / "r.jsonl").write_text(header + lines)
     recording, _ = read_recording(tmp_path / "r.jsonl")
     assert recording.refused == ()
+    (tmp_path / "s.jsonl").write_text(header + lines + left_out)
+    again, _ = read_recording(tmp_path / "s.jsonl")
+    assert (len(again.scans), len(again.refused)) == (len(recording.scans), 1)
     assert [len(scan.detections.z) for scan in recording.scans] == [2, 0]
     assert [true.name for true in recording.truth] == ["ferry"]
     (tmp_path / "t.jsonl").write_text(tracks + end)

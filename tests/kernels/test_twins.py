@@ -241,3 +241,32 @@ def test_the_comparison_bites(monkeypatch, mutant):
     }
     with pytest.raises(AssertionError):
         checks[mutant]()
+
+
+@given(seeds, batches, kinds, st.integers(0, 5), counts, st.booleans())
+def test_what_tracks_claim(seed, batch, kind, t, k, exclusive):
+    draw = Draw(seed, batch, kind)
+    weights = draw.rng.random((*batch, t, 1 + k))
+    agree("claimed", draw.laid(weights / np.maximum(weights.sum(-1, keepdims=True), 1e-9), 2), exclusive)
+
+
+@given(seeds, batches, st.sampled_from(["plain", "strided", "reversed", "broadcast"]), counts)
+def test_weights_and_scores_of_tracks_that_may_not_exist(seed, batch, kind, k):
+    draw = Draw(seed, batch, kind)
+    scores, miss = draw.logs(1 + k), -np.abs(draw.logs())
+    weights = np.exp(draw.logs(1 + k))
+    weights = draw.laid(weights / weights.sum(-1, keepdims=True), 1)
+    exists = draw.rng.choice([0.0, 1e-320, 0.3, 0.999, 1.0], batch) if batch else np.asarray(0.4)
+    agree("if_existing", scores, miss, exists)
+    agree("given_existence", weights, scores, np.concatenate([miss[..., None], scores[..., 1:]], axis=-1), exists)
+    never = np.where(draw.rng.random(scores.shape) < 0.3, -np.inf, scores)
+    agree("given_existence", weights, never, never, exists)
+
+
+@given(seeds, batches, kinds, states)
+def test_cancelled_digits(seed, batch, kind, n):
+    draw = Draw(seed, batch, kind)
+    P, F = draw.cov(n), draw.vector(n, n)
+    cov = reference.propagate(P, F, np.zeros((n, n)))
+    for share in (1.0, 1e-3, 1e-6, 1e-9):
+        agree("cancels", P, F, share * cov)

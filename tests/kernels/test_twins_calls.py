@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from support.twins import REFERENCE, compare, seeds, without_reference
 from vedette import Gaussian, kernels
 from vedette.kernels import _compiled
+from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_standard.sensors.range_bearing import RangeBearing
 
 batches = st.sampled_from([(), (1,), (3,), (8,), (19,), (0,), (2, 1), (3, 4), (2, 9), (19, 2), (70,), (2, 3, 2)])
 
@@ -59,7 +61,20 @@ def an_example_of_each():
     )
     one, sure = np.zeros(1, np.int64), np.ones(1)
     clutter = np.ones((2, k, 2)), H, R, 0.9, 0.99, 9.0, -2.0
+    radar, turn = RangeBearing(5.0, 0.01).twin, CoordinatedTurn(0.5, 0.01).twin
+    look, move = (radar.function, radar.parameters), (turn.function, turn.parameters)
+    way, spread, around = np.ones((2, 5)), np.eye(5) + np.zeros((2, 1, 1)), np.zeros((2, 9, 4))
     return {
+        "measure_twin": (x[:, :2], *look, 2),
+        "move_twin": (way, 1.0, *move, ()),
+        "predict_twin": (way, spread, 1.0, *move, ()),
+        "predict_points_twin": (way, np.zeros((2, 11, 5)), np.full(11, 1 / 11), 1.0, *move, ()),
+        "evaluate_twin": (x, P, np.ones((k, 2)), None, *look, (0, 1), 0.99, ((1, 6.0),)),
+        "evaluate_points_twin": (x, around, points[2], np.ones((k, 2)), None, *look, (0, 1), 0.99, (), ((1, 6.0),)),
+        "cancels": (P, F, P),
+        "claimed": (weights, True),
+        "if_existing": (columns, columns[:, 0], exists),
+        "given_existence": (weights, columns, columns, exists),
         "predict": (x, P, F, F),
         "propagate": (P, F, F),
         "over_axes": (((1.0, 2.0), (0.0, 1.0)), 2),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from vedette import Space
 from vedette.streams import Decoded, Format, Message, TrackReport
+from vedette_files import label
 from vedette_live.formats.asterix import Asterix
 from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.geojson import GeoJson
@@ -142,6 +143,38 @@ def test_ais_gives_positions_and_passes_over_the_rest() -> None:
         ("latitude", "longitude"),
     ]
     np.testing.assert_allclose(messages[0].z[0, :3], [37.802118, -122.341618, 0.0], atol=1e-6)  # as gpsd decodes it
+
+
+PUBLISHED = {  # by gpsd's guide to AIVDM and its sample log
+    b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C": (477553000, 47.582833, -122.345833, 0.0, 51.0),
+    b"!AIVDM,1,1,,A,15RTgt0PAso;90TKcjM8h6g208CQ,0*4A": (371798000, 48.381633, -123.395383, 12.3, 224.0),
+    b"!AIVDM,1,1,,A,16SteH0P00Jt63hHaa6SagvJ087r,0*42": (440348000, 43.08015, -70.7582, 0.0, 93.4),
+    b"!AIVDM,1,1,,B,25Cjtd0Oj;Jp7ilG7=UkKBoB0<06,0*60": (356302000, 40.392358, -71.626143, 13.9, 87.7),
+    b"!AIVDM,1,1,,A,38Id705000rRVJhE7cl9n;160000,0*40": (563808000, 36.91, -76.327533, 0.0, 252.0),
+}
+
+
+@pytest.mark.parametrize("line", PUBLISHED)
+def test_published_sentences_are_read_as_published(line: bytes) -> None:
+    mmsi, latitude, longitude, speed, course = PUBLISHED[line]
+    ((message,), refused) = through(Nmea(), [line + b"\n"])
+    assert not refused
+    np.testing.assert_allclose(message.z[0, :2], [latitude, longitude], atol=6e-7)
+    np.testing.assert_allclose(message.z[0, 2:], [speed * 1852 / 3600, np.deg2rad(course)], rtol=1e-9)
+    assert message.identity is not None
+    assert label(int(message.identity[0])) == str(mmsi)
+
+
+def test_a_published_radar_plot_is_read_as_published() -> None:
+    """The sample of category 048 of Croatia Control's decoder, whose values other decoders print too."""
+    pytest.importorskip("asterix.generated")
+    sample = "300030fdf70219c9356d4da0c5aff1e0020005283c660c10c236d4182001c0780031bc0000400deb07b9582e410020f5"
+    ((message,), refused) = through(Asterix(), [bytes.fromhex(sample)])
+    assert not refused
+    assert (message.sensor, message.time, message.axes) == ("25/201", 27354.6015625, ("range", "azimuth"))
+    np.testing.assert_allclose(message.z, [[197.68359375 * 1852.0, np.deg2rad(340.13671875)]], rtol=1e-12)
+    assert message.identity is not None
+    assert label(int(message.identity[0])) == "3c660c"
 
 
 def test_ais_that_is_wrong_is_refused() -> None:

@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+from support.services import PATIENCE, free_port
+from vedette import ConfigError
 from vedette_live.addresses import Security
 from vedette_live.outputs.files import FileOutput
 from vedette_live.outputs.sockets import TcpServerOutput, UdpOutput, pieces
@@ -24,9 +26,19 @@ def test_a_file_that_was_moved_away_is_begun_anew_and_a_link_is_refused(tmp_path
     assert ((tmp_path / "old").read_bytes(), path.read_bytes()) == (b"one\n", b"two\n")
     link = tmp_path / "link"
     link.symlink_to(path)
-    with pytest.raises(OSError), FileOutput(path=str(link)).open():  # noqa: PT011
+    with pytest.raises(ConfigError), FileOutput(path=str(link)).open():
         pass
     assert path.read_bytes() == b"two\n"
+    assert sorted(file.name for file in tmp_path.iterdir()) == ["link", "old", "tracks"]
+
+
+def test_a_file_that_another_writes_is_left_alone(tmp_path: Path) -> None:
+    output = FileOutput(path=str(tmp_path / "tracks"))
+    with output.open() as send:
+        with pytest.raises(ConfigError), output.open():
+            pass
+        send(b"one\n")
+    assert (tmp_path / "tracks").read_bytes() == b"one\n"
 
 
 def test_long_reports_are_parted_at_line_ends() -> None:
@@ -40,26 +52,25 @@ def test_long_reports_are_parted_at_line_ends() -> None:
 def test_datagrams_arrive() -> None:
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
         here.bind(("127.0.0.1", 0))
-        here.settimeout(5.0)
+        here.settimeout(PATIENCE)
         with UdpOutput(port=here.getsockname()[1]).open() as send:
             send(b"hello")
         assert here.recv(100) == b"hello"
 
 
 def test_a_reader_that_goes_away_takes_nothing_from_the_others() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as other:
-        port = other.getsockname()[1]
+    port = free_port()
     with TcpServerOutput(port=port).open() as send:
-        first, second = (socket.create_connection(("127.0.0.1", port), timeout=5.0) for _ in range(2))
+        first, second = (socket.create_connection(("127.0.0.1", port), timeout=PATIENCE) for _ in range(2))
         with first, second:
-            got, last = b"", time.monotonic() + 10.0
+            got, last = b"", time.monotonic() + PATIENCE
             second.settimeout(0.01)
             while not got and time.monotonic() < last:  # until both are taken
                 send(b".")
                 with suppress(TimeoutError):
                     got += second.recv(100)
             first.close()
-            second.settimeout(5.0)
+            second.settimeout(PATIENCE)
             send(b"a")
             send(b"b\n")
             while not got.endswith(b"\n"):
@@ -72,16 +83,15 @@ def test_a_browser_of_another_origin_and_a_wrong_token_are_refused(tmp_path: Pat
     exceptions = pytest.importorskip("websockets.exceptions")
     token = tmp_path / "token"
     token.write_text("correct horse battery staple")
-    with socket.create_server(("127.0.0.1", 0)) as other:
-        port = other.getsockname()[1]
+    port = free_port()
     output = WebSocketOutput(port=port, security=Security(token_file=str(token)))
     right = {"Authorization": "Bearer correct horse battery staple"}
     with output.open() as send:
         place = f"ws://127.0.0.1:{port}/"
         for wrong in ({}, {"Authorization": "Bearer x"}, {**right, "Origin": "http://evil.example"}):
             with pytest.raises(exceptions.InvalidStatus):
-                client.connect(place, additional_headers=wrong, open_timeout=5)
-        with client.connect(place, additional_headers=right, open_timeout=5) as here:
+                client.connect(place, additional_headers=wrong, open_timeout=PATIENCE)
+        with client.connect(place, additional_headers=right, open_timeout=PATIENCE) as here:
             for _ in range(2000):
                 send(b'{"number": 1}\n')
                 try:

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import signal
 import sqlite3
 import subprocess
 import sys
+from io import FileIO
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pytest
 
 import vedette
-from live.test_service import TRACKER, connected, free_port, lines, served, wait_for
+from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, replayed, served, undisturbed, wait_for
+from vedette import ConfigError
 from vedette.streams import Saved
-from vedette_live.saving import scan_from
+from vedette_live import saving
+from vedette_live.config import load_service
+from vedette_live.running import Running
+from vedette_live.saving import formed_from
 from vedette_live.stores.sqlite import SqliteStore
 
 
@@ -24,15 +32,6 @@ def config(tmp_path: Path, port: int, **service: object) -> dict[str, object]:
         "inputs": [{"input": {"kind": "tcp_server", "port": port}, "format": {"kind": "json_lines"}}],
         "service": {"store": {"kind": "sqlite", "path": str(tmp_path / "state.sqlite")}, "save": 0.05, **service},
     }
-
-
-def undisturbed(count: int) -> vedette.tracking.State:
-    tracker = vedette.build(TRACKER)
-    state = tracker.start(seed=np.random.SeedSequence(0).spawn(2)[1])
-    for line in lines(count):
-        told = json.loads(line)
-        state = tracker.step(state, vedette.Scan(told["time"], told["sensor"], vedette.Detections.of(told["z"], 2)))
-    return state
 
 
 def send(port: int, todo: list[bytes], wanted: int, stop_after: int | None = None) -> int:
@@ -56,34 +55,83 @@ def test_a_service_that_is_restarted_goes_on_to_the_last_bit(tmp_path: Path) -> 
     with served(config(tmp_path, port, horizon="4 s")) as running:
         send(port, todo[20:], 60)  # ten lines come again
         wait_for(lambda: running.counters.counts["scans_taken_total"] == 60)
-    expected = undisturbed(60)
-    assert running.state is not None
-    assert json.dumps(running.state.to_data()) == json.dumps(expected.to_data())
+    expected = undisturbed(lines(60))
+    assert as_json(running.state) == as_json(expected)
     assert running.counters.counts["messages_repeated_total"] == 10
 
 
-def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: Path) -> None:
+def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Path) -> None:
+    """The connection was lost, not the service; the answer goes to the new one, once all is saved."""
+    port, todo = free_port(), lines(40)
+    with served(config(tmp_path, port, save=3600.0)) as running:
+        with connected(port) as first:
+            first.sendall(b"".join(todo[:30]))
+            wait_for(lambda: running.counters.counts["scans_taken_total"] == 30)
+        with connected(port) as second:
+            second.sendall(b"".join(todo))
+            wait_for(lambda: running.counters.counts["messages_total"] == 70)
+            wait_for(lambda: running.counters.counts["scans_taken_total"] == 40)
+            running._save()
+            with second.makefile("rb") as told:
+                answers = [json.loads(told.readline()) for _ in range(2)]
+    assert {answer["sensor"]: answer["ack"] for answer in answers} == {"north": 39, "south": 38}
+    assert running.counters.counts["messages_repeated_total"] == 30
+    assert as_json(running.state) == as_json(undisturbed(todo))
+
+
+def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> None:
+    """The database may have no further page, and the record no further byte, for a while."""
+    port, todo, record = free_port(), lines(120), tmp_path / "record.jsonl"
+    with served(config(tmp_path, port, record=str(record))) as running:
+        counts = running.counters.counts
+        send(port, todo[:20], 20)
+        direct, recorder = running._store.connection, running._recorder  # type: ignore[union-attr]
+        assert recorder is not None
+        direct.execute(f"PRAGMA max_page_count = {direct.execute('PRAGMA page_count').fetchone()[0]}")
+        file, recorder.file = recorder.file, FullFile(recorder.file.fileno(), "r+b", closefd=False)
+        with connected(port) as here:
+            here.sendall(b"".join(todo[20:]))
+            wait_for(lambda: counts["scans_taken_total"] == 120)
+            wait_for(lambda: counts["saves_failed_total"] > 0)
+            assert set(running.ails) & {"store", "record"}
+            direct.execute("PRAGMA max_page_count = 1000000")
+            recorder.file = file
+            wait_for(lambda: not running.ails)
+    assert as_json(running.state) == as_json(undisturbed(todo))
+    assert as_json(replayed(record, TRACKER)) == as_json(running.state)
+
+
+class FullFile(FileIO):
+    """A file on a full disk, which takes a few bytes before it says so."""
+
+    def write(self, data: Any) -> int:
+        if len(data) < 10:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return super().write(data[:-9])
+
+
+@pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.nightly("eleven processes"))])
+def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: Path, kills: int) -> None:
     port, todo, sent = free_port(), lines(200), 0
     record = tmp_path / "record.jsonl"
     path = tmp_path / "service.json"
     path.write_text(json.dumps(config(tmp_path, port, record=str(record))))
-    for round_ in range(4):
+    for round_ in range(kills + 1):
         service = subprocess.Popen([sys.executable, "-m", "vedette", "serve", str(path)], stderr=subprocess.DEVNULL)
         try:
-            last = round_ == 3
-            sent = send(port, todo[sent:], 200, None if last else sent + 30)
+            last = round_ == kills
+            sent = send(port, todo[sent:], 200, None if last else sent + 150 // kills)
         finally:
             service.send_signal(signal.SIGTERM if last else signal.SIGKILL)
-            service.wait(20)
+            service.wait(PATIENCE)
     saved = SqliteStore(path=str(tmp_path / "state.sqlite")).open().load()
     assert saved is not None
     tracker = vedette.build(TRACKER)
     state = tracker.state_from(saved.states["before"])
     for scan in saved.states["scans"]:
-        state = tracker.step(state, scan_from(scan))
-    assert json.dumps(state.to_data()) == json.dumps(undisturbed(200).to_data())
-    result = vedette.load({**TRACKER, "source": {"kind": "jsonl", "path": str(record)}}).run()
-    assert len(result.scans) == 200
+        state = tracker.step(state, formed_from(scan).scan)
+    assert as_json(state) == as_json(undisturbed(lines(200)))
+    assert as_json(replayed(record, TRACKER)) == as_json(state)
 
 
 def test_a_damaged_state_is_told_and_the_one_before_it_used(tmp_path: Path) -> None:
@@ -121,13 +169,56 @@ def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path) -
     again.close()
 
 
-def test_a_state_of_another_config_is_left_out(tmp_path: Path) -> None:
+def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:
+    port, record = free_port(), str(tmp_path / "record.jsonl")
+    with served(config(tmp_path, port, record=record)):
+        send(port, lines(4), 4)
+        for path in ("state.sqlite", "other.sqlite"):
+            other = config(tmp_path, free_port(), record=record, store={"kind": "sqlite", "path": str(tmp_path / path)})
+            with pytest.raises(ConfigError):
+                Running(load_service(other)).run()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["record.jsonl", "state.sqlite"]
+
+
+def goes_on(config: dict[str, object]) -> float | None:
+    """Return the time of the state that a service begins with."""
+    running = Running(load_service(config))
+    running._restore()
+    running._close()
+    return None if running.state is None else running.state.time
+
+
+def test_a_state_of_another_config_is_used_where_it_fits_and_what_changed_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    port = free_port()
+    given = config(tmp_path, port)
+    with served(given):
+        send(port, lines(10), 10)
+    last = undisturbed(lines(10)).time
+    assert goes_on(given) == last
+    assert not caplog.records
+    less = {**TRACKER["sensors"], "north": {**TRACKER["sensors"]["north"], "detection_probability": 0.8}}
+    assert goes_on({**given, "sensors": less}) == last
+    assert [vars(record)["changed"] for record in caplog.records if "changed" in vars(record)] == [
+        ["sensors.north.detection_probability"]
+    ]
+    other = {"kind": "kalman", "motion": {"kind": "constant_acceleration", "sigma_jerk": 0.1}}
+    spread = {"kind": "from_returns", "spread": {"vx": 4.0, "vy": 4.0, "ax": 1.0, "ay": 1.0}}
+    assert goes_on({**given, "estimator": other, "birth": spread}) is None
+    assert caplog.records[-1].levelname == "ERROR"
+
+
+def test_a_state_of_other_code_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
     port = free_port()
     with served(config(tmp_path, port)):
         send(port, lines(10), 10)
-    other = {**config(tmp_path, port), "seed": 7}
-    with served(other) as running:
-        assert running.state is None
+    own = saving.identity
+    monkeypatch.setattr(saving, "identity", lambda packages: {**own(packages), "numpy": "1.0"})
+    assert goes_on(config(tmp_path, port)) is not None
+    assert [len(vars(record)["changed"]) for record in caplog.records if "changed" in vars(record)] == [1]
 
 
 def test_tracks_are_rows_and_old_ones_are_pruned(tmp_path: Path) -> None:
@@ -138,7 +229,7 @@ def test_tracks_are_rows_and_old_ones_are_pruned(tmp_path: Path) -> None:
         send(port, lines(60), 60)
     with sqlite3.connect(tmp_path / "state.sqlite") as direct:
         rows = direct.execute("SELECT time, id, x, y, confirmed FROM tracks ORDER BY time").fetchall()
-    expected, tracker = undisturbed(60), vedette.build(TRACKER)
+    expected, tracker = undisturbed(lines(60)), vedette.build(TRACKER)
     assert rows[0][0] >= expected.time - 30.0
     last = {row[1]: row[2:4] for row in rows if row[0] == expected.time}
     means = tracker.estimate(expected).mean

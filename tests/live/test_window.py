@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +11,7 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette import Detections, Scan, Tracker
+from vedette_live.grouping import Formed
 from vedette_live.window import Window
 
 TRACKER: Tracker = vedette.build(
@@ -36,6 +39,10 @@ def scans(count: int = 40, seed: int = 1) -> list[Scan]:
     return out
 
 
+def came(scans: Iterable[Scan]) -> list[Formed]:
+    return [Formed(scan, scan.time, 1) for scan in scans]
+
+
 def window(horizon: float, most: int = 1000) -> Window:
     return Window(TRACKER, TRACKER.start(seed=3), horizon, most)
 
@@ -46,14 +53,14 @@ def test_scans_that_are_late_within_the_horizon_change_nothing(data: st.DataObje
     in_order = scans()
     delays = data.draw(st.lists(st.floats(0, 3), min_size=len(in_order), max_size=len(in_order)))
     arrival = dict(zip((scan.time for scan in in_order), delays, strict=True))
-    came = sorted(in_order, key=lambda scan: scan.time + arrival[scan.time])
+    arriving = sorted(in_order, key=lambda scan: scan.time + arrival[scan.time])
     one, other, done = window(3.0), window(0.0), []
     for scan in in_order:
-        assert other.take([scan]) == []
+        assert other.take(came([scan])) == []
     at = 0
-    while at < len(came):
+    while at < len(arriving):
         count = data.draw(st.integers(1, 5))
-        assert one.take(came[at : at + count]) == []
+        assert one.take(came(arriving[at : at + count])) == []
         done += one.settled()
         at += count
     done += one.settled(all_of_it=True)
@@ -65,37 +72,46 @@ def test_scans_that_are_late_within_the_horizon_change_nothing(data: st.DataObje
 
 def test_what_is_later_than_the_horizon_is_refused_and_changes_nothing() -> None:
     one, in_order = window(2.0), scans(10)
-    one.take(in_order[:8])
+    one.take(came(in_order[:8]))
     before = one.state
-    refused = one.take([Scan(4.9, "north", Detections.of([[0.0, 0.0]]))])
-    assert [scan.time for scan, _ in refused] == [4.9]
+    refused = one.take(came([Scan(4.9, "north", Detections.of([[0.0, 0.0]]))]))
+    assert [formed.scan.time for formed, _ in refused] == [4.9]
     assert one.state is before
+
+
+def test_what_is_refused_does_not_depend_on_which_scans_are_taken_together() -> None:
+    arriving = came([scans(20)[k] for k in (3, 0, 2, 1, 9, 4, 5, 8, 19, 6, 17)])
+    one, other = window(4.0), window(4.0)
+    refused = one.take(arriving)
+    assert [formed for formed, _ in refused] == [formed for each in arriving for formed, _ in other.take([each])]
+    assert [formed.scan.time for formed, _ in refused] == [4.0, 6.0]
+    np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
 
 
 def test_bounded_work_settles_what_exceeds_the_window() -> None:
     one = window(100.0, most=5)
     for scan in scans(20):
-        one.take([scan])
+        one.take(came([scan]))
         one.settled()
         assert len(one.kept) <= 5
-    assert one.take([Scan(10.0, "north", Detections.of([[0.0, 0.0]]))])
-    assert one.take([Scan(17.5, "north", Detections.of([[0.0, 0.0]]))]) == []
+    assert one.take(came([Scan(10.0, "north", Detections.of([[0.0, 0.0]]))]))
+    assert one.take(came([Scan(17.5, "north", Detections.of([[0.0, 0.0]]))])) == []
 
 
 def test_a_scan_with_a_bad_return_is_taken_without_it_and_an_unusable_one_is_refused() -> None:
     one = window(0.0)
     good, bad = [1.0, 2.0], [np.nan, 3.0]
-    assert one.take([Scan(0.0, "north", Detections.of([good, bad]))]) == []
+    assert one.take(came([Scan(0.0, "north", Detections.of([good, bad]))])) == []
     assert one.kept[-1].scan.detections.z.tolist() == [good]
-    ((scan, told),) = one.take([Scan(1.0, "west", Detections.of([good]))])
-    assert (scan.sensor, told.partition(":")[0]) == ("west", "sensor")
+    ((formed, told),) = one.take(came([Scan(1.0, "west", Detections.of([good]))]))
+    assert (formed.scan.sensor, told.partition(":")[0]) == ("west", "sensor")
 
 
 def test_scans_after_one_that_came_late_and_is_refused_stay() -> None:
     one = window(5.0)
-    one.take(scans(10))
+    one.take(came(scans(10)))
     before = one.state
-    assert len(one.take([Scan(7.5, "north", Detections.of([[1.0, 2.0, 3.0]]))])) == 1
+    assert len(one.take(came([Scan(7.5, "north", Detections.of([[1.0, 2.0, 3.0]]))]))) == 1
     assert one.state.time == before.time
     np.testing.assert_array_equal(one.state.belief.mean, before.belief.mean)
 
@@ -104,6 +120,6 @@ def test_scans_after_one_that_came_late_and_is_refused_stay() -> None:
 def test_scans_of_one_time_are_in_the_order_of_their_sensors(horizon: float) -> None:
     pair = [Scan(1.0, "south", Detections.of([[0.0, 0.0]])), Scan(1.0, "north", Detections.of([[5.0, 5.0]]))]
     one, other = window(horizon), window(horizon)
-    one.take(pair)
-    other.take(pair[::-1])
+    one.take(came(pair))
+    other.take(came(pair[::-1]))
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)

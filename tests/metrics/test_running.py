@@ -31,7 +31,7 @@ CONFIG = radar_and_beacon(
 WHOLE_TRACKS = [
     figure.name
     for figure in FIGURES
-    if figure.name.startswith(("trajectory_gospa", "ospa2", "mota", "motp", "hota", "siap", "position_bound"))
+    if figure.name.startswith(("trajectory_gospa", "ospa2", "mota", "motp", "idf1", "hota", "siap", "position_bound"))
 ]
 """Figures that need the histories of whole tracks."""
 OPTIONS = {

@@ -57,6 +57,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "vts/test_matched_truth.py::test_in_another_scene_the_imm_is_better_than_single_filters_too": (
         "vts/test_reproduction.py::test_the_imm_keeps_its_gate_and_is_calmer_than_any_single_filter_that_does",
     ),
+    "tracking/test_registration.py::test_two_radars_one_of_them_misplaced": (
+        "tracking/test_registration.py::test_rows_and_offsets_are_the_joint_posterior",
+        "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",
+    ),
     "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
     "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",

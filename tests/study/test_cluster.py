@@ -13,7 +13,9 @@ import pytest
 
 import vedette
 from support.clusters import boat
-from vedette_study import execution, executors, identity
+from vedette.config import provenance
+from vedette_report import identity
+from vedette_study import execution, executors
 from vedette_study.plan import plan
 
 distributed = pytest.importorskip("distributed")
@@ -127,14 +129,12 @@ def test_a_server_of_another_kind_is_no_scheduler():
 
 def test_a_kind_that_no_worker_has_is_missing():
     assert executors.answer_of_worker(["kalman", "of_another_planet"], ())[0] == ["of_another_planet"]
-    assert set(identity.kinds_in(CONFIG)) == {
-        *("simulation", "constant_velocity", "cartesian_position", "kalman", "pda", "given", "single_target")
-    }
 
 
 def other_code(change="x"):
     """Make this process one with other sources, or the usual one again."""
-    from vedette_study import execution, executors, identity
+    from vedette_report import identity
+    from vedette_study import execution, executors
 
     own = identity.identity.__wrapped__
     found = own if change is None else lambda packages: own(packages) | {"sources of vedette": change}
@@ -172,7 +172,7 @@ def test_a_worker_with_other_code_is_refused_before_and_while_it_works(cluster, 
 def test_kept_chunks_of_other_code_are_refused_or_recorded(monkeypatch, tmp_path, capfd):
     options = {"chunk": 10, "out": tmp_path / "out"}
     vedette.monte_carlo(CONFIG, 20, 3, **options)
-    here = dict(identity.identity(identity.packages_of([CONFIG])))
+    here = dict(provenance.identity(provenance.packages_of([CONFIG], "vedette_report", "vedette_study")))
     changed = here | {"kernels": "of another machine"}
     monkeypatch.setattr(identity, "identity", lambda packages: changed)
     monkeypatch.setattr(execution, "identity", lambda packages: changed)
@@ -203,21 +203,6 @@ def test_chunks_follow_from_the_study_and_not_from_who_runs_it():
     sizes = {runs: plan({"experiment": CONFIG, "runs": runs}).chunk for runs in (100, 1000, 10_000)}
     assert all(-(-runs // size) * 5 >= min(runs // 20, 100) for runs, size in sizes.items() if runs == 10_000)
     assert sizes[10_000] <= 500
-
-
-def test_sources_are_hashed_by_name_and_content(tmp_path, monkeypatch):
-    monkeypatch.syspath_prepend(tmp_path)
-    folder = tmp_path / "vedette_hashed"
-    folder.mkdir()
-    (folder / "__init__.py").write_text("x = 1\n")
-    before = identity.sources("vedette_hashed")
-    (folder / "data.pyc").write_bytes(b"0")
-    assert identity.sources("vedette_hashed") == before
-    (folder / "__init__.py").write_bytes(b"x = 1\r\n")
-    assert identity.sources("vedette_hashed") == before
-    (folder / "__init__.py").write_text("x = 2\n")
-    assert identity.sources("vedette_hashed") != before
-    assert identity.sources("vedette_nowhere_at_all") == "none"
 
 
 def wait_for_workers(cluster):

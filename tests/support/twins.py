@@ -8,7 +8,19 @@ import pytest
 from hypothesis import strategies as st
 
 from vedette import kernels
-from vedette.kernels import assignment, association, backward, boxes, clusters, hypotheses, joint, modes, reference, streams
+from vedette.kernels import (
+    assignment,
+    association,
+    backward,
+    boxes,
+    clusters,
+    hypotheses,
+    joint,
+    modes,
+    reference,
+    streams,
+    twins,
+)
 
 if kernels.weighted_update is reference.weighted_update:
     pytest.skip(f"kernels: {kernels.RUNNING}", allow_module_level=True)
@@ -17,7 +29,7 @@ from vedette.kernels import _compiled
 
 REFERENCE = {
     name: getattr(home, name)
-    for home in (reference, modes, association, assignment, backward, boxes, clusters, hypotheses, joint, streams)
+    for home in (reference, modes, association, assignment, backward, boxes, clusters, hypotheses, joint, streams, twins)
     for name in dir(kernels)
     if name[0] != "_" and hasattr(_compiled, name) and hasattr(home, name)
 }

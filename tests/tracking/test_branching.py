@@ -4,73 +4,11 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette import Detections, Gaussian, Scan
+from support.leaves import FILTERS, KINDS, MOTION, RADAR, composed, path_to, scans, states_of
+from vedette import Detections, Gaussian, Mixtures, Scan
+from vedette.filters import merged
 from vedette.sampling.generators import NO_DRAWS, NotInLockStep
 from vedette.tracking import take
-from vedette.tracking.smoothing import check_smoothing
-
-MOTION = {"kind": "constant_velocity", "sigma_accel": 0.3}
-RADAR = {"kind": "cartesian_position", "sigma": 2.0, "detection_probability": 0.9, "clutter_density": 1e-4}
-POLAR = {
-    "kind": "range_bearing", "sigma_range": 3.0, "sigma_bearing": 0.01, "max_range": 400.0, "clutter_density": 1e-2,
-    "detection_probability": 0.9,
-}  # fmt: skip
-FILTERS = {
-    "kalman": ({"kind": "kalman", "motion": MOTION}, RADAR),
-    "ekf": ({"kind": "ekf", "motion": MOTION}, POLAR),
-    "ukf": ({"kind": "ukf", "motion": MOTION}, POLAR),
-    "imm": (
-        {
-            "kind": "imm",
-            "modes": [{"kind": "kalman", "motion": MOTION}, {"kind": "kalman", "motion": {**MOTION, "sigma_accel": 2.0}}],
-            "transition": [[0.95, 0.05], [0.1, 0.9]],
-        },
-        RADAR,
-    ),
-}
-PLACE = {"x": [60.0, 60.0], "y": [60.0, 60.0], "vx": [0.0, 3.0], "vy": [0.0, 3.0]}
-LIFECYCLE = {"kind": "existence", "lifetime": 200.0, "confirm": 0.6, "delete": 1e-4}
-KINDS = ["k_best", "n_scan", "lmb", "variational"]
-
-
-def composed(associator, estimator=FILTERS["kalman"][0], sensor=RADAR, **parts):
-    config = {
-        "estimator": estimator,
-        "sensors": {"radar": sensor},
-        "associator": {"kind": associator} if isinstance(associator, str) else associator,
-        "birth": {"kind": "poisson", "appear": [{"at": PLACE, "initial": 2.0, "rate": 0.05}]},
-        "lifecycle": LIFECYCLE,
-    }
-    return vedette.build(config | parts)
-
-
-def scans(sensor, count=8, seed=3):
-    """Two targets that cross, P_D .9, and some false returns, as positions or as range and bearing."""
-    rng, found = np.random.default_rng(seed), []
-    for time in np.arange(count, dtype=float):
-        at = np.array([[40.0 + 4 * time, 60.0 + time], [40.0 + 4 * time, 68.0 - time]])[rng.random(2) < 0.9]
-        xy = np.concatenate([at + rng.normal(0, 1.0, at.shape), rng.uniform(20, 100, (rng.poisson(2), 2))])
-        z = xy if sensor is RADAR else np.stack([np.hypot(*xy.T), np.arctan2(*xy.T)], axis=-1)
-        found.append(Scan(time, "radar", Detections.of(z, 2)))
-    return found
-
-
-def states_of(tracker, given):
-    states = [tracker.start()]
-    for scan in given:
-        states.append(tracker.step(states[-1], scan))
-    return states
-
-
-def path_to(states, leaf):
-    """The rows of a leaf and of its ancestors, the oldest first."""
-    rows = [leaf]
-    for state in states[:0:-1]:
-        parent = int(state.leaves.parent[rows[-1]])
-        if parent < 0:
-            return rows[::-1]
-        rows.append(parent)
-    raise AssertionError("no track was given, so each begins")
 
 
 @pytest.mark.parametrize("kind", ["k_best", "n_scan", "lmb"])
@@ -151,29 +89,52 @@ def test_the_mean_of_the_hypotheses_can_be_shown():
     np.testing.assert_allclose(single[0].estimate(one).mean, single[1].estimate(other).mean, rtol=1e-12)
 
 
+@pytest.mark.parametrize("associator", [{"kind": "variational"}, {"kind": "k_best", "show": "mean"}], ids=str)
+def test_merging_mode_by_mode_changes_nothing_where_modes_are_alike(associator):
+    """An IMM of one filter twice is that filter, merged or not; one of two filters is not."""
+    mode, given = FILTERS["kalman"][0], scans(RADAR)
+    one = composed(associator)
+    twice = composed(associator, {"kind": "imm", "modes": [mode, mode], "transition": [[0.9, 0.1], [0.1, 0.9]]})
+    other = composed(associator, FILTERS["imm"][0])
+    merged = 0
+    for a, b in zip(states_of(one, given), states_of(twice, given), strict=True):
+        np.testing.assert_array_equal(a.ids, b.ids)
+        np.testing.assert_allclose(a.existence, b.existence, rtol=1e-9, atol=1e-12)
+        np.testing.assert_allclose(one.estimate(a).mean, twice.estimate(b).mean, rtol=1e-7, atol=1e-9)
+        np.testing.assert_allclose(one.estimate(a).cov, twice.estimate(b).cov, rtol=1e-6, atol=1e-9)
+        merged += len(a.ids)
+    assert merged > 10
+    modes = other.estimator.mode_prob(states_of(other, given)[-1].belief)
+    np.testing.assert_allclose(modes.sum(axis=-1), 1.0)
+    assert np.ptp(modes[:, 0]) > 0.0
+
+
+def test_merged_modes_keep_the_moments_of_the_mixture():
+    tracker = composed("k_best", FILTERS["imm"][0])
+    leaves, filter_ = states_of(tracker, scans(RADAR))[-1].leaves, tracker.estimator
+    count = len(leaves.ids)
+    into, parts = np.repeat([0, 1], count), np.tile(np.arange(count), 2)
+    shares = np.random.default_rng(1).dirichlet(np.ones(count), 2)
+    mixtures = Mixtures(into, parts, shares.ravel(), 2)
+    found = filter_.moments(filter_.merge(leaves.belief, mixtures))
+    expected = merged(filter_.moments(leaves.belief), mixtures, tracker.state)
+    np.testing.assert_allclose(found.mean, expected.mean, rtol=1e-10)
+    np.testing.assert_allclose(found.cov, expected.cov, rtol=1e-8)
+
+
 @pytest.mark.parametrize(
     ("parts", "said"),
     [
         ({"lifecycle": {"kind": "m_of_n"}}, "lifecycle: must keep existence probabilities"),
-        ({"estimator": FILTERS["imm"][0], "associator": "variational"}, "estimator: must have a Gaussian belief"),
+        (
+            {"estimator": {"kind": "ensemble_kalman", "motion": MOTION}, "associator": "variational"},
+            "estimator: must merge beliefs",
+        ),
     ],
 )
 def test_parts_that_do_not_go_together_are_refused(parts, said):
     with pytest.raises(vedette.ConfigError, match=said):
         composed(**{"associator": "k_best"} | parts)
-
-
-def test_they_are_not_smoothed():
-    with pytest.raises(vedette.ConfigError, match="associator: cannot smooth: 'n_scan' changes"):
-        check_smoothing(composed("n_scan"))
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_nor_are_their_states_by_hand(kind):
-    """Whoever keeps the states and smooths them is told what to do, and gets no track that never was."""
-    tracker = composed(kind)
-    with pytest.raises(vedette.ConfigError, match="use 'jpda', which keeps one"):
-        vedette.smooth(tracker, states_of(tracker, scans(RADAR, 4)))
 
 
 def test_runs_of_a_study_go_one_by_one():

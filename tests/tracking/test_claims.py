@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from vedette import Detections, Scan, Tracker
-from vedette.tracking.births import claimed
+from vedette.kernels import claimed
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
 from vedette_standard.births.from_returns import FromReturns
@@ -35,11 +35,11 @@ def test_claims_of_exclusive_tracks_are_the_marginals_of_the_joint_association(s
     rng = np.random.default_rng(seed)
     scores = rng.normal(0.0, 2.0, (rng.integers(1, 4), 1 + rng.integers(1, 4)))
     weights = Jpda().associate(scores, None)
-    np.testing.assert_allclose(claimed(weights[:, 1:], True), by_enumeration(scores), rtol=1e-9)
+    np.testing.assert_allclose(claimed(weights, True), by_enumeration(scores), rtol=1e-9)
 
 
 def test_claims_of_tracks_that_know_nothing_of_each_other_are_independent():
-    weights = np.array([[0.5, 0.2], [0.5, 0.0]])
+    weights = np.array([[0.3, 0.5, 0.2], [0.5, 0.5, 0.0]])
     np.testing.assert_allclose(claimed(weights, False), [0.75, 0.2])
     np.testing.assert_allclose(claimed(weights, True), [1.0, 0.2])
 

@@ -51,7 +51,7 @@ def oracle(how, told):
 @pytest.mark.parametrize("told", [(7,), (7, 7), (7, 3), (7, 3, 7), (3, 7, 7, 7), (7, 7, 5, 3, 7)])
 def test_the_code_that_a_track_bears_follows_bayes(told):
     how = Identity(wrong=0.05, codes=500)
-    names = unnamed((1,))
+    names = unnamed(Identity(), (1,))
     for code in told:
         names = taken(how, names, np.array([[0.0, 1.0]]), np.array([[code]]))
     wanted, seen = oracle(how, told), np.array([3, 5, 7, 9])
@@ -61,7 +61,7 @@ def test_the_code_that_a_track_bears_follows_bayes(told):
 
 
 def test_no_code_says_nothing_and_two_known_ones_exclude_each_other_only_where_none_is_wrong():
-    names = taken(Identity(wrong=0.0), unnamed((2,)), np.tile([0.0, 1.0], (2, 1)), np.array([[4], [6]]))
+    names = taken(Identity(wrong=0.0), unnamed(Identity(), (2,)), np.tile([0.0, 1.0], (2, 1)), np.array([[4], [6]]))
     assert pair_evidence(Identity(wrong=0.0), names, np.array([4, 6, -1]), (2,)).tolist() == [
         [pytest.approx(np.log(1000)), -np.inf, 0.0],
         [-np.inf, pytest.approx(np.log(1000)), 0.0],
@@ -73,7 +73,7 @@ def test_no_code_says_nothing_and_two_known_ones_exclude_each_other_only_where_n
 
 def test_a_miss_and_a_return_without_a_code_leave_what_is_known():
     how = Identity()
-    names = taken(how, unnamed((1,)), np.array([[0.0, 1.0]]), np.array([[4]]))
+    names = taken(how, unnamed(Identity(), (1,)), np.array([[0.0, 1.0]]), np.array([[4]]))
     for weights, codes in (([1.0, 0.0], [4]), ([0.0, 1.0], [-1]), ([1.0], [])):
         after = taken(how, names, np.array([weights]), np.array([codes], dtype=int).reshape(1, -1))
         assert np.array_equal(after.shares, names.shares)

@@ -11,9 +11,10 @@ from vedette.errors import ConfigError, Problem
 Read = TypeVar("Read")
 
 
-def add_config(parser: ArgumentParser, changed: str = "the config") -> None:
+def add_config(parser: ArgumentParser, changed: str = "the config", *, optional: bool = False) -> None:
     """Add CONFIG, and --set for it."""
-    parser.add_argument("config", metavar="CONFIG", help="a TOML, YAML or JSON file that describes tracker and source")
+    about = "a TOML, YAML or JSON file that describes tracker and source"
+    parser.add_argument("config", metavar="CONFIG", nargs="?" if optional else None, help=about)
     add_overrides(parser, changed)
 
 

@@ -10,10 +10,11 @@ from attrs import field, frozen
 from vedette import kernels
 from vedette.fields import ABSURD
 from vedette.filters.memo import Memo
+from vedette.filters.mixing import merged
 from vedette.filters.motion import OverMotion
 from vedette.roles import Estimator
 from vedette.space import Array, Space
-from vedette.types import Gaussian, Hypotheses, Innovation, new_gaussian
+from vedette.types import Gaussian, Hypotheses, Innovation, Mixtures, new_gaussian
 
 
 @frozen
@@ -55,6 +56,12 @@ class GaussianFilter(OverMotion[Gaussian]):
             return super().smooth_step(belief, later, dt, rng)
         F, Q, periods = self._memo.step(motion, belief.mean, dt)
         return kernels.smooth_linear(belief.mean, belief.cov, F, Q, later.mean, later.cov, periods)
+
+    def merge(self, belief: Gaussian, mixtures: Mixtures) -> Gaussian:
+        """Return the moments of mixtures, if the belief is its moments."""
+        if not has_gaussian_belief(self):
+            return super().merge(belief, mixtures)
+        return marginal(merged(belief, mixtures, self.state), self.state, self.state, self.zero_variance)
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:
         """Return P F', F the derivative of the motion at the mean; for filters that predict by it."""

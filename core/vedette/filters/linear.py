@@ -12,9 +12,6 @@ from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space, wrapped
 from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation, new_gaussian
 
-_CANCELLED = 1e-5
-"""Share of what its terms may come to that a variance in F P F' keeps; below, their rounding shows in the correlations."""
-
 
 def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: Memo | None = None) -> Gaussian:
     """Return the belief `dt` s later, by the motion's derivative at each track's mean: P- = F P F' + Q.
@@ -35,16 +32,20 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
     Gaussian
         Of the same shapes.
     """
-    x = belief.mean
+    x, P, memo = belief.mean, belief.cov, memo or Memo()
     if motion.linear:
-        F, Q, periods = (memo or Memo()).step(motion, x, dt)
-        ahead = kernels.predict(x, belief.cov, F, Q)
+        F, Q, periods = memo.step(motion, x, dt)
+        ahead = kernels.predict(x, P, F, Q)
         return new_gaussian(wrapped(ahead.mean, periods), ahead.cov) if periods else ahead
-    moved = motion.state.canonical(motion.move(x, dt))
-    P, F, Q = belief.cov, motion.jacobian(x, dt), motion.mean_noise(x, belief.cov, dt)
+    twin, periods = memo.moving or memo.twin(motion)
+    if twin is not None:
+        found = kernels.predict_twin(x, P, dt, twin.function, twin.numbers(x), periods)
+        if found is not None:
+            return found
+    moved = wrapped(motion.move(x, dt), periods)
+    F, Q = motion.jacobian(x, dt), motion.mean_noise(x, P, dt)
     cov = kernels.propagate(P, F, Q)
-    variance, most = np.einsum("...ii->...i", cov), (np.abs(F) @ np.sqrt(np.einsum("...ii->...i", P))[..., None])[..., 0]
-    if (variance < _CANCELLED * most**2).any():
+    if kernels.cancels(P, F, cov):
         rows = F @ kernels.root(P)
         cov = kernels.propagate(np.broadcast_to(np.eye(P.shape[-1]), P.shape), rows, Q)
     return Gaussian(moved, cov)
@@ -85,6 +86,13 @@ def evaluate_linearised(
     if constants.plain is not None and returns.noise is None and returns.missing is None:
         H, R, p_detect = constants.plain
         return kernels.evaluate_returns(belief.cov, returns.z, belief.mean, H, R, p_detect, p_gate, constants.periods)
+    if constants.twin is not None and returns.missing is None:
+        mean, (twin, axes), own = belief.mean, constants.twin, returns.noise
+        noise = None if own is None else own[..., None, :, :, :]
+        numbers, periods = twin.numbers(mean), constants.periods
+        found = kernels.evaluate_twin(mean, belief.cov, returns.z, noise, twin.function, numbers, axes, p_gate, periods)
+        if found is not None:
+            return found
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
     if returns.missing is not None:

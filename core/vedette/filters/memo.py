@@ -7,6 +7,7 @@ from typing import Any, final
 import numpy as np
 from attrs import frozen
 
+from vedette.kernels import Twin
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Periods, Space
 
@@ -20,7 +21,7 @@ class SensorConstants:
 
     where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
     probability; periods: index and period of measured axes that wrap. plain: H, R and the detection probability, if none
-    depends on the state and the sensor measures its first axes as they are.
+    depends on the state and the sensor measures its first axes as they are. twin: the sensor's, and the axes observed.
     """
 
     sensor: Sensor
@@ -30,12 +31,16 @@ class SensorConstants:
     p_detect: float | None
     periods: Periods
     plain: tuple[Array, Array, float] | None
+    twin: tuple[Twin, tuple[int, ...]] | None
 
     @classmethod
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """Take the constants for states like `mean` (*b, t, n)."""
-        axes = _as_slice(state.locate(sensor.observes))
+        places = state.locate(sensor.observes)
+        axes, periods, twin = _as_slice(places), sensor.measurement.periods, own_twin(sensor)
         where = (..., axes)
+        if twin is not None:
+            return cls(sensor, where, None, None, None, periods, None, (twin, tuple(places)))
         x = mean[where]
         slope, R, p = sensor.jacobian(x) if sensor.linear else None, sensor.noise(x), np.asarray(sensor.detects(x))
         H = embedded(slope, axes, len(state)) if slope is not None and slope.ndim == 2 else None
@@ -46,7 +51,7 @@ class SensorConstants:
         if slope is not None and H is not None and constant is not None and p_detect is not None:
             as_they_are = axes == slice(0, m) and np.array_equal(slope, np.eye(m)) and sensor.measure(x) is x
             plain = (H, constant, p_detect) if as_they_are else None
-        return cls(sensor, where, H, constant, p_detect, sensor.measurement.periods, plain)
+        return cls(sensor, where, H, constant, p_detect, periods, plain, None)
 
 
 @final
@@ -54,15 +59,16 @@ class Memo:
     """A filter's cache of the matrices of its motion and its sensors. It saves time and changes no result.
 
     steps: time step in s to F, Q and the periods of the state, if known; last: the most recent request; frame: the state's
-    periods, and its zero-variance axes.
+    periods, and its zero-variance axes; moving: the motion's twin and the periods, once asked for.
     """
 
-    __slots__ = ("_constants", "frame", "last", "steps")
+    __slots__ = ("_constants", "frame", "last", "moving", "steps")
 
     def __init__(self) -> None:
         self.steps: dict[float, tuple[Array, Array, Periods]] = {}
         self.last: SensorConstants | None = None
         self.frame: tuple[Periods, list[int]] | None = None
+        self.moving: tuple[Twin | None, Periods] | None = None
         self._constants: dict[int, SensorConstants] = {}
 
     def clear(self) -> None:
@@ -78,6 +84,14 @@ class Memo:
                 keep(self.steps, dt, matrices)
         return matrices
 
+    def __reduce__(self) -> tuple[type[Memo], tuple[()]]:
+        return Memo, ()  # a copy asks anew, as what is compiled cannot be copied
+
+    def twin(self, motion: MotionModel) -> tuple[Twin | None, Periods]:
+        """Return `moving` of the filter's motion."""
+        self.moving = own_twin(motion), motion.state.periods
+        return self.moving
+
     def framed(self, motion: MotionModel) -> tuple[Periods, list[int]]:
         """Return `frame` of the filter's motion."""
         self.frame = motion.state.periods, motion.state.locate(motion.zero_variance)
@@ -92,6 +106,11 @@ class Memo:
             keep(self._constants, id(sensor), constants)
         self.last = constants
         return constants
+
+
+def own_twin(component: MotionModel | Sensor) -> Twin | None:
+    """Return the twin that the component's own class states: what a subclass changes, the twin of its base does not know."""
+    return component.twin if "twin" in vars(type(component)) else None
 
 
 def embedded(slope: Array, where: slice | list[int], n: int) -> Array:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import kernels
-from vedette.space import Array, Indices, Space
-from vedette.types import Gaussian
+from vedette.space import Array, Space
+from vedette.types import Gaussian, Mixtures
 
 
 def mixed(parts: Gaussian, weights: Array, state: Space) -> Gaussian:
@@ -31,17 +31,15 @@ def mixed(parts: Gaussian, weights: Array, state: Space) -> Gaussian:
     return Gaussian(mean, kernels.symmetric(cov))
 
 
-def merged(estimates: Gaussian, into: Indices, parts: Indices, shares: Array, count: int, state: Space) -> Gaussian:
+def merged(estimates: Gaussian, mixtures: Mixtures, state: Space) -> Gaussian:
     """Return the moments of mixtures of the same estimates in several shares.
 
     Parameters
     ----------
     estimates
         Means (l, n) and covariances (l, n, n) over `state`.
-    into, parts, shares
-        Which mixture (p,) holds which estimate (p,), and its share (p,); those of a mixture sum to 1.
-    count
-        The number of mixtures; each holds an estimate.
+    mixtures
+        What each is a mixture of.
     state
         The axes: angles are averaged on their circle.
 
@@ -50,6 +48,7 @@ def merged(estimates: Gaussian, into: Indices, parts: Indices, shares: Array, co
     Gaussian
         Means (count, n) and covariances (count, n, n).
     """
+    into, parts, shares, count = mixtures.into, mixtures.parts, mixtures.shares, mixtures.count
     order = np.lexsort((-shares, into))  # the largest first: angles are averaged around it
     parts, shares = parts[order], shares[order]
     number = np.bincount(into, minlength=count)

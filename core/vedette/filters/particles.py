@@ -89,7 +89,11 @@ def point_likelihoods(points: Array, state: Space, sensor: Sensor, detections: D
     x = points[..., state.locate(sensor.observes)]
     ready = prepare(sensor, detections, sensor.measure(x), sensor.noise(x), points=True)
     nu, root = ready.residuals, np.linalg.cholesky(ready.noise)
-    white = (np.linalg.inv(root) @ nu[..., None])[..., 0]
+    over = np.swapaxes(np.linalg.inv(root), -1, -2)
+    if over.ndim == 2 or over.shape[-3] == 1:  # one noise for all points: one product
+        white = nu @ (over if over.ndim == 2 else over[..., 0, :, :])
+    else:
+        white = (nu[..., None, :] @ over)[..., 0, :]
     log_det = np.sum(np.log(np.diagonal(root, axis1=-2, axis2=-1)), axis=-1)
     m = nu.shape[-1]
     loglik = -0.5 * np.sum(white**2, axis=-1) - log_det - 0.5 * m * math.log(2 * math.pi) + ready.log_constant

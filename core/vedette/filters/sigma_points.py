@@ -10,7 +10,8 @@ from attrs import frozen
 from vedette import kernels
 from vedette.filters.detections import make_innovation, prepare
 from vedette.filters.gaussian import GaussianFilter
-from vedette.filters.linear import noise_over
+from vedette.filters.linear import noise_over, predict_linearised
+from vedette.kernels.results import Points
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation
@@ -29,19 +30,31 @@ class PointFilter(GaussianFilter):
     def kappa(self) -> float:
         """Weight of the central point, times n + kappa."""
 
-    def offsets(self, belief: Gaussian) -> tuple[Array, Array]:
+    def offsets(self, belief: Gaussian) -> Points:
         """Return the points' offsets from the mean (*b, t, s, n), 0 on axes without variance, and their weights (s,)."""
-        free = [i for i, axis in enumerate(self.state.axes) if axis.name not in self.zero_variance]
+        memo = self._memo
+        _, fixed = memo.frame or memo.framed(self.motion)
+        if not fixed:
+            return kernels.sigma_points(belief.cov, self.kappa)
+        free = [i for i in range(len(self.state)) if i not in fixed]
         spread, weights = kernels.sigma_points(belief.cov[..., free, :][..., free], self.kappa)
         offsets = np.zeros((*spread.shape[:-1], len(self.state)))
         offsets[..., free] = spread
-        return offsets, weights
+        return Points(offsets, weights)
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
+        """Return the belief `dt` s later; of a linear motion the points' moments are F x and F P F' + Q."""
         if dt == 0:
             return belief
+        if self.motion.linear:
+            return predict_linearised(belief, self.motion, dt, self._memo)
         offsets, weights = self.offsets(belief)
+        twin, periods = self._memo.moving or self._memo.twin(self.motion)
+        if twin is not None:
+            x, numbers = belief.mean, twin.numbers(belief.mean)
+            found = kernels.predict_points_twin(x, offsets, weights, dt, twin.function, numbers, periods)
+            if found is not None:
+                return found
         points = self.state.displace(belief.mean[..., None, :], offsets)
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
@@ -57,8 +70,28 @@ class PointFilter(GaussianFilter):
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each detection and track, by the moments of the points' measurements."""
         assert isinstance(observed, Detections)
-        where = self.state.locate(sensor.observes)
         dx, weights = self.offsets(belief)
+        constants = self._memo.constants(self.state, sensor, belief.mean)
+        if constants.twin is not None and observed.missing is None:
+            (twin, axes), x = constants.twin, belief.mean
+            noise = None if observed.noise is None else observed.noise[..., None, :, :, :]
+            state_periods, _ = self._memo.frame or self._memo.framed(self.motion)
+            found = kernels.evaluate_points_twin(
+                x,
+                dx,
+                weights,
+                observed.z,
+                noise,
+                twin.function,
+                twin.numbers(x),
+                axes,
+                p_gate,
+                state_periods,
+                constants.periods,
+            )
+            if found is not None:
+                return found
+        where = self.state.locate(sensor.observes)
         points = self.state.displace(belief.mean[..., None, :], dx)
         expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
         x = belief.mean[..., where]

@@ -15,7 +15,7 @@ from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import streams as _streams
-from vedette.kernels.association import if_existing
+from vedette.kernels import twins as _twins
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
@@ -33,6 +33,7 @@ from vedette.kernels.reference import (
 )
 from vedette.kernels.selection import Selection as _Selection
 from vedette.kernels.square_root import bounded_root
+from vedette.kernels.twins import Twin
 from vedette.types import Gaussian, Hypotheses, Innovation
 
 _fastest = _Selection.now()
@@ -54,14 +55,24 @@ update = _fastest(_reference.update, _results.Updated)
 weighted_update = _fastest(_reference.weighted_update, Gaussian)
 whiten = _fastest(_reference.whiten)
 
+cancels = _fastest(_twins.cancels)
+evaluate_points_twin = _fastest(_twins.evaluate_points_twin, Innovation, Hypotheses)
+evaluate_twin = _fastest(_twins.evaluate_twin, Innovation, Hypotheses)
+measure_twin = _fastest(_twins.measure_twin, _results.Measured)
+move_twin = _fastest(_twins.move_twin, _results.Moved)
+predict_points_twin = _fastest(_twins.predict_points_twin, Gaussian)
+predict_twin = _fastest(_twins.predict_twin, Gaussian)
+
 mix_modes = _fastest(_modes.mix_modes, _results.Mixed, Gaussian)
 mixture_moments = _fastest(_modes.mixture_moments, Gaussian)
 split_weights = _fastest(_modes.split_weights, _results.Split)
 weigh_modes = _fastest(_modes.weigh_modes, _results.Weighed)
 
+claimed = _fastest(_association.claimed)
 existence = _fastest(_association.existence, _results.Seen)
 gate_scores = _fastest(_association.gate_scores)
 given_existence = _fastest(_association.given_existence)
+if_existing = _fastest(_association.if_existing)
 is_plain = _fastest(_association.is_plain)
 one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)

@@ -88,6 +88,16 @@ def existence(scores: Array, weights: Array, prior: Array, loglik: Array, p_gate
     return Seen(normal_or_zero(hit), normal_or_zero(seen + (1.0 - seen) * unseen), (1.0 - miss) / p_gate)
 
 
+def claimed(weights: Array, exclusive: bool) -> Array:
+    """Return the probability (*b, k) that a return is some track's, from the tracks' weights (*b, t, 1+k).
+
+    If no two tracks share a return, the events exclude each other and add; else they are taken as independent.
+    """
+    own = weights[..., 1:]
+    some: Array = np.minimum(np.sum(own, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - own, axis=-2)
+    return some
+
+
 def if_existing(scores: Array, miss: Array, existence: Array) -> Array:
     """Return the scores (*b, t, 1+k) that tracks have if they exist, from those of a probability `existence` (*b, t).
 

@@ -40,6 +40,23 @@ class Points(NamedTuple):
     weights: Array
 
 
+class Measured(NamedTuple):
+    """What a sensor says of states: the measurement, its derivative and noise, the detection probability."""
+
+    z: Array
+    slope: Array
+    noise: Array
+    detects: Array
+
+
+class Moved(NamedTuple):
+    """What a motion says of states: where they move, the derivative of that, the noise."""
+
+    mean: Array
+    slope: Array
+    noise: Array
+
+
 class ByRoot(NamedTuple):
     """S^-1, log |S|, the gain transposed and the posterior covariance of an update by square roots."""
 

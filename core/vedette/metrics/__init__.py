@@ -7,6 +7,7 @@ from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities
 from vedette.metrics.hota import Hota, hota
+from vedette.metrics.idf1 import idf1
 from vedette.metrics.matching import Match, Pairs
 from vedette.metrics.noises import at_fault
 from vedette.metrics.ospa2 import ospa2

@@ -161,7 +161,7 @@ _SHARE = (0.0, 1.0)
 class Score:
     """The figures of one run, as docs/metrics.md defines them; None where there is none, as without truth or tracks.
 
-    `more`: those that plugins bring, by name.
+    `more`: those that plugins bring, by name; `figures` leaves out those that this run has not.
     """
 
     scans: int = _of("1", "scans that were judged", default=attrs.NOTHING)
@@ -204,6 +204,7 @@ class Score:
     ospa2_m: Number = _of("m", "OSPA(2) of whole tracks", "ospa2", detail=True)
     mota: Number = _of("1", "MOTA", "mota")
     motp_m: Number = _of("m", "MOTP, mean distance of covered objects", "motp", detail=True)
+    idf1: Number = _of("1", "IDF1, identities kept over the whole run", "idf1", detail=True)
     hota: Number = _of("1", "HOTA", "hota")
     hota_detection: Number = _of("1", "HOTA's part of detection", "hota_detection", detail=True)
     hota_association: Number = _of("1", "HOTA's part of association", "hota_association", detail=True)
@@ -227,8 +228,8 @@ class Score:
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
-        told = attrs.asdict(self)
-        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **told["more"]} | {
+        told, more = attrs.asdict(self), {name: value for name, value in self.more.items() if value is not None}
+        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **more} | {
             "truths": told["truths"]
         }
 

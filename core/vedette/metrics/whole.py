@@ -13,6 +13,7 @@ from vedette.metrics.clear import clear_mot
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.histories import positions, truth_at, velocities
 from vedette.metrics.hota import hota
+from vedette.metrics.idf1 import idf1
 from vedette.metrics.matching import Match
 from vedette.metrics.near import Near
 from vedette.metrics.ospa2 import ospa2
@@ -129,6 +130,7 @@ class WholeTracks:
         return {
             **per_scan,
             "ospa2_m": ospa2(apart, present, alive, tracks, cutoff, order, options.ospa2_scans),
+            "idf1": idf1(apart, present, alive, options.cover_radius),
             "hota": higher.value,
             **{f"hota_{part}": getattr(higher, part) for part in ("detection", "association", "localisation")},
         }

@@ -95,7 +95,7 @@ def corners(measurement: Space, region: Mapping[str, Bounds]) -> tuple[Array, Ar
 
 
 def densities(sensor: Sensor, z: Array) -> Array:
-    """Return a sensor's clutter density at given places.
+    """Return a sensor's clutter density at given places, 0 where its field of view does not hold them.
 
     Parameters
     ----------
@@ -114,6 +114,11 @@ def densities(sensor: Sensor, z: Array) -> Array:
     ValueError
         If one of them is negative or not finite.
     """
+    return np.where(sensor.covers(sensor.measurement.canonical(z)), _stated(sensor, z), 0.0)
+
+
+def _stated(sensor: Sensor, z: Array) -> Array:
+    """Return the density (*b) that a sensor states at places (*b, m), whether it covers them or not."""
     density = np.broadcast_to(sensor.clutter(sensor.measurement.canonical(z)), z.shape[:-1])
     if not np.all((density >= 0) & np.isfinite(density)):
         raise ValueError(f"{sensor.kind}: its clutter density must be finite and >= 0, got {np.min(density):.6g}")
@@ -162,7 +167,7 @@ def _gridded(sensor: Sensor, lows: Array, highs: Array) -> tuple[Array, Array]:
     m = len(lows)
     sides = np.meshgrid(*np.linspace(lows, highs, max(3, int(4096 ** (1 / m))), axis=-1), indexing="ij")
     z = np.stack(sides, axis=-1).reshape(-1, m)
-    return z, densities(sensor, z)
+    return z, _stated(sensor, z)
 
 
 def thinned(sensor: Sensor, z: Array, uniform: Array, bound: float, candidate: Mask) -> Mask:

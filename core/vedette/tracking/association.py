@@ -68,7 +68,7 @@ def associate(it: Expected, met: Met) -> Associated:
         apart = plan.exclusive or framed
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
-        claims = births.claimed(weights[..., 1:], plan.exclusive)
+        claims = kernels.claimed(weights, plan.exclusive)
     return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None)
 
 
@@ -116,9 +116,12 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     assert isinstance(observed, Detections)
     t, k = len(it.existence), len(observed.z)
     pairs, places = _within_gates(met, t, k)
-    weights, misses, seen, approximated = by_cluster(
-        plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
-    )
+    if met[0].close is None:
+        weights, misses, seen, approximated = by_cluster(
+            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
+        )
+    else:
+        weights, misses, seen, approximated = plan.associator.associate_close(it, pairs, met[0], places[0])
     used = []
     for part, (pair, place) in zip(met, places, strict=True):
         table: Array = np.zeros(part.scores.shape)

@@ -13,20 +13,11 @@ from vedette.tracking.expected import Expected
 from vedette.tracking.identity import begun, without_second
 from vedette.tracking.memory_limits import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
 from vedette.tracking.rows import Rows, compact
-from vedette.types import Detections, Gaussian, Newborn
-
-
-def claimed(weights: Array, exclusive: bool) -> Array:
-    """Return the probability (k,) that a return is some track's, from the tracks' weights (t, k).
-
-    If no two tracks share a return, the events exclude each other and add; else they are taken as independent.
-    """
-    some: Array = np.minimum(np.sum(weights, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - weights, axis=-2)
-    return some
+from vedette.types import Detections, Newborn
 
 
 def claimed_by_pairs(returns: Indices, weights: Array, k: int, exclusive: bool) -> Array:
-    """Return the same (k,) from the returns (p,) of pairs and their weights (p,)."""
+    """Return what `kernels.claimed` does (k,) from the returns (p,) of pairs and their weights (p,)."""
     if exclusive:
         return np.minimum(np.bincount(returns, weights, minlength=k), 1.0)
     free = np.ones(k)
@@ -40,10 +31,14 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
     inside (k,): which returns are within some gate, where claims do not say it.
     """
     plan, name, n = it.plan, it.scan.sensor, len(it.plan.state)
-    if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections):
-        return Newborn(np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
+    if plan.birth is None or name not in plan.starters or not isinstance(it.observed, Detections) or not len(it.observed.z):
+        return Newborn.none(n)
+    if claims.ndim > 1:
+        raise ValueError(f"birth: no track begins in runs in lock-step, got claims of shape {claims.shape}")
     sources = None if it.undetected is None else it.undetected.sources
     begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    if plan.offsets is not None and it.offsets is not None:
+        begin = plan.offsets.begun(it.sensor, begin, it.offsets)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
 
 

@@ -10,18 +10,35 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.filters.mixing import merged
-from vedette.hypotheses import LOST, Branching, HypothesisAssociator, LeafScores
+from vedette.hypotheses import LOST, MIXED, Branching, HypothesisAssociator, LeafScores
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import Names
 from vedette.tracking.rows import Rows, judged
-from vedette.types import Newborn
+from vedette.types import Mixtures, Newborn
 
 MOST_RETURNS = 2**32
 """More than a scan has returns."""
+
+
+@frozen(eq=False)
+class Ended:
+    """Leaves (e,) that ended in a scan: their tracks, rows after the scan before, existence, and probability."""
+
+    ids: Indices
+    parent: Indices
+    existence: Array
+    probability: Array
+
+
+UNLIKELIER = 0.75
+"""Associations that truncation dropped hold a link of those that it kept so much more rarely: a quarter as often. Chosen on
+runs 0 to 7 of `benchmarks.horizons`.
+"""
+
+NONE_ENDED = Ended(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
 
 
 @frozen(eq=False)
@@ -30,8 +47,12 @@ class Leaves:
 
     belief, memory and hypotheses are the estimator's, the lifecycle's and the associator's. ids (l,): the track that a leaf
     belongs to; parent (l,): its row after the scan before, -1 where it began; choice (l,): the return that it took, counted
-    from 1, or 0 for a miss; last (l, 3): numbers of the returns that it took last, -1 for none. names: the codes that
-    leaves bear; None where no return named its object.
+    from 1, or 0 for a miss; distance (l,): the squared distance of that; last (l, 3): numbers of the returns that it took
+    last, -1 for none. shown (t,): the rows of the state's tracks; links (t,): the probability that the return which each
+    took and the one that it took before are of one target, NaN without such. lost (l,): the probability that truncation
+    dropped in the scan, of all associations of the leaf's cluster; None: next to none. sure (l, 2): where leaves are
+    merged, the share of those that took the return taken last, and the one before; None where they are not. ended: leaves
+    that are no more. names: the codes that leaves bear; None where no return named its object.
     """
 
     belief: Any
@@ -42,7 +63,13 @@ class Leaves:
     confirmed: Mask
     parent: Indices
     choice: Indices
+    distance: Array
     last: Indices
+    shown: Indices
+    links: Array | None = None
+    lost: Array | None = None
+    sure: Array | None = None
+    ended: Ended = NONE_ENDED
     names: Names | None = None
 
 
@@ -73,7 +100,8 @@ def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, s
     hypotheses, sure = associator.initial_hypotheses(count), np.ones(count)
     return Leaves(
         belief, memory, hypotheses, np.arange(count), sure, sure > 0, np.full(count, -1), np.zeros(count, dtype=np.int64),
-        np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]),
+        np.zeros(count), np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]), np.arange(count),
+        np.full(count, np.nan),
     )  # fmt: skip
 
 
@@ -108,32 +136,64 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
         begin = pytrees.take(by.newborn, begun, 0)
         free = associator.probability(branching.hypotheses)[len(by.parent) :]
         rows = births.joined(it, rows, begin, it.state.born + begun, begin.existence, begin.existence * free)
+    distance, lost, sure = np.sum(rows.weights[:, 1:] * rows.distances, axis=-1), branching.lost, None
     hit = (branching.choice > 0).astype(float)
     if associator.merges == "kept":
-        branching, rows, hit = _merged(it, branching, rows, hit)
+        mix = _merged(it, branching, rows, hit)
+        branching, rows, hit, own = mix.branching, mix.rows, mix.hit, mix.own
+        distance, lost = distance[own], None if lost is None else lost[own]
+        sure = _sure(it, branching, mix.share)
 
     probability = associator.probability(branching.hypotheses)
-    shown_existence = associator.shown_existence(branching.hypotheses, rows.existence)
     last = _last(it, branching)
     of_target = associator.existence(branching.hypotheses, rows.existence, last)
-    rows, alive = _reviewed(it, rows, of_target, branching.parent, hit, p_detect)
-    unseen = births.looked(it, it.memory, by.claims)
+    shown_existence = of_target if associator.shows_marginals else rows.existence
+    rows, alive = _reviewed(it, rows, of_target, shown_existence, branching.parent, hit, p_detect)
+    unseen, ended = births.looked(it, it.memory, by.claims), NONE_ENDED
     if not alive.all():
         unseen = births.recycled(it, unseen, rows.belief, ~alive, rows.existence * probability)
+        ended = Ended(rows.ids[~alive], branching.parent[~alive], rows.existence[~alive], probability[~alive])
 
     hypotheses, stay = associator.keep(branching.hypotheses, alive)
     parent, choice = branching.parent[stay], branching.choice[stay]
     staying = rows if len(stay) == len(rows.ids) else pytrees.take(rows, stay, 0)
-    after = Leaves(
-        staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice,
-        last[stay], staying.names,
-    )  # fmt: skip
     if associator.merges == "shown":
-        branching, rows, _ = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
+        mix = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
+        branching, rows, own = mix.branching, mix.rows, mix.own
         shown_existence, alive = rows.existence, np.ones(len(rows.ids), dtype=bool)
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
+    row_of = own[shown] if associator.merges == "shown" else np.searchsorted(stay, shown)
+    there = associator.probability(hypotheses) * staying.existence
+    after = Leaves(
+        staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice,
+        distance[stay], last[stay], row_of, ended=ended,
+        lost=None if lost is None else lost[stay], sure=None if sure is None else sure[stay], names=staying.names,
+    )  # fmt: skip
+    after = evolve(after, links=link_probability(after, there, row_of))
     return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
+
+
+def link_probability(leaves: Leaves, there: Array, rows: Indices) -> Array:
+    """Return the probability that the return which a leaf took and its last before are of one target, of some rows (t,).
+
+    It is the sum over all leaves that took both, of the probability (l,) that a leaf is right and its target is `there`.
+    NaN where a row took no return, or none before.
+    """
+    links = np.full(len(rows), np.nan)
+    asked = (leaves.choice[rows] > 0) & (leaves.last[rows, 1] != -1)
+    if not asked.any():
+        return links
+    if leaves.lost is not None:
+        there = there * (1.0 - UNLIKELIER * leaves.lost)
+    if leaves.sure is not None:
+        there = there * leaves.sure[:, 0] * leaves.sure[:, 1]
+    code = leaves.last[:, 1] * MIXED[0] + leaves.last[:, 2] * MIXED[1]
+    wanted, of = np.unique(code[rows[asked]], return_inverse=True)
+    at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
+    same = (wanted[at] == code) & (leaves.choice > 0)
+    links[asked] = np.minimum(np.bincount(at[same], there[same], len(wanted))[of], 1.0)
+    return links
 
 
 def hypothesis_associator(it: Expected) -> HypothesisAssociator:
@@ -158,7 +218,20 @@ def _last(it: Expected, branching: Branching) -> Indices:
     return last
 
 
-def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple[Branching, Rows, Array]:
+@frozen(eq=False)
+class Merged:
+    """Leaves merged into fewer: how they branch, their rows, the probability of having been detected, the row of the leaf
+    whose past each has, and the share of those that took the same return.
+    """
+
+    branching: Branching
+    rows: Rows
+    hit: Array
+    own: Indices
+    share: Array
+
+
+def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> Merged:
     """Return the leaves merged into fewer, each with the moments of its mixture and the past of one of them."""
     plan, estimate = it.plan, it.plan.estimator.moments(rows.belief)
     merging = hypothesis_associator(it).merge(branching.hypotheses, estimate, rows.existence, plan.state)
@@ -168,24 +241,37 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> tuple
     nothing, some = np.flatnonzero(total == 0.0), mass > 0.0  # what is of no target at all is as its own leaf
     into, leaf = np.append(merging.into[some], nothing), np.append(merging.leaf[some], past[nothing])
     shares = np.append(mass[some] / total[merging.into[some]], np.ones(len(nothing)))
-    mixture = merged(estimate, into, leaf, shares, count, plan.state)
-    belief = plan.estimator.start(mixture, plan.state, it.rng)
+    belief = plan.estimator.merge(rows.belief, Mixtures(into, leaf, shares, count))
     after = evolve(pytrees.take(rows, past, 0), belief=belief, existence=np.minimum(total, 1.0))
     seen: Array = np.bincount(merging.into, merging.shares * hit[merging.leaf], count).astype(float)
-    return Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen
+    alike = branching.choice[leaf] == branching.choice[past[into]]
+    share: Array = np.bincount(into, shares * alike, count).astype(float)
+    return Merged(Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen, past, share)
 
 
-def _reviewed(it: Expected, rows: Rows, of_target: Array, parent: Indices, hit: Array, p_detect: Array) -> tuple[Rows, Mask]:
+def _sure(it: Expected, branching: Branching, share: Array) -> Array:
+    """Return the shares (l, 2) of the returns that merged leaves took last, and before that."""
+    before, old, hit = it.state.leaves.sure, branching.parent >= 0, branching.choice > 0
+    sure = np.ones((len(branching.parent), 2))
+    if before is not None:
+        sure[old] = before[branching.parent[old]]
+    sure[hit, 1], sure[hit, 0] = sure[hit, 0], share[hit]
+    return sure
+
+
+def _reviewed(
+    it: Expected, rows: Rows, of_target: Array, shown: Array, parent: Indices, hit: Array, p_detect: Array
+) -> tuple[Rows, Mask]:
     """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do.
 
-    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if its own is so
-    small that its hypotheses may as well hold no target.
+    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if that which it is
+    shown with, `shown` (l,), is so small that its hypotheses may as well hold no target.
     """
     count = int(np.count_nonzero(parent >= 0))
     old, new = slice(count), len(rows.ids) - count
     belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
     memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, of_target[old], hit[old], p_detect[parent[old]])
-    alive = alive & (rows.existence[old] >= it.plan.lifecycle.least_existence)
+    alive = alive & (shown[old] >= it.plan.lifecycle.least_existence)
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
     memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)

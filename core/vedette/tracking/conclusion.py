@@ -11,14 +11,15 @@ from vedette import kernels
 from vedette.space import Array, Indices
 from vedette.tracking import births, pytrees
 from vedette.tracking.association import Associated
-from vedette.tracking.branching import Branched, Leaves, branch_out
+from vedette.tracking.branching import Branched, Leaves, branch_out, hypothesis_associator
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import after_scan
-from vedette.tracking.lineage import Gates
+from vedette.tracking.lineage import Gates, new_gates
 from vedette.tracking.meeting import Met, Part
-from vedette.tracking.rows import Rows, judged
+from vedette.tracking.registration import LINKS, Offsets
+from vedette.tracking.rows import Rows, judged, new_rows
 from vedette.tracking.state import State, next_state
-from vedette.types import Detections
+from vedette.types import Detections, Gaussian
 
 
 def conclude(it: Expected, met: Met, by: Associated) -> State:
@@ -32,6 +33,9 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
         if not plan.certain:
             weights = kernels.given_existence(weights, scores, innovation.loglik, it.existence)
         belief = plan.estimator.update(it.belief, innovation, weights)
+    offsets, linked = it.offsets, state.linked
+    if plan.offsets is not None:
+        belief, offsets, linked = _agreed(it, plan.offsets, by, belief)
     if plan.keeps_tracks:
         return next_state(
             state,
@@ -44,6 +48,8 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
             steps=state.steps + 1,
             returns=by.returns,
             names=after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims),
+            offsets=offsets,
+            linked=linked,
         )
     rows, unseen, leaves, begun = _of_tracks(it, by, belief) if by.branched is None else _of_leaves(it, by, belief)
     return next_state(
@@ -65,7 +71,29 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
         gates=_gates(it, scores, by),
         names=rows.names,
         lost=state.lost + (0.0 if by.branched is None else by.branched.lost),
+        offsets=offsets,
+        linked=linked,
     )
+
+
+def _agreed(it: Expected, common: Offsets, by: Associated, belief: Any) -> tuple[Any, Gaussian, Indices]:
+    """Return the belief with what other tracks learnt of the offsets, the offsets, and the ids of linked tracks."""
+    before, linked = it.offsets, it.state.linked
+    assert before is not None
+    assert linked is not None
+    rows, leaves, ids = common.of(it.plan.estimator.moments(it.belief)), None, it.state.ids
+    shares, confirmed = it.existence if by.seen is None else by.seen[1], it.state.confirmed
+    if by.branched is not None:
+        parent, all_leaves = by.branched.parent, it.state.leaves
+        leaves, confirmed = all_leaves.ids[parent], all_leaves.confirmed[parent]
+        rows, ids = pytrees.take(rows, parent, 0), leaves
+        shares = shares * hypothesis_associator(it).probability(by.branched.branching.hypotheses)[: len(parent)]
+    if common.free(it.sensor):
+        took = ids[np.nonzero((1.0 - by.weights[..., 0]) * shares > LINKS)[-1]]
+        linked = np.union1d(linked, took)
+    linked = np.intersect1d(linked, ids)
+    shares = shares * confirmed * np.isin(ids, linked)
+    return *common.agree(it.plan.estimator, before, rows, belief, shares, leaves), linked
 
 
 def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
@@ -76,7 +104,7 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
         return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, after.gated, after.newborn.returns)
     if it.plan.permanent or not it.gate.axes:
         return None
-    return Gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
+    return new_gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
 
 
 def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
@@ -140,7 +168,7 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
         hit, existence, p_detect = by.seen
         memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
     names = after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims)
-    rows = Rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
+    rows = new_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     if alive is not None and np.count_nonzero(alive) < alive.size:
         if alive.ndim > 1:
             told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"

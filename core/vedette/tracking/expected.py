@@ -47,6 +47,7 @@ class Expected:
     belief    predicted by dt, as the estimator keeps it, and existence: of tracks (*b, t), or of their leaves where the
               associator keeps hypotheses
     undetected  targets without a track, None where the birth models none
+    offsets   what all tracks share, predicted by dt; None if they share nothing
     """
 
     plan: Plan
@@ -60,6 +61,7 @@ class Expected:
     existence: Array
     undetected: Undetected | None
     rng: np.random.Generator
+    offsets: Gaussian | None
 
     @property
     def names(self) -> Names | None:
@@ -134,7 +136,10 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
         if isinstance(observed, Frame):
             belief = estimator.informed(belief, existence)
     undetected = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else None
-    return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng)
+    offsets = state.offsets
+    if plan.offsets is not None and offsets is not None:
+        offsets = plan.offsets.ahead(estimator, offsets, dt)
+    return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng, offsets)
 
 
 def _undetected(

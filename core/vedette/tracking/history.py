@@ -43,6 +43,7 @@ class History:
                 "nis": state.nis,
                 "hit": state.hit,
                 "identity": state.identity,
+                "link": state.links,
                 **_associations(state),
             }
         )
@@ -66,6 +67,8 @@ class History:
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
         if self._rows[0]["mode_prob"] is not None:
             columns["mode_prob"] = self._column("mode_prob")[order]
+        if self._rows[0]["link"] is not None:
+            columns["link"] = self._column("link")[order]
         if any(row["identity"] is not None for row in self._rows):
             columns["identity"] = np.concatenate([_codes(row) for row in self._rows])[order]
         weights = [row for rows in self._rows for row in rows["weights"]]

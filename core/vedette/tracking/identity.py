@@ -1,7 +1,8 @@
 """Returns that name their object: what a code says of whose a return is, and which code a track bears.
 
 The code that a track bears is not known: codes may be wrong. Of each track, `Names` keeps the few codes that it most likely
-bears, with their probabilities; the rest is spread evenly over all codes.
+bears, with their probabilities; the rest is spread evenly over all codes. Where a code is a class that many objects share,
+all classes have their probabilities: `classes.py`.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ from attrs import evolve, field, frozen
 
 from vedette import fields
 from vedette.space import Array, Indices, Mask
+from vedette.tracking.classes import class_evidence, confusion_fault, given_classes, shares_fault
 from vedette.types import Detections, Frame, Newborn
 
 KEPT = 3
@@ -18,6 +20,9 @@ KEPT = 3
 
 STRAY = 3.0
 """After so many returns of a code that no gate of its track held, another track may bear it: chosen by hand."""
+
+CLASSES = -1.0
+"""What stands for a number of stray returns where codes are classes, of which no track has all returns."""
 
 FADES = 0.9
 """Each return of its code that a track took leaves so much of the count of those that it did not: chosen by hand."""
@@ -35,6 +40,10 @@ class Identity:
     and a pair of unlike codes log(wrong). A return of a code that a track bears starts no second track, unless `wrong` is
     above 0 and 3 such returns of late lay outside the track's gate. Bar-Shalom, Willett, Tian, Tracking and Data Fusion,
     2011, section 8.5.
+
+    With `confusion`, a code is a class, from 0 on, that many objects share: its rows say how an object of each class is
+    named. A pair then scores log(p(code | the track's classes) / p(code | no target)) more, and a class keeps no other
+    track from starting.
     """
 
     wrong: float = fields.probability("that a return bears another object's code; 0: never", default=0.01)
@@ -42,15 +51,25 @@ class Identity:
         "number of codes that there are: the fewer, the likelier that two agree by chance", default=1000
     )
 
+    confusion: Array | None = fields.array(
+        "1", "of each class, a row: the probability of being named each; default: codes name one object each",
+        ndim=2, default=None, check=confusion_fault,
+    )  # fmt: skip
+    share: Array = fields.array("1", "how common each class is; default: alike", ndim=1, default=())
+    false_share: Array = fields.array("1", "how often each names what is no target; default: alike", ndim=1, default=())
+
     def __attrs_post_init__(self) -> None:
         if self.codes < 2:
             raise ValueError(f"codes: must be >= 2, got {self.codes}")
+        for name, shares in (("share", self.share), ("false_share", self.false_share)):
+            if fault := shares_fault(shares, 0 if self.confusion is None else len(self.confusion)):
+                raise ValueError(f"{name}: {fault}")
 
 
 @frozen(eq=False)
 class Names:
     """The codes (*b, t, 3) that tracks or leaves may bear, -1 for none, their probabilities, and `stray` (*b, t): how many
-    returns of the likeliest lay outside the gate, of late.
+    returns of the likeliest lay outside the gate, of late; CLASSES of a track whose codes are classes.
     """
 
     codes: Indices
@@ -69,8 +88,13 @@ class Names:
         return np.where(np.take_along_axis(self.shares, first, -1)[..., 0] > 0.5, code, -1)
 
 
-def unnamed(shape: tuple[int, ...]) -> Names:
+def unnamed(how: Identity, shape: tuple[int, ...]) -> Names:
     """Return what is known of the codes of new tracks: nothing."""
+    if how.confusion is not None:
+        count = len(how.confusion)
+        shares = how.share if len(how.share) else np.full(count, 1.0 / count)
+        codes, even = np.broadcast_to(np.arange(count), (*shape, count)), np.broadcast_to(shares, (*shape, count))
+        return Names(codes, even, np.full(shape, CLASSES))
     return Names(np.full((*shape, KEPT), -1), np.zeros((*shape, KEPT)))
 
 
@@ -79,7 +103,9 @@ def pair_evidence(how: Identity, names: Names | None, codes: Indices, shape: tup
 
     shape: (*b, t), of the tracks.
     """
-    known = unnamed(shape) if names is None else names
+    known = unnamed(how, shape) if names is None else names
+    if how.confusion is not None:
+        return class_evidence(known.shares, codes, how.confusion, how.false_share)
     seen = codes[..., None, :]
     own: Array = np.zeros((*shape, codes.shape[-1]))
     listed = np.zeros(own.shape, dtype=bool)
@@ -107,6 +133,8 @@ def taken(how: Identity, names: Names, weights: Array, codes: Indices) -> Names:
     """
     if not codes.shape[-1]:
         return names
+    if how.confusion is not None:
+        return Names(names.codes, given_classes(names.shares, weights, codes, how.confusion), names.stray)
     best = np.argmax(weights[..., 1:], axis=-1)[..., None]
     code = np.take_along_axis(codes, best, -1)[..., 0]
     weight = np.where(code >= 0, np.take_along_axis(weights[..., 1:], best, -1)[..., 0], 0.0)
@@ -137,13 +165,13 @@ def after_scan(
     if codes is None:
         return names
     shape = weights.shape[:-1]
-    names = unnamed(shape) if names is None else names
+    names = unnamed(how, shape) if names is None else names
     if returns is None:
         of_pairs = np.broadcast_to(codes[..., None, :], (*shape, codes.shape[-1]))
     else:
         of_pairs = np.where(returns >= 0, codes[returns], -1) if len(codes) else np.full(returns.shape, -1)
     found = taken(how, names, weights, of_pairs)
-    if claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
+    if how.confusion is not None or claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
         return found
     lost = np.isin(names.borne, codes[strays])
     again = np.where(names.stray >= STRAY, 0.0, found.stray + 1.0)
@@ -152,7 +180,7 @@ def after_scan(
 
 def strayed(names: Names, codes: Indices, claims: Array) -> Mask:
     """Return which returns (k,) bear a code that a track bears, and are claimed (k,) by none."""
-    return (codes >= 0) & (claims < 0.5) & np.isin(codes, names.borne)
+    return (codes >= 0) & (claims < 0.5) & np.isin(codes, names.borne[names.stray != CLASSES])
 
 
 def without_second(
@@ -162,7 +190,7 @@ def without_second(
 
     inside (k,): returns within some gate, which come after those that are not.
     """
-    if codes is None or not len(begin.returns):
+    if codes is None or how.confusion is not None or not len(begin.returns):
         return begin
     own = codes[begin.returns]
     order = np.arange(len(own)) if inside is None else np.argsort(inside[begin.returns], kind="stable")
@@ -183,7 +211,7 @@ def kept(begin: Newborn, keep: Mask) -> Newborn:
 
 def begun(how: Identity, observed: Detections | Frame, returns: Indices) -> Names:
     """Return what is known of the codes of tracks that begin at these returns (j,)."""
-    nothing = unnamed(returns.shape)
+    nothing = unnamed(how, returns.shape)
     if observed.identity is None:
         return nothing
     return taken(how, nothing, np.tile([0.0, 1.0], (len(returns), 1)), observed.identity[returns][:, None])

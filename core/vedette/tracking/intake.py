@@ -7,14 +7,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import final
+from typing import Any, final
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field, fields
 
-from vedette.errors import Problem
+from vedette.errors import InputError, Problem
 from vedette.roles import Sensor
 from vedette.space import Array
+from vedette.tracking import plain
 from vedette.tracking.identity import strayed
 from vedette.tracking.state import State
 from vedette.types import Scan
@@ -150,6 +151,25 @@ class Intake:
         if scan.frame is not None:
             self.lost = int(np.count_nonzero(after.confirmed & (after.existence < 0.5)))
             self.doubted += self.lost > 0
+
+    def to_data(self) -> Any:
+        """Return the counts as plain data."""
+        first: Any = tuple(self.refused.first)
+        return plain.to_data(evolve(self, sensors={}, refused=evolve(self.refused, first=first)))
+
+    def restore(self, data: Any) -> None:
+        """Take the counts that `to_data` wrote in place of one's own; InputError if they are none."""
+        known = {plain.name_of(cls): cls for cls in (Intake, Refused, Came, Problem)}
+        try:
+            found = plain.from_data(data, known, "intake")
+            refused = evolve(found.refused, first=list(found.refused.first))
+            if not all(isinstance(part, Came) for part in found.came.values()) or not isinstance(found.scans + 0, int):
+                raise TypeError("counts are whole numbers")
+        except (AttributeError, TypeError) as error:
+            raise InputError(f"intake: cannot be read: {error}") from None
+        for own, other in ((self.refused, refused), (self, evolve(found, sensors=self.sensors, refused=self.refused))):
+            for part in fields(type(own)):
+                setattr(own, part.name, getattr(other, part.name))
 
     def _count(self, scan: Scan) -> None:
         self.scans += 1

@@ -6,6 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Indices, Mask
+from vedette.values import maker
 
 MOST = 0.5
 """A return counts as a track's own if it is with a greater probability."""
@@ -27,6 +28,9 @@ class Gates:
     scores: Array | None
     returns: Indices | None
     starts: Indices | None
+
+
+new_gates = maker(Gates)
 
 
 @frozen(eq=False)

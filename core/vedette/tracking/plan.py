@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from vedette.filters.gaussian import has_gaussian_belief
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
+from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Space
 from vedette.supporting import Birth, ImagingSensor, Lifecycle
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.identity import Identity
 from vedette.tracking.position_spread import check_spread
+from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
-from vedette.types import Detections
+from vedette.types import Detections, Gaussian, Mixtures
 
 
 @frozen(eq=False)
@@ -26,7 +27,8 @@ class Plan:
 
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
     returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
-    decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before.
+    decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before;
+    offsets: the axes that all tracks share, None if there are none; coarse: the sensors whose merged returns are weighed.
     """
 
     estimator: Estimator[Any]
@@ -51,6 +53,8 @@ class Plan:
     keeps_tracks: bool
     begins: bool
     models_unseen: bool
+    offsets: Offsets | None
+    coarse: frozenset[str]
 
 
 def planned(
@@ -61,6 +65,7 @@ def planned(
     birth: Birth | None,
     gate: Gate,
     identity: Identity,
+    registration: Registration,
 ) -> Plan:
     """Return the plan of these parts; ValueError, with its place, if they do not go together."""
     check_forwarding(estimator)
@@ -97,7 +102,18 @@ def planned(
         keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,
         begins=begins,
         models_unseen=models_unseen,
+        offsets=shared(registration, estimator, sensors, birth),
+        coarse=frozenset(_coarse(sensors, associator, gate)),
     )
+
+
+def _coarse(sensors: Mapping[str, Sensor], associator: Associator, gate: Gate) -> Iterator[str]:
+    """Yield the sensors by which two targets may give one return, if the associator takes such returns."""
+    for name, sensor in sensors.items():
+        if associator.takes_merged and sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None:
+            if gate.clutter != "sensor":
+                raise ValueError(f"gate.clutter: must be 'sensor', as {name!r} merges returns, got {gate.clutter!r}")
+            yield name
 
 
 def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
@@ -127,6 +143,20 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
         yield name
 
 
+def _check_merging(associator: Associator, estimator: Estimator[Any]) -> None:
+    """Raise ValueError if the estimator cannot merge beliefs."""
+    n, nothing = len(estimator.state), np.zeros(0, dtype=np.int64)
+    rng = np.random.default_rng(0) if estimator.traits.draws else NO_DRAWS
+    none = estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), estimator.state, rng)
+    try:
+        estimator.merge(none, Mixtures(nothing, nothing, np.zeros(0), 0))
+    except NotImplementedError:
+        raise ValueError(
+            f"estimator: must merge beliefs, as 'kalman', 'ekf' and an 'imm' of them do, for {associator.kind!r} merges "
+            f"those of different tracks; {estimator.kind!r} does not"
+        ) from None
+
+
 def _check_hypotheses(
     associator: HypothesisAssociator, estimator: Estimator[Any], lifecycle: Lifecycle, sensors: Mapping[str, Sensor]
 ) -> None:
@@ -136,11 +166,8 @@ def _check_hypotheses(
             f"lifecycle: must keep existence probabilities, as 'existence' does, for {associator.kind!r} weighs hypotheses "
             f"by them; {lifecycle.kind!r} takes every track to exist"
         )
-    if associator.merges and not has_gaussian_belief(estimator):
-        raise ValueError(
-            f"estimator: must have a Gaussian belief, as 'kalman' or 'ekf' has, for {associator.kind!r} merges those of "
-            f"different tracks; {estimator.kind!r} has another"
-        )
+    if associator.merges:
+        _check_merging(associator, estimator)
     for name, sensor in sensors.items():
         if isinstance(sensor, ImagingSensor):
             raise ValueError(f"sensors.{name}: is a camera, but {associator.kind!r} takes returns only: use 'pda'")

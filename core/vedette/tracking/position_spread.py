@@ -1,4 +1,4 @@
-"""How uncertain the position of a track is."""
+"""Where a track is, and how uncertain that is."""
 
 from __future__ import annotations
 
@@ -8,9 +8,13 @@ from vedette.space import Array, Space
 from vedette.supporting import Lifecycle
 from vedette.types import Gaussian
 
+PLANE = Space.of(x="m", y="m")
+
 
 def check_spread(lifecycle: Lifecycle, state: Space) -> None:
-    """Raise ValueError, with its place, if a lifecycle limits the spread of positions that the state does not have."""
+    """Raise ValueError, with its place, if a lifecycle asks for positions that the state does not have."""
+    if lifecycle.needs_place and not {*PLANE.axes} <= {*state.axes}:
+        raise ValueError("lifecycle: must not ask where a track is, as the state has no x and y in m")
     if lifecycle.needs_spread and not any(axis.unit == "m" for axis in state.axes):
         units = ", ".join(f"{axis.name} [{axis.unit}]" for axis in state.axes)
         raise ValueError(f"lifecycle: must not limit the position's spread, in m, as no axis of the state is in m: {units}")

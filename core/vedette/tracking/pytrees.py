@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import cache
 from typing import Any, TypeVar
 
 import attrs
 import numpy as np
+
+from vedette.values import maker
 
 T = TypeVar("T")
 
@@ -42,7 +46,8 @@ def _parts(tree: Any) -> list[Any]:
         return []
     if isinstance(tree, tuple):
         return list(tree)
-    return [getattr(tree, field.name) for field in attrs.fields(type(tree))]
+    names, _ = _made_of(type(tree))  # type: ignore[arg-type]  # a class is hashable
+    return [getattr(tree, name) for name in names]
 
 
 def _rebuild(tree: T, parts: list[Any]) -> T:
@@ -50,4 +55,14 @@ def _rebuild(tree: T, parts: list[Any]) -> T:
         return tree
     if isinstance(tree, tuple):
         return tuple(parts)  # type: ignore[return-value]
-    return type(tree)(*parts)
+    _, make = _made_of(type(tree))  # type: ignore[arg-type]
+    return make(*parts)  # type: ignore[no-any-return]
+
+
+@cache
+def _made_of(cls: Any) -> tuple[tuple[str, ...], Callable[..., Any]]:
+    """Return the names of a class's fields, and what makes its values of them: not its constructor if that only stores."""
+    fields = attrs.fields(cls)
+    stores = all(field.init and field.converter is None and field.validator is None for field in fields)
+    plain = stores and "__slots__" in vars(cls) and not hasattr(cls, "__attrs_post_init__")
+    return tuple(field.name for field in fields), maker(cls) if plain else cls

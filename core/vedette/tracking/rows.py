@@ -11,8 +11,9 @@ from vedette.space import Array, Indices, Mask
 from vedette.tracking.clusters import places
 from vedette.tracking.identity import Names
 from vedette.tracking.plan import Plan
-from vedette.tracking.position_spread import largest_deviation
-from vedette.types import Review
+from vedette.tracking.position_spread import PLANE, largest_deviation
+from vedette.types import new_review
+from vedette.values import maker
 
 
 @frozen(eq=False)
@@ -30,14 +31,19 @@ class Rows:
     names: Names | None = None
 
 
+new_rows = maker(Rows)
+
+
 def judged(
     plan: Plan, belief: Any, memory: Any, dt: float, existence: Array, hit: Array, p_detect: Array
 ) -> tuple[Any, Mask, Mask]:
     """Return the lifecycle's memory of tracks or leaves after a scan, which are confirmed and which go on."""
-    spread = None
-    if plan.lifecycle.needs_spread:
-        spread = largest_deviation(plan.estimator.moments(belief), plan.state)
-    return plan.lifecycle.review(memory, Review(dt, existence, hit, p_detect, spread))
+    spread, place = None, None
+    if plan.lifecycle.needs_spread or plan.lifecycle.needs_place:
+        estimate = plan.estimator.moments(belief)
+        spread = largest_deviation(estimate, plan.state) if plan.lifecycle.needs_spread else None
+        place = estimate.mean[..., plan.state.locate(PLANE)] if plan.lifecycle.needs_place else None
+    return plan.lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread, place))
 
 
 def compact(rows: Rows) -> Rows:

@@ -1,13 +1,14 @@
 """Smoothing: later scans improve earlier estimates. From a tracker's states to smoothed states.
 
 A state keeps all but its belief: identities, existence, confirmation and association weights stay those of the filter.
-docs/smoothing.md says what is exact.
+Where hypotheses are kept, these are retold, too. docs/smoothing.md says what is exact.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -19,14 +20,14 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.tracking import pytrees
 from vedette.tracking.history import History
+from vedette.tracking.retelling import retold
 from vedette.tracking.state import State, next_state
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
 
 def check_smoothing(tracker: Tracker) -> None:
-    """Raise ConfigError if the tracker's estimator or associator cannot smooth, before a long run rather than after it."""
-    _check_associator(tracker)
+    """Raise ConfigError if the tracker's estimator cannot smooth, before a long run rather than after it."""
     n = len(tracker.state)
     rng = np.random.default_rng(0) if tracker.estimator.traits.draws else NO_DRAWS
     none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
@@ -62,7 +63,7 @@ def smooth(
     ValueError
         For a lag that is negative or NaN, for times that go backwards, and if there is no state.
     ConfigError
-        If the estimator or the associator cannot smooth.
+        If the estimator cannot smooth.
     """
     history, none = History(tracker), True
     for state in smoothed(tracker, states, lag, seed):
@@ -101,10 +102,7 @@ def smoothed(
     ------
     ValueError
         For a lag that is negative or NaN, and for times that go backwards.
-    ConfigError
-        If the associator keeps hypotheses: a track's past then changes with the hypothesis that is shown.
     """
-    _check_associator(tracker)
     if not lag >= 0:
         raise ValueError(f"lag: must be >= 0 s, got {lag:g} s")
     source = Seed.of(seed)
@@ -116,28 +114,25 @@ def smoothed(
         while due < len(window) and window[due].time + lag < state.time:
             due += 1
         if due:
-            yield from _backwards(tracker.estimator, window, source)[:due]
+            yield from islice(_backwards(tracker, window.copy(), source), due)
             del window[:due]
         window.append(state)
-    yield from _backwards(tracker.estimator, window, source)
+    yield from _backwards(tracker, window, source)
 
 
-def _check_associator(tracker: Tracker) -> None:
-    """Raise ConfigError if a track's past is not one, but changes with the hypothesis that is shown."""
+def _backwards(tracker: Tracker, states: list[State], seed: Seed | Seeds) -> Iterator[State]:
+    """Yield every state smoothed by all of them. It empties the list, so that no state is there both ways."""
+    estimator = tracker.estimator
     if isinstance(tracker.associator, HypothesisAssociator):
-        kind = tracker.associator.kind
-        told = f"cannot smooth: {kind!r} changes what it takes to be a track's past; use 'jpda', which keeps one of each"
-        raise ConfigError([Problem("associator", told)])
-
-
-def _backwards(estimator: Estimator[Any], states: Sequence[State], seed: Seed | Seeds) -> list[State]:
-    """Smooth every state by all of them."""
+        yield from retold(estimator, tracker.associator, tracker.lifecycle, states, seed) if states else []
+        return
     smoothed: list[State] = []
-    for state in reversed(states):
+    while states:
+        state = states.pop()
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         smoothed.append(_retraced(estimator, state, smoothed[-1], rng) if smoothed else state)
-    smoothed.reverse()
-    return smoothed
+    while smoothed:
+        yield smoothed.pop()
 
 
 def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.random.Generator) -> State:

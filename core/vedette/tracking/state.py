@@ -13,6 +13,7 @@ from vedette.space import Array, Mask
 from vedette.tracking import plain
 from vedette.tracking.identity import Names
 from vedette.tracking.lineage import Gates, Lineage, lineage
+from vedette.types import Gaussian
 from vedette.values import evolver
 
 
@@ -28,6 +29,8 @@ class State:
     steps say what the next step draws: the same, whenever it is taken. Where the associator keeps hypotheses, `leaves` holds
     all that they need, and the tracks are those that are reported; else None. `gates` keeps what `lineage` follows from;
     None where tracks are permanent. `names`: the codes that tracks bear; None where no return named its object.
+    `offsets`: mean (*b, q) and covariance (*b, q, q) of what all tracks share, and `linked`: the ids of tracks that
+    tell of it; None if they share nothing.
     """
 
     time: float
@@ -48,6 +51,8 @@ class State:
     gates: Gates | None = None
     names: Names | None = None
     lost: float = 0.0
+    offsets: Gaussian | None = None
+    linked: NDArray[np.int64] | None = None
 
     def to_data(self) -> Any:
         """Return the state as plain data, which JSON holds and `Tracker.state_from` reads back to the last bit.
@@ -68,6 +73,13 @@ class State:
         """The squared distance weighted over the last scan's returns (*b, t)."""
         total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
         return total
+
+    @property
+    def links(self) -> Array | None:
+        """The probability (t,) that the return which a track took and its last before are of one target, NaN without such;
+        None where no hypotheses are kept: `weights` has the probabilities then.
+        """
+        return None if self.leaves is None else self.leaves.links
 
     @property
     def identity(self) -> NDArray[np.int64] | None:

@@ -29,6 +29,7 @@ from vedette.tracking.gate import Gate
 from vedette.tracking.identity import Identity
 from vedette.tracking.meeting import meet
 from vedette.tracking.plan import Plan, planned
+from vedette.tracking.registration import Registration
 from vedette.tracking.state import State
 from vedette.tracking.validation import admitted, checked_prior
 from vedette.types import Gaussian, Recording, Scan, new_gaussian
@@ -68,12 +69,13 @@ class Tracker:
     birth: Birth | None = fields.part("how tracks start; none: only those given to `start`", default=None)
     gate: Gate = fields.part("which returns a track considers", default=Gate())
     identity: Identity = fields.part("how far codes by which returns name their objects are believed", default=Identity())
+    registration: Registration = fields.part("offsets of sensors that all tracks share", default=Registration())
     _plan: Plan = field(init=False, repr=False, eq=False)
 
     @_plan.default
     def _planned(self) -> Plan:
         parts = self.estimator, self.sensors, self.associator, self.lifecycle, self.birth, self.gate, self.identity
-        return explained(self, lambda: planned(*parts))
+        return explained(self, lambda: planned(*parts, self.registration))
 
     def __repr__(self) -> str:
         parts = (self.estimator, self.associator, self.birth, self.lifecycle)
@@ -124,7 +126,12 @@ class Tracker:
         confirmed = prior is not None
         if prior is None:
             prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
-        shape = prior.mean.shape[:-1]
+        shape, offsets = prior.mean.shape[:-1], None
+        if (common := self._plan.offsets) is not None:
+            offsets = Gaussian(
+                *(np.broadcast_to(part, (*shape[:-1], *part.shape)) for part in (common.prior.mean, common.prior.cov))
+            )
+            prior = common.given(prior, common.prior)
         try:
             belief, memory = self.estimator.start(prior, self.state, rng), self.lifecycle.start(np.ones(shape[-1]))
             leaves = None
@@ -149,6 +156,8 @@ class Tracker:
             seed=source,
             steps=1,
             leaves=leaves,
+            offsets=offsets,
+            linked=None if offsets is None else np.arange(shape[-1]),
         )
 
     def state_from(self, data: Any) -> State:

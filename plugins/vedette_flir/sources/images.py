@@ -97,8 +97,8 @@ class Clip:
         return grey
 
 
-def look_through(path: Path, how: str = "luminance") -> Clip:
-    """Return what a video or a folder of images holds; each frame is decoded once and let go.
+def look_through(path: Path, how: str = "luminance", watch: Callable[[Grey], None] = lambda grey: None) -> Clip:
+    """Return what a video or a folder of images holds; each frame is decoded once, shown to `watch`, and let go.
 
     InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
     or of another size is left out, as are those that a truncated video promises and lacks.
@@ -130,6 +130,7 @@ def look_through(path: Path, how: str = "luminance") -> Clip:
             continue
         first = grey if first is None else first
         numbers.append(number)
+        watch(grey)
         times.append(store.time)
     if first is None:
         told = f"; the first problem: {problems[0]}" if problems else ""

@@ -30,6 +30,7 @@ from vedette.display import without_passwords
 from vedette_files.image_header import check_pixels
 from vedette_files.input_files import check_regular, user_path
 from vedette_files.json_values import short
+from vedette_flir.registration import Registration
 from vedette_flir.sources.boxes import BOX, four, fours, given_boxes
 from vedette_flir.sources.images import WEIGHTS, grey_of, opencv, signed
 from vedette_flir.sources.video import camera_of
@@ -72,6 +73,9 @@ class VideoStream(Source):
     )
     automatic: bool = fields.flag("no target is given: the tracker finds them", default=False)
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
+    steady: bool = fields.flag(
+        "measure how the camera turns and take it out: x and y are counted from the first frame's first pixel", default=False
+    )
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Open the stream, read its first frame, and return the frames as they will come."""
@@ -79,7 +83,7 @@ class VideoStream(Source):
         if self.box is None and self.boxes is None and not self.automatic:
             raise ConfigError([Problem("box", "is missing: [x, y, w, h] in px, of the target in the first frame")])
         video = self._opened()
-        frames = _Frames(self._told, video, self.grey, self.negative)
+        frames = _Frames(self._told, video, self.grey, self.negative, self.steady)
         rate = self.rate or frames.rate or 30.0
         try:
             starts = given_boxes(self.box, self.boxes, self.first_pixel, frames.first.shape)
@@ -88,8 +92,8 @@ class VideoStream(Source):
             raise
 
         def make(i: int) -> Scan:
-            pixels, age = frames.read(i)
-            return Scan.image(i / rate if self.clock == "rate" else age, camera, Frame(pixels))
+            pixels, age, corner = frames.read(i)
+            return Scan.image(i / rate if self.clock == "rate" else age, camera, Frame(pixels, corner))
 
         given = [Trajectory(f"box {i}", BOX, np.zeros(1), box[None]) for i, box in enumerate(starts)]
         height, width = frames.first.shape
@@ -134,7 +138,7 @@ class VideoStream(Source):
 class _Frames:
     """The frames of a capture, of which it holds the last one, `at`; the first is read at once."""
 
-    def __init__(self, address: str, video: Any, grey: str, negative: bool) -> None:
+    def __init__(self, address: str, video: Any, grey: str, negative: bool, steady: bool) -> None:
         self.video, self.grey, self.negative, self.at = video, grey, negative, 0
         rate = float(video.get(opencv().CAP_PROP_FPS))
         self.rate = rate if 0 < rate < 1e9 else None
@@ -147,10 +151,14 @@ class _Frames:
         except ValueError as error:
             video.release()
             raise InputError(f"{address}: frame 0: {error}") from None
-        self.began, self.last = monotonic(), (self.first, 0.0)
+        self.motion = Registration() if steady else None
+        self.began, self.last = monotonic(), (self.first, 0.0, self._corner(self.first))
 
-    def read(self, number: int) -> tuple[NDArray[Any], float]:
-        """Return the last frame or one after it, and its age in s when it came, after the first; IndexError at the end."""
+    def read(self, number: int) -> tuple[NDArray[Any], float, Array | None]:
+        """Return the last frame or one after it, its age in s when it came, after the first, and its first pixel's place.
+
+        IndexError at the end.
+        """
         if number < self.at:
             raise InputError(f"frame {number} of a stream was read already: its frames come once")
         image: Any = None
@@ -162,8 +170,13 @@ class _Frames:
             self.at += 1
         if image is not None:
             age = monotonic() - self.began
-            self.last = self._usable(image, number), age
+            pixels = self._usable(image, number)
+            self.last = pixels, age, self._corner(pixels)
         return self.last
+
+    def _corner(self, pixels: NDArray[Any]) -> Array | None:
+        """Return where a frame's first pixel lies; None where the camera's motion is not asked for."""
+        return None if self.motion is None else self.motion.take(pixels)
 
     def _usable(self, image: NDArray[Any], number: int) -> NDArray[Any]:
         """Return a frame in grey levels; unknown pixels, with a warning, for one in colour or of another size or kind."""

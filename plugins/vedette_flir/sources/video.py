@@ -26,6 +26,7 @@ from vedette import (
     fields,
 )
 from vedette_files.input_files import inside, user_path
+from vedette_flir.registration import Registration
 from vedette_flir.sources.boxes import (
     BOX,
     Segment,
@@ -37,7 +38,7 @@ from vedette_flir.sources.boxes import (
     meets,
     read_segment,
 )
-from vedette_flir.sources.images import WEIGHTS, look_through, signed
+from vedette_flir.sources.images import WEIGHTS, Grey, look_through, signed
 
 
 @final
@@ -78,6 +79,9 @@ class VideoSource(Source):
     )
     automatic: bool = fields.flag("no target is given: the tracker finds them", default=False)
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
+    steady: bool = fields.flag(
+        "measure how the camera turns and take it out: x and y are counted from the first frame's first pixel", default=False
+    )
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """All frames from the first box on, and its trajectory as the truth: x, y, width, height."""
@@ -88,7 +92,14 @@ class VideoSource(Source):
             path = user_path(self.path)
         except ValueError as error:
             raise ConfigError([Problem("path", str(error))]) from None
-        clip = look_through(path, self.grey)
+        camera_motion, corners = Registration(), list[Array]()
+
+        def watch(grey: Grey) -> None:
+            if self.steady:
+                corners.append(camera_motion.take(grey))
+
+        clip = look_through(path, self.grey, watch)
+        corner = dict(zip(clip.numbers, corners, strict=False))  # empty where the camera's motion is not asked for
         rate = self.rate or clip.rate or 30.0
         part = Segment(0, clip.numbers[-1] + 1, 0)
         if self.segment is not None:
@@ -111,7 +122,12 @@ class VideoSource(Source):
             raise InputError(f"{path}: has no frame from {begin} to {part.end - 1}; it has {len(clip.numbers)}")
 
         def make(i: int) -> Scan:
-            return Scan.image(times[kept[i]], camera, Frame(cast(Array, signed(clip.frame(kept[i]), self.negative))))
+            pixels = cast(Array, signed(clip.frame(kept[i]), self.negative))
+            return Scan.image(times[kept[i]], camera, Frame(pixels, corner.get(kept[i])))
+
+        def placed(box: Array, number: int) -> Array:
+            """Return a box of a frame where it is in the scene."""
+            return box + np.pad(corner.get(number, np.zeros(2)), (0, 2))
 
         seen = [[k for k in own if k in times] for own in in_sight(boxes, absent)]
         seen = [own for own in seen if own]
@@ -120,11 +136,14 @@ class VideoSource(Source):
                 f"target {i}" if len(seen) > 1 else "target",
                 BOX,
                 np.array([times[k] for k in own]),
-                np.array([boxes[k] for k in own]),
+                np.array([placed(boxes[k], k) for k in own]),
             )
             for i, own in enumerate(seen, 1)
         ]
-        given = [Trajectory(f"box {i}", BOX, np.array([times[kept[0]]]), box[None]) for i, box in enumerate(starts)]
+        given = [
+            Trajectory(f"box {i}", BOX, np.array([times[kept[0]]]), placed(box, kept[0])[None])
+            for i, box in enumerate(starts)
+        ]
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}

@@ -46,13 +46,13 @@ class TcpServerInput(Input):
         context, wants = self.security.server(), self.security.token is not None
         try:
             family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
-            server = socket.create_server((self.host, self.port), family=family, backlog=128)
+            server = socket.create_server((self.host, self.port), family=family, backlog=self.most)
         except OSError as error:
             raise InputError(f"tcp {self.host}:{self.port}: cannot be listened to: {error.strerror or error}") from None
         with server, selectors.DefaultSelector() as chosen:
             server.setblocking(False)
             chosen.register(server, selectors.EVENT_READ)
-            connections = dict[socket.socket, _Connection]()
+            connections, looked = dict[socket.socket, _Connection](), monotonic()
             try:
                 while not stop.is_set():
                     for key, _ in chosen.select(PATIENCE):
@@ -60,9 +60,10 @@ class TcpServerInput(Input):
                             self._accept(server, chosen, connections, context, wants)
                         else:
                             yield from self._read(connections[key.fileobj], chosen, connections)  # type: ignore[index]
-                    now = monotonic()
-                    for late in [each for each in connections.values() if now - each.heard > self.idle]:
-                        yield _closed(late, chosen, connections)
+                    if (at := monotonic()) - looked > PATIENCE:
+                        looked = at
+                        for late in [each for each in connections.values() if at - each.heard > self.idle]:
+                            yield _closed(late, chosen, connections)
             finally:
                 for connection in connections.values():
                     connection.close()

@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import AbstractContextManager, ExitStack, contextmanager
+from io import FileIO
 from pathlib import Path
 from typing import ClassVar, final
 
@@ -13,6 +14,7 @@ from attrs import frozen
 
 from vedette import fields
 from vedette.streams import Output
+from vedette.writing import growing, open_growing
 from vedette_files.input_files import user_path
 
 
@@ -30,7 +32,7 @@ class StandardOutput(Output):
 @final
 @frozen
 class FileOutput(Output):
-    """A file that is appended to; one that was moved away, as logs are, is begun anew."""
+    """A file that is appended to, by this process alone; one that was moved away, as logs are, is begun anew."""
 
     kind: ClassVar[str] = "file"
 
@@ -51,22 +53,24 @@ def _standard() -> Iterator[Callable[[bytes], None]]:
 
 @contextmanager
 def _appended(path: Path) -> Iterator[Callable[[bytes], None]]:
-    flags = os.O_WRONLY | os.O_APPEND | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0)
-    number = os.open(path, flags, 0o644)
+    with growing(path, "path"), ExitStack() as opened:
+        file = opened.enter_context(open_growing(path))
 
-    def send(data: bytes) -> None:
-        nonlocal number
-        try:
-            same = os.path.samestat(path.stat(), os.fstat(number))
-        except FileNotFoundError:
-            same = False
-        if not same:
-            os.close(number)
-            number = os.open(path, flags, 0o644)
-        while data:
-            data = data[os.write(number, data) :]
+        def send(data: bytes) -> None:
+            nonlocal file
+            if not _is_at(path, file):
+                opened.close()
+                file = opened.enter_context(open_growing(path))
+            file.seek(0, os.SEEK_END)
+            while data:
+                data = data[file.write(data) :]
 
-    try:
         yield send
-    finally:
-        os.close(number)
+
+
+def _is_at(path: Path, file: FileIO) -> bool:
+    """Return whether a file still has its name."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
+    except FileNotFoundError:
+        return False

@@ -5,34 +5,27 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections.abc import Sequence
-from contextlib import closing
+from contextlib import ExitStack, closing
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar, final
 
-import numpy as np
 from attrs import define, frozen
 
 from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Saved, Storage, Store, TrackReport, now
+from vedette.writing import growing
+from vedette_files import SCHEMA, keep_facts, keep_tracks
 from vedette_files.input_files import user_path
 
-VERSION = 1
-"""Of the tables."""
+VERSION = 2
+"""Of the tables, as the database's user_version."""
 KEPT = 2
 """States that are kept: the latest, and the one before it, should the latest be damaged."""
 
 _TABLES = """
 CREATE TABLE IF NOT EXISTS states (id INTEGER PRIMARY KEY, saved REAL NOT NULL, digest TEXT NOT NULL, content TEXT NOT NULL);
-CREATE TABLE IF NOT EXISTS tracks (
-    time REAL NOT NULL, id INTEGER NOT NULL, x REAL, y REAL, latitude REAL, longitude REAL,
-    existence REAL NOT NULL, confirmed INTEGER NOT NULL, mean TEXT NOT NULL, deviations TEXT NOT NULL,
-    PRIMARY KEY (time, id)
-);
-CREATE INDEX IF NOT EXISTS tracks_by_id ON tracks (id, time);
-CREATE INDEX IF NOT EXISTS tracks_by_place ON tracks (x, y);
-CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
 
 
@@ -52,6 +45,15 @@ class SqliteStore(Store):
 
     def open(self) -> Storage:
         path = user_path(self.path)
+        held = ExitStack()
+        held.enter_context(growing(path, "service.store.path"))
+        try:
+            return self._opened(path, held)
+        except BaseException:
+            held.close()
+            raise
+
+    def _opened(self, path: Path, held: ExitStack) -> _Open:
         told = list[str]()
         try:
             connection, saved = _opened(path)
@@ -75,7 +77,7 @@ class SqliteStore(Store):
                 _copy(path, _before(path))
             except (sqlite3.Error, OSError) as error:
                 told.append(f"{_before(path).name} cannot be written: {error}")
-        return _Open(connection, self.keep, saved, told)
+        return _Open(connection, self.keep, saved, told, held)
 
 
 def _before(path: Path) -> Path:
@@ -102,7 +104,11 @@ def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
         connection.execute("PRAGMA synchronous = FULL")
         if (found := connection.execute("PRAGMA quick_check(1)").fetchone()) != ("ok",):
             raise sqlite3.DatabaseError(str(found))
-        connection.executescript(_TABLES)
+        if (version := connection.execute("PRAGMA user_version").fetchone()[0]) not in (0, VERSION):
+            raise InputError(
+                f"service.store: {path}: is of version {version}, and this Vedette reads {VERSION}: move it away"
+            )
+        connection.executescript(f"{_TABLES} {SCHEMA} PRAGMA user_version = {VERSION};")
         return connection, _latest(connection)
     except BaseException:
         connection.close()
@@ -134,6 +140,7 @@ class _Open:
     keep: float
     saved: Saved | None
     told: list[str]
+    held: ExitStack
 
     def load(self) -> Saved | None:
         return self.saved
@@ -151,12 +158,13 @@ class _Open:
             write.execute("INSERT INTO states (saved, digest, content) VALUES (?, ?, ?)", (now(), digest, content))
             write.execute(f"DELETE FROM states WHERE id <= (SELECT MAX(id) FROM states) - {KEPT}")
             for report in reports:
-                write.executemany("INSERT OR REPLACE INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?)", _rows(report))
+                columns: dict[str, Any] = {"id": report.ids, "mean": report.mean, "cov": report.cov}
+                columns |= {"existence": report.existence, "confirmed": report.confirmed}
+                places = None if report.geodetic is None else report.geodetic(report.mean)[:2]
+                keep_tracks(write, report.time, report.space, columns, places)
             if reports:
                 write.execute("DELETE FROM tracks WHERE time < ?", (reports[-1].time - self.keep,))
-                axes = [[axis.name, axis.unit] for axis in reports[-1].space.axes]
-                write.execute("INSERT OR REPLACE INTO facts VALUES ('axes', ?)", (json.dumps(axes),))
-                write.execute("INSERT OR REPLACE INTO facts VALUES ('version', ?)", (str(VERSION),))
+                keep_facts(write, reports[-1].space, saved.notes)
             write.execute("COMMIT")
         except sqlite3.Error as error:
             if write.in_transaction:
@@ -165,20 +173,4 @@ class _Open:
 
     def close(self) -> None:
         self.connection.close()
-
-
-def _rows(report: TrackReport) -> list[tuple[Any, ...]]:
-    names = [axis.name for axis in report.space.axes]
-    count = len(report.ids)
-    x, y = (report.mean[:, names.index(name)].tolist() if name in names else [None] * count for name in ("x", "y"))
-    north, east = [None] * count, [None] * count
-    if report.geodetic is not None:
-        north, east = (values.tolist() for values in report.geodetic(report.mean)[:2])
-    deviations = np.sqrt(np.diagonal(report.cov, axis1=-2, axis2=-1)).tolist()
-    return [
-        (report.time, *row, json.dumps(mean), json.dumps(sigma))
-        for *row, mean, sigma in zip(
-            report.ids.tolist(), x, y, north, east, report.existence.tolist(), map(int, report.confirmed.tolist()),
-            report.mean.tolist(), deviations, strict=True,
-        )
-    ]  # fmt: skip
+        self.held.close()

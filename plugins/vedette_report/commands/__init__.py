@@ -23,8 +23,12 @@ class Run(Command):
     kind: ClassVar[str] = "run"
 
     def options(self, parser: ArgumentParser) -> None:
-        options.add_config(parser)
+        options.add_config(parser, optional=True)
         parser.add_argument("--out", metavar="DIR", help="folder for the results; default: out/ and the config's name")
+        about = "go on from the streamed run in DIR that was killed; needs no CONFIG"
+        parser.add_argument("--resume", metavar="DIR", help=about)
+        about = "go on although Vedette, a plugin or a library is another one than before: the results are mixed"
+        parser.add_argument("--accept-other-code", action="store_true", help=about)
         options.add_seed(parser)
         options.add_json(parser, "end standard output with one line of JSON: the results")
         parser.add_argument(
@@ -117,7 +121,7 @@ class Report(Command):
 @final
 @frozen
 class Export(Command):
-    """Write the tracks of a run for another program.
+    """Write the tracks of a run, or those that a service kept, for another program.
 
     Writes the confirmed tracks, with their times, covariances and ellipses, for maps (KML, GeoJSON), as a table (CSV,
     Parquet), or the whole run for the viewer Rerun (needs vedette[rerun]).
@@ -126,7 +130,8 @@ class Export(Command):
     kind: ClassVar[str] = "export"
 
     def options(self, parser: ArgumentParser) -> None:
-        parser.add_argument("run", metavar="RUN_DIR", help="the folder that `vedette run` wrote")
+        about = "the folder that `vedette run` wrote, or the database of `vedette serve`"
+        parser.add_argument("run", metavar="RUN_DIR", help=about)
         parser.add_argument("--to", metavar="FILE", required=True, help="the file: .kml, .geojson, .csv, .parquet or .rrd")
         parser.add_argument("--origin", metavar="LAT,LON", help="where x and y are 0, in deg; default: as recorded")
         parser.add_argument(
@@ -142,6 +147,11 @@ class Export(Command):
         parser.add_argument(
             "--smoothed", action="store_true", help="write the smoothed tracks that `vedette run --smooth` made"
         )
+        about = "of a database, only estimates from this time on: a date, or in s as the scans' times"
+        parser.add_argument("--from", metavar="TIME", help=about)
+        parser.add_argument("--until", metavar="TIME", help="of a database, only estimates up to this time")
+        about = "of a database, only estimates with x and y between two corners, in m"
+        parser.add_argument("--box", metavar="X,Y,X,Y", help=about)
 
     def run(self, arguments: Namespace) -> int:
         from vedette_report.commands import export

@@ -1,10 +1,11 @@
-"""`vedette export`: the tracks of a finished run for another program."""
+"""`vedette export`: the tracks of a finished run, or those that a service kept, for another program."""
 
 from __future__ import annotations
 
 import sys
 from argparse import Namespace
 from collections.abc import Callable
+from math import isfinite
 from pathlib import Path
 
 from attrs import evolve
@@ -13,7 +14,7 @@ from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette.units import in_unit
 from vedette.writing import Inputs
-from vedette_files import read_series
+from vedette_files import Part, is_database, read_series
 from vedette_report.exporting.geojson import write_geojson
 from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch
@@ -40,16 +41,7 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
     if target.is_dir() or not target.absolute().parent.is_dir():
         raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
-    if not (folder / "tracks.jsonl").is_file():
-        raise ConfigError(
-            [Problem("RUN_DIR", f"must be the folder that a run has written, got {str(folder)!r} without tracks.jsonl")]
-        )
-    Inputs.of([folder / name for name in NAMES]).check(target, "--to")
-    tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
-    if not (folder / tracks).is_file():
-        raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
-    origin = options.read("--origin", arguments.origin, read_origin)
-    found = Run.read(folder, tracks, origin, options.read("--epoch", arguments.epoch, read_epoch))
+    found = _kept(folder, target, arguments) if is_database(folder) else _finished(folder, target, arguments)
     whole, found = len(found.tracks), _chosen(found, arguments)
     write(target, found, options.whole("--ellipses", arguments.ellipses, 0))
     if target.suffix.lower() == ".kml" and not found.terms.dated:
@@ -58,6 +50,57 @@ def run(arguments: Namespace) -> int:
     rest = f" of {whole}" if whole > len(found.tracks) else ""
     print(f"{target}: {len(found.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
     return DONE
+
+
+def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
+    """Return the run of a folder."""
+    if not (folder / "tracks.jsonl").is_file():
+        told = f"must be the folder that a run has written, or the database of a service, got {str(folder)!r}"
+        raise ConfigError([Problem("RUN_DIR", told)])
+    for option in _OF_KEPT:
+        if getattr(arguments, option) is not None:
+            raise ConfigError([Problem(f"--{option}", f"is for the database of a service, and {folder} is a run's folder")])
+    Inputs.of([folder / name for name in NAMES]).check(target, "--to")
+    tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
+    if not (folder / tracks).is_file():
+        raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
+    origin = options.read("--origin", arguments.origin, read_origin)
+    return Run.read(folder, tracks, origin, options.read("--epoch", arguments.epoch, read_epoch))
+
+
+_OF_KEPT = ("from", "until", "box")
+"""Options for what a service kept."""
+
+
+def _kept(path: Path, target: Path, arguments: Namespace) -> Run:
+    """Return what a service kept, of a time and a place."""
+    if arguments.smoothed:
+        raise ConfigError([Problem("--smoothed", "is for a run's folder: a service tells tracks as they are known")])
+    Inputs.of(path).check(target, "--to")
+    since, until = (options.read(f"--{name}", getattr(arguments, name), _moment) for name in ("from", "until"))
+    part = Part(since, until, options.read("--box", arguments.box, _box))
+    origin = options.read("--origin", arguments.origin, read_origin)
+    return Run.kept(path, part, origin, options.read("--epoch", arguments.epoch, read_epoch))
+
+
+def _moment(text: str) -> float:
+    """Return a time in s: a number, or a date by ISO 8601 as s since 1970; ValueError if it is neither."""
+    try:
+        value = float(text)
+    except ValueError:
+        return read_epoch(text)
+    if not isfinite(value):
+        raise ValueError(f"must be a finite number of s, or a date, got {text!r}")
+    return value
+
+
+def _box(text: str) -> tuple[float, float, float, float]:
+    """Return the corners of a box in m; ValueError if they are none."""
+    try:
+        west, south, east, north = (float(in_unit(part, "m")) for part in text.split(","))
+    except ValueError:
+        raise ValueError(f"must be X,Y,X,Y: two corners, as in -500,-500,2000,1500, got {text!r}") from None
+    return min(west, east), min(south, north), max(west, east), max(south, north)
 
 
 def _chosen(found: Run, arguments: Namespace) -> Run:

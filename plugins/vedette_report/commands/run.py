@@ -6,7 +6,7 @@ import json
 import sys
 from argparse import Namespace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from attrs import evolve
@@ -26,12 +26,19 @@ from vedette_report.series import recorded_run
 from vedette_report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette_report.summary import summary
 
+if TYPE_CHECKING:
+    from vedette_report.resuming import Former
+
 LONG = 10_000
 """More scans than this are judged and written as they come, and not kept."""
 
 
 def run(arguments: Namespace) -> int:
     """Run, write and report; return 130 if Ctrl-C ended it early, with what was done written all the same."""
+    if arguments.resume:
+        return _go_on(arguments)
+    if arguments.config is None:
+        raise ConfigError([Problem("CONFIG", "is missing: name the config of the run, or --resume with its folder")])
     experiment = load(arguments.config, overrides=options.overrides(arguments))
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
@@ -73,12 +80,41 @@ def run(arguments: Namespace) -> int:
     return _tell(arguments, result, text, numbers, f"{folder}: {', '.join(written)}")
 
 
-def _stream(experiment: Experiment, steps: Steps, folder: Path, reads: Inputs, arguments: Namespace) -> int:
+def _go_on(arguments: Namespace) -> int:
+    """Go on from a streamed run that did not come to its end."""
+    from vedette_report.resuming import Former
+
+    for option in ("out", "keep", "smooth"):
+        if getattr(arguments, option) not in (None, False):
+            told = "a run that goes on writes into the folder that --resume names, and keeps nothing of the past"
+            raise ConfigError([Problem(f"--{option}", told)])
+    folder = Path(arguments.resume)
+    check_folder(folder)
+    former = Former.of(folder)
+    config = former.place / "config.json" if arguments.config is None else arguments.config
+    experiment = load(config, overrides=options.overrides(arguments))
+    former.check(experiment, accept=arguments.accept_other_code)
+    told = f"goes on from scan {former.scans:,} of {former.place.name}" if former.scans else "begins anew"
+    print(f"vedette: {folder}: the run did not end, and {told}", file=sys.stderr)
+    reads = Inputs.of(config, to_config(experiment))
+    with on_terminal() as progress:
+        steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
+        return _stream(experiment, steps, folder, reads, arguments, former)
+
+
+def _stream(
+    experiment: Experiment,
+    steps: Steps,
+    folder: Path,
+    reads: Inputs,
+    arguments: Namespace,
+    former: Former | None = None,
+) -> int:
     """Run, write and judge during the run, and keep nothing in memory."""
     from vedette_report.streaming import stream
 
-    done = stream(experiment, folder, steps=steps, reads=reads)
-    if not arguments.stream:
+    done = stream(experiment, folder, steps=steps, reads=reads, former=former)
+    if not arguments.stream and former is None:
         scans = steps.recording.scans
         endless = isinstance(scans, LazyScans) and scans.once
         long = "whose end is not known" if endless else f"of more than {LONG:,} scans"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any, final
@@ -13,7 +14,7 @@ from numpy.typing import NDArray
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette_files import Origin, Terms, read_about, read_tracks, utc
+from vedette_files import Origin, Part, Terms, read_about, read_kept, read_tracks, utc
 
 CHI_SQUARE_95 = -2.0 * np.log(0.05)
 """Squared distance that holds 95 % of a Gaussian in the plane."""
@@ -40,8 +41,19 @@ class Run:
     @classmethod
     def read(cls, folder: Path, tracks: str, origin: Origin | None, epoch: float | None) -> Run:
         """Read a folder; `tracks` names the file; `origin` and `epoch` are of those who know better than the recording."""
-        about = read_about(folder / "series.npz")
-        found = read_tracks(folder / tracks)
+        return cls._of(folder, read_about(folder / "series.npz"), read_tracks(folder / tracks), origin, epoch)
+
+    @classmethod
+    def kept(cls, path: Path, part: Part, origin: Origin | None, epoch: float | None) -> Run:
+        """Read the tracks of a service from its database, those of a time and a place."""
+        tracks, space, notes = read_kept(path, part)
+        about = {"title": "", "axes": {axis.name: axis.unit for axis in space.axes}, "notes": notes, "objects": []}
+        return cls._of(path, about, tracks, origin, epoch)
+
+    @classmethod
+    def _of(
+        cls, folder: Path, about: dict[str, Any], found: Sequence[Track], origin: Origin | None, epoch: float | None
+    ) -> Run:
         terms = Terms.of(about["notes"], found)
         if origin is not None:
             terms = evolve(terms, origin=origin)
@@ -51,7 +63,7 @@ class Run:
             terms = evolve(terms, dated=True)
         whole = [_confirmed(track) for track in found if track.confirmed.any()]
         kept = tuple(evolve(track, times=track.times + (epoch or 0.0)) for track in whole if len(track.times))
-        return cls(folder, about, kept, Space.of(**about["axes"]), terms, 0.0 if epoch is None else epoch)
+        return cls(folder, about, kept, Space.of(**dict(about["axes"])), terms, 0.0 if epoch is None else epoch)
 
     @property
     def title(self) -> str:
@@ -118,7 +130,7 @@ class Run:
 def _confirmed(track: Track) -> Track:
     """Return a track from where it was first confirmed on, without what is not finite."""
     kept = np.maximum.accumulate(track.confirmed) & np.isfinite(track.mean).all(axis=-1)
-    rows = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit", "mode_prob", "confirmed_at")
+    rows = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit", "mode_prob", "confirmed_at", "link")
     own = {name: values[kept] for name in rows if (values := getattr(track, name)) is not None}
     chosen = np.flatnonzero(kept).tolist()
     returns = None if track.returns is None else tuple(track.returns[i] for i in chosen)

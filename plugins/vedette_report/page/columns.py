@@ -114,7 +114,7 @@ def _entries(series: Series, order: Rows, centre: Array) -> list[Named]:
         made += [("entries.vx", speed[:, 0]), ("entries.vy", speed[:, 1])]
     made.append(("entries.miss", single(1.0 - entries["hit"])))  # small ones are told in their own digits
     judged = ("existence", "position_error", "position_sigma", "nees", "nis_given_hit")
-    made += [(f"entries.{name}", single(entries[name])) for name in judged]
+    made += [(f"entries.{name}", single(entries[name])) for name in (*judged, *(["link"] if "link" in entries else []))]
     return made + [(f"entries.mode{i}", single(values)) for i, values in enumerate(entries["modes"].T)]
 
 

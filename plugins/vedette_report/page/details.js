@@ -114,6 +114,7 @@ class Details {
       [`error [${facts.unit}]`, "position_error"], [`expected RMS [${facts.unit}]`, "position_sigma"], ["NEES", "nees"],
       ["NIS given a hit", "nis_given_hit"], ["existence", "existence"],
     ]));
+    if (entries.link) rows.push(...this.known("entries", e, [["this return and its last are of one target", "link"]]));
     facts.modes.forEach((name, i) => rows.push([name, shown(entries[`mode${i}`][e]), `mode${i}`]));
     host.append(this.table(rows), element("h3", "Whose return?"), this.weights(e));
   }

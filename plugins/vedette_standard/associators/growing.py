@@ -46,6 +46,10 @@ class Growing(HypothesisAssociator):
         """Return the existence of each leaf's target over all hypotheses."""
         return hypotheses.existence(own, last)
 
+    def shown_with(self, hypotheses: Hypotheses, existence: Array, leaves: Indices) -> Indices:
+        """Return the leaves of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
+        return hypotheses.holding(leaves)
+
     def reported(self, hypotheses: Hypotheses, existence: Array) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster."""
         return hypotheses.heaviest

@@ -20,7 +20,7 @@ class KBest(Growing):
     weighted by w times the product of its scores. Those with at most `least` of all weight are dropped, and equal ones
     merged. The tracks shown are those of the heaviest
     hypothesis of each cluster; or, with `show = "mean"`, the independent targets that are
-    closest to all hypotheses, as in `variational`: being means, these have a smaller error, but need a Gaussian belief.
+    closest to all hypotheses, as in `variational`: being means, these have a smaller error.
     Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
     Implementation, IEEE T-AES 54, 2018.
     """

@@ -33,6 +33,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
     """
 
     kind: ClassVar[str] = "lmb"
+    shows_marginals: ClassVar[bool] = True
 
     leaves: int = fields.integer("most leaves of a track", default=20, at_least=1)
     least: float = fields.probability("weight in its track at or below which a leaf is dropped", default=1e-4, below=1)
@@ -96,10 +97,6 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         return hypotheses.weights
 
     def existence(self, hypotheses: Mixtures, own: Array, last: Indices) -> Array:
-        """Return the existence of each leaf's track."""
-        return self.shown_existence(hypotheses, own)
-
-    def shown_existence(self, hypotheses: Mixtures, own: Array) -> Array:
         """Return the existence of each leaf's track."""
         total = np.bincount(hypotheses.track, hypotheses.weights * own).astype(float)
         of_track: Array = np.minimum(total, 1.0)[hypotheses.track]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Indices, Merging, Space, kernels
+from vedette import Array, Gaussian, Indices, Merging, Mixtures, Space, kernels
 from vedette.filters import merged
 from vedette.hypotheses import Hypotheses
 
@@ -135,7 +135,8 @@ def _gains(clusters: list[Several], shares: list[Array], estimate: Gaussian, exi
     known = some > CERTAIN
     place = np.cumsum(known) - 1
     own = known[into]
-    targets = merged(estimate, place[into[own]], leaf[own], mass[own] / some[into[own]], int(np.sum(known)), state)
+    mixtures = Mixtures(place[into[own]], leaf[own], mass[own] / some[into[own]], int(np.sum(known)))
+    targets = merged(estimate, mixtures, state)
     information, volume = _information(targets.cov)
 
     pairs = [(np.repeat(one.leaves, t), np.tile(start + np.arange(t), len(one.leaves)))

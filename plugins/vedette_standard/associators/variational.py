@@ -18,7 +18,7 @@ class Variational(Growing):
     The best joint associations of a scan are a mixture. The filter replaces it by the product of independent tracks with the
     smallest Kullback-Leibler divergence from it, where each association may give any target any track's id. So two tracks
     that met part again as two targets, and not as two averages of both (coalescence). Leaves are merged by their
-    moments, so the estimator's belief must be a Gaussian.
+    moments, those of an IMM mode by mode.
     Williams, An Efficient, Variational Approximation of the Best Fitting Multi-Bernoulli Filter, IEEE T-SP 63, 2015.
     Hypotheses take the place of the paper's marginals.
     """

@@ -8,7 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
-from vedette_standard.births.one_point import complete, one_point
+from vedette_standard.births.one_point import one_point, unclaimed, within
+from vedette_standard.regions import Polygon
 
 
 @final
@@ -31,6 +32,9 @@ class FromReturns(Birth):
         "a return is left alone if it comes from a track with at least this probability", default=0.5, above=0
     )
     initial: float = fields.probability("probability that a new track is of a target", default=0.2, above=0)
+    appears_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which no track starts; default: everywhere", default=(), tried=((),)
+    )
 
     @property
     def initial_existence(self) -> float:
@@ -45,7 +49,9 @@ class FromReturns(Birth):
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each complete return that no track claims."""
-        whole = complete(detections)
-        returns = whole[claimed[whole] < self.claimed]
+        returns = unclaimed(detections, claimed, self.claimed)
+        if len(claimed) and not len(returns):
+            return Newborn.none(len(estimator.state))
         prior = one_point(sensor, detections, returns, self.spread, estimator.state)
-        return Newborn(returns, prior, np.full(len(returns), self.initial))
+        begin = Newborn(returns, prior, np.full(len(returns), self.initial))
+        return within(self.appears_in, begin, estimator.state)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vedette import Detections, Gaussian, Indices, Sensor, Space
+from vedette import Array, Detections, Gaussian, Indices, Mask, Newborn, Sensor, Space
+from vedette_standard.regions import PLANE, Polygon, held
 
 
 def one_point(
@@ -29,7 +30,24 @@ def one_point(
     return Gaussian(mean, cov)
 
 
-def complete(detections: Detections) -> Indices:
-    """Return the returns that are valid and lack no component."""
-    whole = detections.valid if detections.missing is None else detections.valid & ~detections.missing.any(axis=-1)
-    return np.flatnonzero(whole)
+def within(areas: Sequence[Polygon], begin: Newborn, state: Space) -> Newborn:
+    """Return the tracks (j,) that begin in one of some areas; all where there are none."""
+    if not areas:
+        return begin
+    keep = held(areas, begin.prior.mean[:, state.locate(PLANE)])
+    return Newborn(begin.returns[keep], Gaussian(begin.prior.mean[keep], begin.prior.cov[keep]), begin.existence[keep])
+
+
+_NONE: Indices = np.zeros(0, dtype=np.intp)
+
+
+def unclaimed(detections: Detections, claimed: Array, least: float) -> Indices:
+    """Return the complete returns that no track claims with a probability (k,) of `least` or more."""
+    free = claimed < least
+    return complete(detections, free) if np.count_nonzero(free) else _NONE
+
+
+def complete(detections: Detections, among: Mask | bool = True) -> Indices:
+    """Return the returns that are valid and lack no component, of those `among` (k,)."""
+    whole = detections.valid & among
+    return np.flatnonzero(whole if detections.missing is None else whole & ~detections.missing.any(axis=-1))

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
-from vedette_standard.births.one_point import complete
+from vedette_standard.births.one_point import unclaimed, within
+from vedette_standard.regions import Polygon
 
 
 @frozen(eq=False)
@@ -44,6 +46,9 @@ class TwoPoint(Birth):
     deviations: float = fields.quantity(
         "1", "noise that is added to what the speed allows, in standard deviations", default=3.0, at_least=0
     )
+    appears_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which no track starts; default: everywhere", default=(), tried=((),)
+    )
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Waiting | None:
         """Return nothing: there was no scan yet."""
@@ -69,7 +74,9 @@ class TwoPoint(Birth):
         p_gate: float,
     ) -> Waiting:
         """Return this scan's returns that no track claims."""
-        rows = self._unclaimed(detections, claimed)
+        rows = unclaimed(detections, claimed, self.claimed)
+        if not len(rows):
+            return _nothing(len(sensor.observes))
         spot = _spots(sensor, detections, rows)
         return Waiting(spot.mean, spot.cov, np.asarray(0.0))
 
@@ -77,33 +84,27 @@ class TwoPoint(Birth):
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each return that follows one of the scan before."""
-        state, position = estimator.state, sensor.observes
-        velocity = self._velocity(state, position)
-        rows = self._unclaimed(detections, claimed)
-        spot = _spots(sensor, detections, rows)
-        if found is None or found.ago == 0 or not len(found.mean) or not len(rows):
-            rows, before = rows[:0], np.zeros(0, dtype=np.int64)
-        else:
-            apart = np.linalg.norm(spot.mean[:, None] - found.mean[None], axis=-1)
-            before = np.argmin(apart, axis=-1)
-            total = spot.cov + found.cov[before]
-            noise = np.sqrt(np.linalg.eigvalsh(total)[..., -1])
-            near = np.min(apart, axis=-1) <= self.max_speed * found.ago + self.deviations * noise
-            rows, before, spot = rows[near], before[near], Gaussian(spot.mean[near], spot.cov[near])
+        rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, sensor.observes
+        idle = found is None or found.ago == 0 or not len(found.mean) or not len(rows)
+        if idle and len(claimed):
+            return Newborn.none(len(state))
+        velocity, spot = self._velocity(state, position), _spots(sensor, detections, rows)
+        if idle:
+            return Newborn.none(len(state))
+        apart = np.linalg.norm(spot.mean[:, None] - found.mean[None], axis=-1)
+        before = np.argmin(apart, axis=-1)
+        total = spot.cov + found.cov[before]
+        noise = np.sqrt(np.linalg.eigvalsh(total)[..., -1])
+        near = np.min(apart, axis=-1) <= self.max_speed * found.ago + self.deviations * noise
+        rows, before, spot = rows[near], before[near], Gaussian(spot.mean[near], spot.cov[near])
         count, n, own = len(rows), len(state), np.array(state.locate(position))
         mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
         cov[:, range(n), range(n)] = [self.spread.get(axis, 0.0) ** 2 for axis in state.names]
-        if count:
-            mean[:, own], mean[:, velocity] = spot.mean, (spot.mean - found.mean[before]) / found.ago
-            cov[:, own[:, None], own] = spot.cov
-            cov[:, own[:, None], velocity] = cov[:, velocity[:, None], own] = spot.cov / found.ago
-            cov[:, velocity[:, None], velocity] = (spot.cov + found.cov[before]) / found.ago**2
-        return Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial))
-
-    def _unclaimed(self, detections: Detections, claimed: Array) -> Indices:
-        """Return the complete returns that no track claims."""
-        whole = complete(detections)
-        return whole[claimed[whole] < self.claimed]
+        mean[:, own], mean[:, velocity] = spot.mean, (spot.mean - found.mean[before]) / found.ago
+        cov[:, own[:, None], own] = spot.cov
+        cov[:, own[:, None], velocity] = cov[:, velocity[:, None], own] = spot.cov / found.ago
+        cov[:, velocity[:, None], velocity] = (spot.cov + found.cov[before]) / found.ago**2
+        return within(self.appears_in, Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial)), state)
 
     def _velocity(self, state: Space, position: Space) -> Indices:
         """Return the axes of the velocity, one for each of the position."""
@@ -114,6 +115,12 @@ class TwoPoint(Birth):
         if lacking := [name for name in state.names if name not in known]:
             raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
         return np.array([state.names.index(name) for name in names])
+
+
+@cache
+def _nothing(axes: int) -> Waiting:
+    """Return no return of a scan just now."""
+    return Waiting(np.zeros((0, axes)), np.zeros((0, axes, axes)), np.asarray(0.0))
 
 
 def _spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:

@@ -9,10 +9,11 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
+from vedette import Array, Birth, Detections, Estimator, Mask, Newborn, Sensor, fields
 from vedette.sampling import Bounds
 from vedette_standard.births.one_point import complete, one_point
 from vedette_standard.births.places import present
+from vedette_standard.regions import PLANE, Polygon, held
 
 PLACES = 16
 """Points per axis at which the mean detection probability is taken."""
@@ -51,6 +52,9 @@ class Uniform(Birth):
     )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
+    appears_in: tuple[Polygon, ...] = fields.part(
+        "areas of the box in which targets appear; default: all of it", default=(), tried=((),)
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.initial == 0 and self.rate == 0:
@@ -75,13 +79,14 @@ class Uniform(Birth):
     ) -> tuple[Array, Array]:
         """Return the density (k,) of each return from an undetected target, 0 where it may start no track."""
         rate, whole = np.zeros(detections.z.shape[0]), complete(detections)
-        low, high = self._box(sensor)
+        low, high, places = self._box(sensor)
         noise = None if detections.noise is None else detections.noise[whole]
         spot = sensor.invert(detections.z[whole], noise)
         own = np.broadcast_to(sensor.noise(spot.mean), spot.cov.shape) if noise is None else noise
         stretch = np.sqrt(np.linalg.det(spot.cov) / np.linalg.det(own))
-        inside = np.all((spot.mean >= low) & (spot.mean <= high), axis=-1)
-        rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / np.prod(high - low), 0.0)
+        inside = np.all((spot.mean >= low) & (spot.mean <= high), axis=-1) & self._appearing(sensor, spot.mean)
+        volume = np.prod(high - low) * len(places) / PLACES ** len(low)
+        rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / volume, 0.0)
         return rate, rate
 
     def update(
@@ -94,9 +99,7 @@ class Uniform(Birth):
         p_gate: float,
     ) -> Array:
         """Return the number of those that were not detected."""
-        low, high = self._box(sensor)
-        middles = (np.arange(PLACES) + 0.5) / PLACES
-        places = np.stack(np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij"), axis=-1)
+        _, _, places = self._box(sensor)
         return np.asarray(memory * (1.0 - p_gate * np.mean(sensor.detects(places))))
 
     def begin(
@@ -111,8 +114,14 @@ class Uniform(Birth):
         prior = one_point(sensor, detections, returns, self.spread, estimator.state)
         return Newborn(returns, prior, existence[returns])
 
-    def _box(self, sensor: Sensor) -> tuple[Array, Array]:
-        """Return the corners of the box over the axes that the sensor observes."""
+    def _appearing(self, sensor: Sensor, x: Array) -> Mask:
+        """Return whether targets appear in places (*b, n) over the axes that the sensor observes, (*b)."""
+        return held(self.appears_in, x[..., sensor.observes.locate(PLANE)]) if self.appears_in else np.ones((), dtype=bool)
+
+    def _box(self, sensor: Sensor) -> tuple[Array, Array, Array]:
+        """Return the corners of the box over the axes that the sensor observes, and places (p, n) spread over all of it in
+        which targets appear.
+        """
         names = sensor.observes.names
         if set(self.view) != set(names) or len(sensor.measurement) != len(names):
             raise ValueError(
@@ -120,4 +129,9 @@ class Uniform(Birth):
                 f"got {', '.join(self.view)}"
             )
         low, high = np.array([(self.view[name].low, self.view[name].high) for name in names]).T
-        return low, high
+        middles = (np.arange(PLACES) + 0.5) / PLACES
+        grid = np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij")
+        places = np.stack(grid, axis=-1).reshape(-1, len(low))
+        if self.appears_in and not len(places := places[self._appearing(sensor, places)]):
+            raise ValueError("appears_in: must hold a part of the box, got none")
+        return low, high, places

@@ -57,11 +57,15 @@ class BootstrapParticles(OverMotion[Particles]):
         """Return the points `dt` s later, each with its own noise; resampled first if necessary."""
         if dt == 0:
             return belief
-        index = filters.resample(belief.log_weights, rng.random(belief.log_weights.shape[:-1]))
+        points, offset = belief.points, rng.random(belief.log_weights.shape[:-1])
         due = filters.too_few(belief.log_weights, self.resample)[..., None]
-        points = np.where(due[..., None], filters.points_at(belief.points, index), belief.points)
-        noise = kernels.root(self.motion.noise(points, dt)) @ rng.standard_normal((*points.shape, 1))
-        moved = self.state.displace(self.motion.move(points, dt), noise[..., 0])
+        if due.any():
+            points = np.where(
+                due[..., None], filters.points_at(points, filters.resample(belief.log_weights, offset)), points
+            )
+        root, drawn = kernels.root(self.motion.noise(points, dt)), rng.standard_normal((*points.shape, 1))
+        noise = drawn[..., 0] @ root.T if root.ndim == 2 else (root @ drawn)[..., 0]
+        moved = self.state.displace(self.motion.move(points, dt), noise)
         return Particles(moved, np.where(due, -math.log(self.particles), belief.log_weights))
 
     def evaluate(self, belief: Particles, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:

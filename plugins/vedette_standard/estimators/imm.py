@@ -16,6 +16,7 @@ from vedette import (
     Frame,
     Gaussian,
     Innovation,
+    Mixtures,
     Sensor,
     Space,
     fields,
@@ -216,6 +217,18 @@ class Imm(Estimator[Modes]):
     def mode_prob(self, belief: Modes) -> Array:
         """Return the mode probabilities: (*b, t, r)."""
         return np.exp(belief.log_prob)
+
+    def merge(self, belief: Modes, mixtures: Mixtures) -> Modes:
+        """Merge mode by mode, parts counting by how probable the mode is in them; it is as probable as in the mean."""
+        into, parts, shares = mixtures.into, mixtures.parts, mixtures.shares
+        joint = shares[:, None] * np.exp(belief.log_prob[parts])
+        prob = np.zeros((mixtures.count, len(self.modes)))
+        np.add.at(prob, into, joint)
+        possible = prob[into] > 0.0
+        own = np.where(possible, joint / np.where(possible, prob[into], 1.0), shares[:, None])
+        each = zip(self.modes, belief.beliefs, own.T, strict=True)
+        beliefs = tuple(mode.merge(one, Mixtures(into, parts, share, mixtures.count)) for mode, one, share in each)
+        return new_modes(beliefs, kernels.safe_log(prob / np.sum(prob, axis=-1, keepdims=True)))
 
     def smooth_step(self, belief: Modes, later: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """Smooth the modes at one time, weighting each pair of a mode now and one `dt` s later by Bayes' rule.

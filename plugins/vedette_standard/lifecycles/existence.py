@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Review, fields
+from vedette_standard.compiled import fastest
 from vedette_standard.lifecycles.limited import Limited
 
 
@@ -52,5 +53,11 @@ class Existence(Limited):
 
     def judge(self, own: Mask, scan: Review) -> tuple[Mask, Mask, Mask]:
         """Compare the existence with the thresholds, and keep whether a track was ever confirmed."""
-        confirmed = own | (scan.existence >= self.confirm)
-        return confirmed, confirmed & (scan.existence >= self.show), scan.existence >= self.delete
+        return by_existence(own, scan.existence, self.confirm, self.show, self.delete)
+
+
+@fastest
+def by_existence(confirmed: Mask, existence: Array, confirm: float, show: float, delete: float) -> tuple[Mask, Mask, Mask]:
+    """Return whether tracks were ever confirmed, whether they are now, and whether they are alive."""
+    confirmed = confirmed | (existence >= confirm)
+    return confirmed, confirmed & (existence >= show), existence >= delete

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from abc import abstractmethod
 from typing import Any
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Lifecycle, Mask, Review, fields
+from vedette import Array, Lifecycle, Mask, Review, fields, maker
+from vedette_standard.compiled import fastest
+from vedette_standard.regions import Polygon, held
 
 DETECTED = 0.5
 """A track counts as detected if a return was its own with a greater probability."""
@@ -27,7 +30,9 @@ class Since:
 
 @frozen
 class Limited(Lifecycle):
-    """A lifecycle that also ends tracks that no sensor covers, that are not detected, or whose position is too uncertain."""
+    """A lifecycle that also ends tracks that no sensor covers, that are not detected, whose position is too uncertain,
+    or that leave the areas in which targets survive.
+    """
 
     max_out_of_coverage: float | None = fields.quantity(
         "s", "a track ends after this time in places where no sensor is likely to detect it", default=60.0, above=0
@@ -39,6 +44,16 @@ class Limited(Lifecycle):
         "m", "a track ends when its position's largest standard deviation exceeds this; default: never for that alone",
         default=None, above=0,
     )  # fmt: skip
+
+    survives_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which there are no targets: a track that leaves them all ends; default: everywhere",
+        default=(), tried=((),),
+    )  # fmt: skip
+
+    @property
+    def needs_place(self) -> bool:
+        """Whether there are areas in which targets survive."""
+        return bool(self.survives_in)
 
     @property
     def needs_spread(self) -> bool:
@@ -57,16 +72,16 @@ class Limited(Lifecycle):
     def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
         """Return the lifecycle's own judgement, and end the tracks that are beyond a limit."""
         own, confirmed, alive = self.judge(memory.own, scan)
-        hit = scan.hit > DETECTED
-        covered = np.where(hit | (scan.p_detect >= self.least_covered), 0.0, memory.covered + scan.dt)
-        detected = np.where(hit, 0.0, memory.detected + scan.dt)
-        if self.max_out_of_coverage is not None:
-            alive = alive & (covered <= self.max_out_of_coverage)
-        if self.max_without_detection is not None:
-            alive = alive & (detected <= self.max_without_detection)
+        out, unseen = self.max_out_of_coverage, self.max_without_detection
+        most = math.inf if out is None else out, math.inf if unseen is None else unseen
+        covered, detected, alive = limited(
+            memory.covered, memory.detected, scan.hit, scan.p_detect, alive, self.least_covered, scan.dt, *most
+        )
         if self.max_spread is not None and scan.spread is not None:
             alive = alive & (scan.spread <= self.max_spread)
-        return Since(covered, detected, own), confirmed, alive
+        if self.survives_in and scan.place is not None:
+            alive = alive & held(self.survives_in, scan.place)
+        return new_since(covered, detected, own), confirmed, alive
 
     @abstractmethod
     def start_own(self, existence: Array) -> Any:
@@ -75,3 +90,25 @@ class Limited(Lifecycle):
     @abstractmethod
     def judge(self, own: Any, scan: Review) -> tuple[Any, Mask, Mask]:
         """Return what the lifecycle keeps, confirmed (*b, t) and alive (*b, t) after a scan, the limits aside."""
+
+
+new_since = maker(Since)
+
+
+@fastest
+def limited(
+    covered: Array,
+    detected: Array,
+    hit: Array,
+    p_detect: Array,
+    alive: Mask,
+    least_covered: float,
+    dt: float,
+    most_out: float,
+    most_unseen: float,
+) -> tuple[Array, Array, Mask]:
+    """Return the seconds out of coverage and without a detection after a scan, and which tracks live within both limits."""
+    seen = hit > DETECTED
+    covered = np.where(seen | (p_detect >= least_covered), 0.0, covered + dt)
+    detected = np.where(seen, 0.0, detected + dt)
+    return covered, detected, alive & (covered <= most_out) & (detected <= most_unseen)

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, final
+from typing import ClassVar, TypeAlias, final
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array, Mask, Review, fields
+from vedette import Array, Mask, Review, fields, maker
+from vedette_standard.compiled import fastest
 from vedette_standard.lifecycles.limited import COVERED, DETECTED, Limited
+
+Counts: TypeAlias = NDArray[np.int64]
 
 
 @frozen(eq=False)
 class Looks:
     """hits (*b, t): one bit per look, the latest lowest; looks (*b, t): how many there were; confirmed (*b, t)."""
 
-    hits: NDArray[np.int64]
-    looks: NDArray[np.int64]
+    hits: Counts
+    looks: Counts
     confirmed: Mask
 
 
@@ -60,13 +63,26 @@ class MOfN(Limited):
 
     def judge(self, own: Looks, scan: Review) -> tuple[Looks, Mask, Mask]:
         """Count the look, confirm and end."""
-        detected = scan.hit > DETECTED
-        looked = detected | (scan.p_detect >= self.worth)
-        hits = np.where(looked, (own.hits << 1 | detected) & (1 << 60) - 1, own.hits)
-        looks = own.looks + looked
-        recent = np.bitwise_count(hits & (1 << self.looks) - 1)
-        confirmed = own.confirmed | (recent >= self.hits)
-        coasting = (hits & (1 << self.misses) - 1 == 0) & (looks >= self.misses)
-        too_few = looks - recent > self.looks - self.hits
-        alive = np.where(confirmed, ~coasting, ~too_few)
-        return Looks(hits, looks, confirmed), confirmed, alive
+        hits, looks, confirmed, alive = m_of_n(
+            own.hits, own.looks, own.confirmed, scan.hit, scan.p_detect, self.worth, self.hits, self.looks, self.misses
+        )
+        return new_looks(hits, looks, confirmed), confirmed, alive
+
+
+new_looks = maker(Looks)
+
+
+@fastest
+def m_of_n(
+    hits: Counts, looks: Counts, confirmed: Mask, hit: Array, p_detect: Array, worth: float, m: int, n: int, misses: int
+) -> tuple[Counts, Counts, Mask, Mask]:
+    """Return hits and looks after a scan, which tracks are confirmed, and which are alive."""
+    detected = hit > DETECTED
+    looked = detected | (p_detect >= worth)
+    hits = np.where(looked, (hits << 1 | detected) & (1 << 60) - 1, hits)
+    looks = looks + looked
+    recent = np.bitwise_count(hits & (1 << n) - 1)
+    confirmed = confirmed | (recent >= m)
+    coasting = (hits & (1 << misses) - 1 == 0) & (looks >= misses)
+    too_few = looks - recent > n - m
+    return hits, looks, confirmed, np.where(confirmed, ~coasting, ~too_few)

@@ -9,7 +9,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, Review, fields
+from vedette import Array, Mask, Review, fields, maker
+from vedette_standard.compiled import fastest
 from vedette_standard.lifecycles.limited import Limited
 
 _CERTAIN = 1.0 - 5e-13
@@ -55,9 +56,24 @@ class Score(Limited):
 
     def judge(self, own: Scores, scan: Review) -> tuple[Scores, Mask, Mask]:
         """Confirm and end by the thresholds."""
-        doubted = np.clip(scan.existence, 1.0 - _CERTAIN, _CERTAIN)
-        score = np.log(doubted) - np.log1p(-doubted) - own.first
-        best = np.maximum(own.best, score)
-        confirmed = own.confirmed | (score >= math.log((1.0 - self.lost_targets) / self.false_tracks))
-        tentative_alive = score > math.log(self.lost_targets / (1.0 - self.false_tracks))
-        return Scores(own.first, best, confirmed), confirmed, np.where(confirmed, best - score < self.drop, tentative_alive)
+        confirm = math.log((1.0 - self.lost_targets) / self.false_tracks)
+        end = math.log(self.lost_targets / (1.0 - self.false_tracks))
+        best, confirmed, alive = by_score(
+            own.first, own.best, own.confirmed, scan.existence, _CERTAIN, confirm, end, self.drop
+        )
+        return new_scores(own.first, best, confirmed), confirmed, alive
+
+
+new_scores = maker(Scores)
+
+
+@fastest
+def by_score(
+    first: Array, best: Array, confirmed: Mask, existence: Array, most: float, confirm: float, end: float, drop: float
+) -> tuple[Array, Mask, Mask]:
+    """Return the best score after a scan, which tracks are confirmed, and which are alive."""
+    doubted = np.clip(existence, 1.0 - most, most)
+    score = np.log(doubted) - np.log1p(-doubted) - first
+    best = np.maximum(best, score)
+    confirmed = confirmed | (score >= confirm)
+    return best, confirmed, np.where(confirmed, best - score < drop, score > end)

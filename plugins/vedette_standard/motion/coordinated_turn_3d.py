@@ -8,7 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, MotionModel, Space, fields, kernels
+from vedette import Array, MotionModel, Space, Twin, fields, kernels
+from vedette_standard import compiled
 from vedette_standard.motion.blocks import white_acceleration
 
 _STATE = Space.of(
@@ -68,6 +69,11 @@ class CoordinatedTurn3d(MotionModel):
     @property
     def state(self) -> Space:
         return _STATE
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_rate)
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 9) -> (*b, 9)."""

@@ -7,7 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields, kernels
+from vedette import Array, MotionModel, Space, Twin, fields, kernels
+from vedette_standard import compiled
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 
 
@@ -37,6 +38,11 @@ class CoordinatedTurnPiecewise(MotionModel):
     @property
     def state(self) -> Space:
         return self._turn.state
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_accel)
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 5) -> (*b, 5)."""

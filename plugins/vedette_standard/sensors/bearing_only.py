@@ -7,11 +7,11 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Space, fields
-from vedette_standard.sensors.clutter import CIRCLE
+from vedette import Array, Space, Twin, fields
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import PlacedSensor
 from vedette_standard.sensors.station import POSITION
+from vedette_standard.sensors.view import width
 
 _BEARING = Space.of(bearing="rad mod 2pi")
 
@@ -22,7 +22,7 @@ class BearingOnly(PlacedSensor):
     """z = b + v, v ~ N(0, sigma_bearing^2), b = atan2(dy, dx) - heading, from +x towards +y.
 
     One bearing gives no position, so it starts no track; the position is observable once the platform manoeuvres against a
-    target that does not. Clutter is uniform over the circle.
+    target that does not. Clutter is uniform over the circle, or over the sectors in view.
     Nardone, Aidala, Observability Criteria for Bearings-Only Target Motion Analysis, IEEE T-AES 17, 1981.
     """
 
@@ -41,6 +41,14 @@ class BearingOnly(PlacedSensor):
     def _unbounded(self) -> str:
         return ""
 
+    def _summed(self) -> int:
+        return 0
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_bearing**2)
+
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 1)."""
         return _BEARING.canonical(ranges_and_bearings(x, self._pose)[..., 1:])
@@ -55,4 +63,4 @@ class BearingOnly(PlacedSensor):
 
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: () in 1/rad."""
-        return np.asarray(self.clutter_per_scan / CIRCLE)
+        return np.asarray(self.clutter_per_scan / width(self.sectors))

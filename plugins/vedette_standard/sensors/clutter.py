@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Sequence
 from typing import Any, Protocol
 
 import numpy as np
 
 from vedette import Array, fields
-
-CIRCLE = 2 * math.pi
+from vedette_standard.regions import Polygon
+from vedette_standard.sensors.view import CIRCLE, Sector, width
 
 
 class Around(Protocol):
@@ -30,6 +30,15 @@ class Around(Protocol):
     @property
     def clutter_uniform_over(self) -> str: ...
 
+    @property
+    def sectors(self) -> Sequence[Sector]: ...
+
+    @property
+    def polygons(self) -> Sequence[Polygon]: ...
+
+    @property
+    def _size(self) -> float: ...
+
 
 def uniform_over() -> Any:
     """Declare how a stated number of false returns spreads."""
@@ -49,6 +58,7 @@ def check_stated_once(density: float, number: float) -> None:
 def per_range(sensor: Around, r: Array, power: int) -> Array:
     """Return the expected false returns per scan and m of range at ranges r (*b), in the plane (power 2) or in space (3).
 
+    It is that of a view all around: in sectors there are as many if the number is stated, and fewer of a density.
     Beyond the limits, where noise may put a return, it is as at the limit. () where it is the same at all ranges.
     """
     number, near = sensor.clutter_per_scan, sensor.min_range
@@ -61,3 +71,15 @@ def per_range(sensor: Around, r: Array, power: int) -> Array:
         return np.asarray(number / (sensor.max_range - near))
     extent = (sensor.max_range**power - near**power) / power
     return number / extent * np.clip(r, near, sensor.max_range) ** (power - 1)
+
+
+def per_direction(sensor: Around, r: Array, power: int) -> Array:
+    """Return the expected false returns per scan, m of range and rad of bearing at ranges r (*b), as `per_range`."""
+    if sensor.clutter_density > 0:
+        return per_range(sensor, r, power) / CIRCLE
+    if not sensor.polygons or sensor.clutter_per_scan == 0:
+        return per_range(sensor, r, power) / width(sensor.sectors)
+    number = sensor.clutter_per_scan / sensor._size
+    if sensor.clutter_uniform_over == "range":
+        return np.asarray(number)
+    return number * np.clip(r, sensor.min_range, sensor.max_range)

@@ -6,7 +6,7 @@ from typing import ClassVar, final
 
 from attrs import frozen
 
-from vedette import Sensor, WrappedSensor, fields
+from vedette import Sensor, Twin, WrappedSensor, fields
 
 
 @final
@@ -25,6 +25,11 @@ class Partial(WrappedSensor):
 
     of: Sensor = fields.part("the sensor that reports all components")
     optional: dict[str, float] = fields.table("axis that may be missing to the length over which clutter spreads there")
+
+    @property
+    def twin(self) -> Twin | None:
+        """That of `of`, for returns that lack nothing."""
+        return self.of.twin
 
     def __attrs_post_init__(self) -> None:
         known = self.of.measurement

@@ -5,12 +5,14 @@ from __future__ import annotations
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 
-from vedette import Array, Pose, Sensor, Space, fields
-from vedette_standard.sensors.clutter import CIRCLE, check_stated_once, per_range, uniform_over
+from vedette import Array, Space, Twin, fields
+from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.direct import DirectSensor
-from vedette_standard.sensors.station import POSITION, covers, offsets, placed
+from vedette_standard.sensors.placed import RangingSensor
+from vedette_standard.sensors.station import POSITION, offsets
+from vedette_standard.sensors.view import width
 
 _NEAR = 1e-6
 """Distance in m within which the direction fades out of the noise."""
@@ -20,7 +22,7 @@ _ROUNDING = 1e-14
 
 @final
 @frozen
-class PolarPosition(DirectSensor):
+class PolarPosition(RangingSensor, DirectSensor):
     """z = position + v in the tracker's own frame, with v from the errors of range and bearing at the target.
 
     v ~ N(0, T diag(sigma_range^2, (r^2 + sigma_range^2) sigma_bearing^2) T' + sigma_extent^2 I), T the rotation to the
@@ -46,25 +48,20 @@ class PolarPosition(DirectSensor):
     y: float = fields.quantity("m", "where the radar stands; a scan's own pose replaces it", default=0.0)
     min_range: float = fields.quantity("m", "nothing nearer is detected", default=0.0, at_least=0)
     clutter_per_scan: float = fields.quantity("1", "expected number of false returns per scan", default=0.0, at_least=0)
-    clutter_uniform_over: str = uniform_over()
-    _pose: Pose = field(init=False, repr=False, eq=False)
-
-    @_pose.default
-    def _fixed(self) -> Pose:
-        return Pose(np.array([self.x, self.y]))
 
     def __attrs_post_init__(self) -> None:
-        if self.max_range is not None and self.max_range <= self.min_range:
-            raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
-        check_stated_once(self.clutter_density, self.clutter_per_scan)
-        if self.clutter_per_scan > 0 and self.max_range is None:
-            raise ValueError("clutter_per_scan: needs max_range, which says over what the false returns spread")
+        super().__attrs_post_init__()
         if self.clutter_per_scan > 0 and self.clutter_uniform_over == "range" and self.min_range == 0:
             raise ValueError("clutter_uniform_over: 'range' needs min_range > 0, as the density per area is infinite at 0 m")
 
     @property
     def observes(self) -> Space:
         return POSITION
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def noise(self, x: Array) -> Array:
         """Return R: (*b, 2) -> (*b, 2, 2)."""
@@ -80,19 +77,14 @@ class PolarPosition(DirectSensor):
         R[..., 0, 1] = R[..., 1, 0] = (along - across) * dx * dy / square
         return R
 
-    def detects(self, x: Array) -> Array:
-        """Return the detection probability: (*b, 2) -> (*b), or () if no range limits it."""
-        return covers(self.detection_probability, self.min_range, self.max_range, x, self._pose)
-
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/m^2, or () if it is the same everywhere."""
-        if self.clutter_per_scan == 0 or self.max_range is None:
+        if self.clutter_per_scan == 0:
             return np.asarray(self.clutter_density)
-        if self.clutter_uniform_over == "area":
-            return np.asarray(self.clutter_per_scan / (0.5 * CIRCLE * (self.max_range**2 - self.min_range**2)))
+        if self.clutter_uniform_over == "area" and self.polygons:
+            return np.asarray(self.clutter_per_scan / self._size)
+        if self.clutter_uniform_over == "area" and self.max_range is not None:
+            return np.asarray(self.clutter_per_scan / (0.5 * width(self.sectors) * (self.max_range**2 - self.min_range**2)))
         r = np.hypot(*offsets(z, self._pose))
-        return per_range(self, r, 2) / (CIRCLE * np.clip(r, self.min_range, self.max_range))
-
-    def at(self, pose: Pose) -> Sensor:
-        """Return the same radar on a platform at `pose`, whose batch axes, if any, are the first of the states' own."""
-        return placed(self, pose)
+        density: Array = per_direction(self, r, 2) / np.clip(r, self.min_range, self.max_range)
+        return density

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
-from vedette_standard.sensors.clutter import CIRCLE, per_range
+from vedette import Array, Gaussian, Space, Twin, fields
+from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.station import POSITION, leading, offsets
@@ -26,7 +26,8 @@ class RangeBearing(RangingSensor):
     With (dx, dy) = position - (x, y): r = sqrt(dx^2 + dy^2), b = atan2(dy, dx) - heading, from +x towards +y.
     Over the radar itself the bearing is that of +x and the derivative 0: such a return carries no position.
     Clutter of n = `clutter_per_scan` is uniform over the area from `min_range` to `max_range`, hence of density
-    n r / (pi (max^2 - min^2)) in z; over range and bearing it is n / (2 pi (max - min)); `clutter_density` c gives c r.
+    n r / (pi (max^2 - min^2)) in z; over range and bearing it is n / (2 pi (max - min)); `clutter_density` c gives c r. In
+    sectors their angle stands for 2 pi, in polygons the area in view counts.
     Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998 (for `invert`).
     """
 
@@ -47,6 +48,11 @@ class RangeBearing(RangingSensor):
     @property
     def measurement(self) -> Space:
         return _POLAR
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 2) -> (*b, 2)."""
@@ -73,7 +79,7 @@ class RangeBearing(RangingSensor):
 
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: (*b, k, 2) -> (*b, k) in 1/(m rad), or () if it is the same everywhere."""
-        return per_range(self, z[..., 0], 2) / CIRCLE
+        return per_direction(self, z[..., 0], 2)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and its covariance: (*b, 2) -> (*b, 2), (*b, 2, 2).
@@ -90,9 +96,9 @@ class RangeBearing(RangingSensor):
         mean[..., 1] = leading(self._pose.position[..., 1], angle.ndim) + r * np.exp(s / 2) * sin
         along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
         across = (r * r + R[..., 0, 0]) * np.sinh(s)
-        mixed = r * R[..., 0, 1]
+        mixed, cos2, sin2, both = r * R[..., 0, 1], cos * cos, sin * sin, sin * cos
         cov = np.empty((*angle.shape, 2, 2))
-        cov[..., 0, 0] = along * cos * cos + across * sin * sin - 2 * mixed * sin * cos
-        cov[..., 1, 1] = along * sin * sin + across * cos * cos + 2 * mixed * sin * cos
-        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * sin * cos + mixed * (cos * cos - sin * sin)
+        cov[..., 0, 0] = along * cos2 + across * sin2 - 2 * mixed * both
+        cov[..., 1, 1] = along * sin2 + across * cos2 + 2 * mixed * both
+        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * both + mixed * (cos2 - sin2)
         return Gaussian(mean, cov)

@@ -8,8 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
-from vedette_standard.sensors.clutter import CIRCLE, per_range
+from vedette import Array, Gaussian, Space, Twin, fields
+from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR
 from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.station import leading, offsets
@@ -25,7 +25,7 @@ class RangeBearingElevation(RangingSensor):
 
     With a pose of two coordinates the radar stays at its own height; a pose may have three. Clutter is uniform over the
     volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z; over range and direction it is
-    n cos(e) / (4 pi (max - min)).
+    n cos(e) / (4 pi (max - min)). A table `detection` is by the range over ground.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.4.
     """
 
@@ -56,6 +56,11 @@ class RangeBearingElevation(RangingSensor):
         flat = np.hypot(dx, dy)
         return dx, dy, dz, flat, np.hypot(flat, dz)
 
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2, self._height(0))
+
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 3) -> (*b, 3)."""
         dx, dy, dz, flat, r = self._offsets(x)
@@ -79,16 +84,25 @@ class RangeBearingElevation(RangingSensor):
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, 3) -> (*b), or () if no range limits it."""
+        share = self.detection_probability if self._sees_alike else self.detection_probability * self._share(x[..., :2])
         if self.max_range is None and self.min_range == 0:
-            return np.asarray(self.detection_probability)
+            return np.asarray(share)
         r = self._offsets(x)[-1]
         inside = (r >= self.min_range) & (r <= (math.inf if self.max_range is None else self.max_range))
-        return np.where(inside, self.detection_probability, 0.0)
+        return np.where(inside, share, 0.0)
+
+    def _unbounded(self) -> str:
+        return "max_range" if self.max_range is None else ""
+
+    def _summed(self) -> int:
+        if self.polygons:
+            raise ValueError("clutter_per_scan: give clutter_density instead, as polygons say nothing of the height")
+        return 0
 
     def clutter(self, z: Array) -> Array:
         """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad^2), or () if there is none."""
         upright = np.maximum(np.cos(z[..., 2]), 0.0)
-        return per_range(self, z[..., 0], 3) * upright / (2 * CIRCLE)
+        return 0.5 * per_direction(self, z[..., 0], 3) * upright
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return position and mean square error: (*b, 3) -> (*b, 3), (*b, 3, 3).

@@ -7,8 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Space, fields
-from vedette_standard.sensors.clutter import CIRCLE, per_range
+from vedette import Array, Gaussian, Space, Twin, fields
+from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR, polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
 from vedette_standard.sensors.range_bearing import RangeBearing
@@ -57,7 +57,7 @@ class RangeBearingRate(RangingSensor):
     def _unbounded(self) -> str:
         if self.max_rate is None:
             return "max_rate"
-        return "max_range" if self.max_range is None else ""
+        return super()._unbounded()
 
     def _approach(self, x: Array) -> tuple[Array, Array, Array]:
         """Return unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
@@ -72,6 +72,13 @@ class RangeBearingRate(RangingSensor):
         if velocity is None:
             return np.zeros(2)
         return np.stack([leading(velocity[..., 0], axes), leading(velocity[..., 1], axes)], axis=-1)
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        velocity = self._pose.velocity
+        vx, vy = (0.0, 0.0) if velocity is None else (velocity[..., 0], velocity[..., 1])
+        return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2, vx, vy)
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, 4) -> (*b, 3)."""
@@ -100,7 +107,7 @@ class RangeBearingRate(RangingSensor):
         """Return the clutter density: (*b, k, 3) -> (*b, k) in 1/(m rad m/s), or () if it is the same everywhere."""
         if self.max_rate is None:
             return np.asarray(0.0)
-        return per_range(self, z[..., 0], 2) / (CIRCLE * 2 * self.max_rate)
+        return per_direction(self, z[..., 0], 2) / (2 * self.max_rate)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and the velocity, unknown across the line of sight: (*b, 3) -> (*b, 4), (*b, 4, 4).

@@ -54,7 +54,7 @@ class View:
         try:
             inside = np.broadcast_to(sensor.detects(sensor.invert(points).mean) > 0, len(points))
         except NotImplementedError:
-            inside = np.ones(len(points), dtype=bool)
+            inside = np.broadcast_to(sensor.covers(points), len(points))
         made = Cover(points[inside], volume * float(np.mean(inside)))
         if pose is None:
             self._kept["here"] = made

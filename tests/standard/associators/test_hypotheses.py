@@ -169,7 +169,7 @@ def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks
     np.testing.assert_allclose(weights, expected, atol=1e-12)
     free = 1.0 - expected[:, 1:].sum(axis=0)
     np.testing.assert_allclose(probability[~old], free[branching.choice[~old] - 1], atol=1e-12)
-    judged = associator.shown_existence(branching.hypotheses, np.ones(len(old)))
+    judged = associator.existence(branching.hypotheses, np.ones(len(old)), np.full((len(old), 3), -1))
     np.testing.assert_allclose(judged[old], 1.0)
     np.testing.assert_allclose(judged[~old], probability[~old])
 

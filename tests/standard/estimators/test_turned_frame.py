@@ -12,7 +12,7 @@ from vedette_standard.sensors.range_bearing import RangeBearing
 
 RNG = np.random.default_rng(0)
 """Asked for by the signature; these filters draw nothing."""
-REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.weighted_update, kernels.predict, kernels.evaluate_returns
+REAL_RETURNS, REAL_TWIN, REAL_POINTS = kernels.evaluate_returns, kernels.evaluate_twin, kernels.evaluate_points_twin
 
 
 def turned(angle, belief):
@@ -58,16 +58,33 @@ def plain_mean(self, points, weights):
     return mean, points - mean[..., None, :]
 
 
+@pytest.mark.parametrize(("estimator", "angle"), [TURNS[1], TURNS[3]])
+def test_so_it_is_with_the_sensors_own_methods(monkeypatch, estimator, angle):
+    without_twins(monkeypatch)
+    check_turned(estimator, angle)
+
+
+def without_twins(monkeypatch):
+    for name in ("evaluate_twin", "evaluate_points_twin", "predict_twin", "predict_points_twin"):
+        monkeypatch.setattr(kernels, name, lambda *given: None)
+
+
 @pytest.mark.parametrize(
-    ("estimator", "where", "name", "mutant"),
+    ("estimator", "where", "name", "mutant", "compiled"),
     [
-        (NONLINEAR[0], kernels, "evaluate_returns", lambda *given: REAL_RETURNS(*given[:-1], ())),
-        (NONLINEAR[1], Space, "difference", lambda self, a, b: a - b),
-        (NONLINEAR[1], Space, "mean", plain_mean),
+        (NONLINEAR[0], kernels, "evaluate_returns", lambda *given: REAL_RETURNS(*given[:-1], ()), False),
+        (NONLINEAR[1], Space, "difference", lambda self, a, b: a - b, False),
+        (NONLINEAR[1], Space, "mean", plain_mean, False),
+        (NONLINEAR[0], kernels, "evaluate_twin", lambda *given: REAL_TWIN(*given[:-1], ()), True),
+        (NONLINEAR[1], kernels, "evaluate_points_twin", lambda *given: REAL_POINTS(*given[:-1], ()), True),
     ],
-    ids=["ekf unwrapped residual", "ukf unwrapped residual", "ukf plain mean"],
+    ids=["ekf unwrapped residual", "ukf unwrapped residual", "ukf plain mean", "ekf's twin", "ukf's twin"],
 )
-def test_the_turned_frame_bites(monkeypatch, estimator, where, name, mutant):
+def test_the_turned_frame_bites(monkeypatch, estimator, where, name, mutant, compiled):
+    if compiled and not kernels.RUNNING.startswith("compiled"):
+        pytest.skip("the kernels that run call no twin")
+    if not compiled:
+        without_twins(monkeypatch)
     monkeypatch.setattr(where, name, mutant)
     with pytest.raises(AssertionError):
         check_turned(estimator, np.pi)

@@ -8,6 +8,7 @@ from vedette import Gaussian, MotionModel, Space, fields
 from vedette_standard.estimators.least_squares import Noiseless
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
+from vedette_standard.motion.coordinated_turn_piecewise import CoordinatedTurnPiecewise
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
@@ -159,4 +160,6 @@ MOTION = [
      {"move": lambda s, x, dt: CV.move(s, x, dt) * np.exp(dt / 60.0)}),
     ("a noise by subtraction", CV, "any_gap_can_be_moved_over",
      {"noise": lambda s, x, dt: (CV.noise(s, x, dt) + 1e9 * np.eye(4)) - 1e9 * np.eye(4) - 1e-7 * dt * np.eye(4)}),
+    ("a twin of another noise", CoordinatedTurn, "says_what_the_motion_says",
+     {"twin": property(lambda s: CoordinatedTurnPiecewise(s.sigma_accel, s.sigma_turn_rate).twin)}),
 ]  # fmt: skip

@@ -22,9 +22,11 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.product import Product
 from vedette_standard.motion.random_walk import RandomWalk
+from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
+from vedette_standard.sensors.view import Sector
 
 RB, CP, CV, EKF = RangeBearing, CartesianPosition, ConstantVelocity, ExtendedKalman
 LINEAR = {"motion": st.just(CV(0.5))}
@@ -58,6 +60,7 @@ def at(change):
 
 
 SPREAD_OUT = {"clutter_per_scan": st.just(5.0), "max_range": st.just(3000.0), "clutter_density": st.just(0.0)}
+SECTORS = {"sectors": st.just((Sector(-1.0, 0.5),)), "polygons": st.just(())}
 RANGED = {"max_range": st.just(900.0), "min_range": st.just(0.0)}
 
 
@@ -98,6 +101,16 @@ SENSORS = [
      {"clutter": lambda s, z: 2 * np.pi * RB.clutter(s, z)}, SPREAD_OUT),
     ("sees beyond its range", RB, "detects_within_max_range",
      {"detects": lambda s, x: np.asarray(s.detection_probability)}, RANGED),
+    ("sees beside its sectors", RB, "detects_within_its_sectors",
+     {"_share": lambda s, spot: np.ones(spot.shape[:-1])}, SECTORS),
+    ("its sectors turn the wrong way", CP, "detects_within_its_sectors",
+     {"_share": lambda s, spot: RB._share(s, spot * [1, -1])}, SECTORS),
+    ("false returns beside its sectors", RB, "detects_within_its_sectors",
+     {"covers": lambda s, z: np.ones((), dtype=bool)}, SECTORS),
+    ("false returns in half of its view", BearingOnly, "sees_nothing_where_it_covers_nothing",
+     {"covers": lambda s, z: z[..., 0] > 0}, {}),
+    ("as many false returns in its sectors as all around", RB, "false_returns_add_up",
+     {"clutter": lambda s, z: RB.clutter(evolve(s, sectors=()), z)}, SECTORS | SPREAD_OUT),
     ("score of the wrong sign", GaussianSpot, "pictures_inform", spot(lambda J, g, llr: (J, -g, llr)), {}),
     ("the ratio upside down", GaussianSpot, "pictures_show_where", spot(lambda J, g, llr: (J, g, -llr)), {}),
     ("noise is the information", GaussianSpot, "a_brighter_target_is_seen_no_worse",

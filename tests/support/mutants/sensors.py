@@ -3,7 +3,7 @@
 import numpy as np
 
 from support.mutants.parts import CALLS, FromZero, Unwrapped, changed, over, put
-from vedette import Space
+from vedette import Space, Twin
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -32,6 +32,10 @@ SENSORS = [
      {"noise": lambda s, x: s.sigma**2 * np.array([[1.0, 0.5], [0.0, 1.0]])}),
     ("noise over-correlated", CP, "noise_is_positive_definite",
      {"noise": lambda s, x: s.sigma**2 * np.array([[1.0, 1.1], [1.1, 1.0]])}),
+    ("cells not symmetric", CP, "noise_is_positive_definite",
+     {"unresolved": lambda s, x: 100.0 * np.array([[1.0, 0.5], [0.0, 1.0]])}),
+    ("one cell for the whole batch", CP, "batches_as_it_loops",
+     {"unresolved": lambda s, x: np.eye(2) * (1.0 + np.abs(x).sum())}),
     ("detection above one", CP, "detection_is_a_probability", {"detects": lambda s, x: np.asarray(1.2)}),
     ("detection below zero far away", CP, "detection_is_a_probability", {"detects": lambda s, x: 1.0 - np.abs(x[..., 0])}),
     ("negative clutter", CP, "clutter_is_a_density", {"clutter": lambda s, z: z[..., 0]}),
@@ -55,4 +59,10 @@ SENSORS = [
      {"noise": lambda s, x: s.sigma**2 * np.eye(2) * (1.5 if x.shape[0] > 100 else 1.0)}),
     ("detection of crowded scenes", CP, "returns_match_the_model",
      {"detects": lambda s, x: np.asarray(0.5 if x.shape[0] > 100 else 0.6)}),
+    ("a twin that turns the other way", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, RB.twin.fget(s).parameters * [1, 1, -1, *(1,) * 6]))}),
+    ("a twin that takes deviations for variances", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, np.sqrt(np.maximum(RB.twin.fget(s).parameters, 0.0))))}),
+    ("a twin that stays where it was built", RB, "says_what_the_sensor_says",
+     {"twin": property(lambda s: RB.twin.fget(RB(s.sigma_range, s.sigma_bearing, sigma_extent=s.sigma_extent)))}),
 ]  # fmt: skip

@@ -1,8 +1,8 @@
-"""Laws of what a sensor reports of no target, and of the range beyond which it reports none.
+"""Laws of what a sensor reports of no target, and of where it reports none.
 
-Two parameters have a meaning that the laws rely on: `clutter_per_scan`, the expected number of false returns, is the
-integral of the density over what the sensor covers; beyond `max_range` no target is detected. Where noise may put a return
-beyond what is covered, the density need not be 0.
+Three parameters have a meaning that the laws rely on: `clutter_per_scan`, the expected number of false returns, is the
+integral of the density over what the sensor covers; beyond `max_range`, and outside of all `sectors`, each from its bearing
+`low` to `high`, no target is detected. Where noise may put a return beyond what is covered, the density need not be 0.
 """
 
 from __future__ import annotations
@@ -20,7 +20,9 @@ FARTHEST = 1e9
 """Farther than this, in units of an axis' usual size, no density may reach."""
 FAINT = 1e-6
 """A density of less than this share of the greatest that is found does not count: the grid would be wasted on its tail."""
-CELLS = {1: 4001, 2: 161, 3: 49}
+CELLS = {1: 4001, 2: 41, 3: 33}
+"""Cells an axis of the grid, by the number of axes; a bearing has more: what is covered may end there anywhere."""
+BEARINGS = 801
 
 
 def clutter_takes_any_number_of_returns(sensor: Sensor, drawn: Looks) -> None:
@@ -60,11 +62,11 @@ def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
             return
         raise Closed("no false returns lie where the kit looks")
     bounds = [_bounds(sensor, start, i, axis) for i, axis in enumerate(axes)]
-    cells = CELLS[len(axes)]
-    lines = [low + (high - low) * (np.arange(cells) + 0.5) / cells for low, high in bounds]
+    cells = [max(CELLS[len(axes)], BEARINGS if axis.name == "bearing" else 0) for axis in axes]
+    lines = [low + (high - low) * (np.arange(n) + 0.5) / n for (low, high), n in zip(bounds, cells, strict=True)]
     grid = sensor.measurement.canonical(np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes)))
-    volume = np.prod([(high - low) / cells for low, high in bounds])
-    found = float(np.sum(np.broadcast_to(sensor.clutter(grid), len(grid)))) * volume
+    volume = np.prod([(high - low) / n for (low, high), n in zip(bounds, cells, strict=True)])
+    found = float(np.sum(np.where(sensor.covers(grid), np.broadcast_to(sensor.clutter(grid), len(grid)), 0.0))) * volume
     demand(
         abs(found - wanted) <= 0.03 * wanted,
         f"clutter: integrates to {found:.4g} false returns in a scan, clutter_per_scan says {wanted:g}",
@@ -140,6 +142,54 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     demand(
         np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3 and 100 times that"
     )
+    if "z" not in sensor.observes or "range" not in sensor.measurement:
+        return
+    for row, factor in enumerate((1.05, 3.0, 100.0)):  # over the sensor: near it in the plane
+        far[row, places] = station + 0.1 * limit
+        far[row, sensor.observes.names.index("z")] = factor * limit
+    beyond = sensor.measure(far)[:, sensor.measurement.names.index("range")] > limit
+    p = full(sensor.detects(far), far, ())[beyond]
+    demand(
+        np.all(p == 0), f"detects: must be 0 above max_range, {limit:g} m, where it measures such a range, got {p.tolist()}"
+    )
 
 
-LAWS = (Law(clutter_takes_any_number_of_returns), Law(false_returns_add_up), Law(detects_within_max_range))
+def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:
+    """If it has `sectors`: no target is detected outside of them all, and no false return lies there."""
+    sectors = getattr(sensor, "sectors", ())
+    places = [i for i, axis in enumerate(sensor.observes.axes) if axis.name in ("x", "y")]
+    if not sectors or len(places) < 2:
+        raise Closed("it has no `sectors`")
+    bearing = np.linspace(-np.pi, np.pi, 64) + drawn.seed
+    outside = np.all([np.mod(bearing - one.low, 2 * np.pi) > one.high - one.low + 1e-9 for one in sectors], axis=0)
+    bearing = bearing[outside]
+    if not len(bearing):
+        raise Closed("its `sectors` leave nothing out")
+    station, heading = ([float(getattr(sensor, name, 0.0) or 0.0) for name in names] for names in (("x", "y"), ("heading",)))
+    distance = float(getattr(sensor, "min_range", 0.0)) + 100.0
+    x = np.tile(drawn.x[0], (len(bearing), 1))
+    x[:, places] = station + distance * np.stack([np.cos(bearing + heading), np.sin(bearing + heading)], axis=-1)
+    p = full(sensor.detects(x), x, ())
+    demand(np.all(p == 0), f"detects: must be 0 outside of its sectors, got up to {np.max(p):g}")
+    if "bearing" in sensor.measurement or {"x", "y"} <= set(sensor.measurement.names):
+        covered = np.any(sensor.covers(sensor.measure(x)))
+        demand(not covered, "covers: must be false outside of its sectors")
+
+
+def sees_nothing_where_it_covers_nothing(sensor: Sensor, drawn: Looks) -> None:
+    """Where no false return may lie, no target is detected: both lie in its field of view."""
+    x = np.concatenate([drawn.x, 10.0 * drawn.x, 100.0 * drawn.x])
+    covered = np.broadcast_to(sensor.covers(sensor.measure(x)), len(x))
+    if covered.all():
+        raise Closed("it covers all places that were tried")
+    p = full(sensor.detects(x), x, ())[~covered]
+    demand(np.all(p == 0), f"detects: must be 0 where `covers` is false, got up to {np.max(p):g}")
+
+
+LAWS = (
+    Law(clutter_takes_any_number_of_returns),
+    Law(false_returns_add_up),
+    Law(detects_within_max_range),
+    Law(detects_within_its_sectors),
+    Law(sees_nothing_where_it_covers_nothing),
+)

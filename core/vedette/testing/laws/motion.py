@@ -12,7 +12,7 @@ from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws import curved_paths, gaps, reframing
+from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
@@ -88,8 +88,8 @@ def variances_are_squares(model: MotionModel, drawn: Moves) -> None:
 
 
 def noise_has_its_units(model: MotionModel, drawn: Moves) -> None:
-    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
-    demand_units(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
+    """In half the unit of length, or of time, with all parameters and states in it, variances are what their units say."""
+    demand_units(model, model.state, model.state, drawn.x, lambda other, x, time: other.noise(x, time * drawn.dt))
 
 
 def deviations_count(model: MotionModel, drawn: Moves) -> None:
@@ -244,4 +244,5 @@ LAWS = (
     Law(reframing.frames_within_turn),
     Law(differences_undo_steps),
     Law(angles_wrap),
+    *twins.OF_MOTION,
 )

@@ -1,4 +1,4 @@
-"""Which code makes a result: sources, kernels, libraries. Chunks of a study come of one code, wherever they are run."""
+"""Which code makes a result: sources, kernels, libraries. What is kept, and what others make, can be of another one."""
 
 from __future__ import annotations
 
@@ -6,21 +6,18 @@ import hashlib
 import importlib.util
 import json
 import platform
-import sys
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from attrs import frozen
-
 from vedette import kernels
-from vedette.config import Registry
-from vedette.errors import ConfigError, Problem
+from vedette.config.registry import Registry
+from vedette.errors import Problem
 
-ALWAYS = ("vedette", "vedette_standard", "vedette_files", "vedette_study")
-"""Packages without which no study runs."""
+ALWAYS = ("vedette", "vedette_standard", "vedette_files")
+"""Packages that have a part in every result."""
 
 TOLD = ("python", "machine")
 """What may differ, and is told: Python's own release, if its minor version is the same, and the processor."""
@@ -28,12 +25,12 @@ TOLD = ("python", "machine")
 Identity = Mapping[str, str]
 
 
-def packages_of(configs: Iterable[Any], registry: Registry | None = None) -> tuple[str, ...]:
-    """Return the packages whose code makes the results of some configs: Vedette's own, and those that bring their kinds."""
+def packages_of(configs: Iterable[Any], *also: str, registry: Registry | None = None) -> tuple[str, ...]:
+    """Return the packages whose code makes the results of some configs: Vedette's own, those of their kinds, and `also`."""
     registry = Registry.installed() if registry is None else registry
     kinds = {kind for config in configs for kind in kinds_in(config)}
     brought = {entry.cls.__module__.partition(".")[0] for entry in registry if entry.kind in kinds}
-    return tuple(sorted(brought | set(ALWAYS)))
+    return tuple(sorted(brought | {*ALWAYS, *also}))
 
 
 @cache
@@ -75,42 +72,8 @@ def differences(there: Identity, here: Identity, place: str) -> tuple[list[Probl
         if name in TOLD and (name != "python" or _minor(there) == _minor(here)):
             told.append(f"{place}: {name} is {other}, here it is {value}")
         else:
-            refused.append(Problem(place, f"{name}: must be {value!r} as here, got {other!r}; see --accept-other-code"))
+            refused.append(Problem(place, f"{name}: must be {value!r} as here, got {other!r}"))
     return refused, told
-
-
-@frozen
-class Code:
-    """The code that a study is of: its packages, what identifies them here, and whether other code is accepted."""
-
-    packages: tuple[str, ...]
-    made: dict[str, str]
-    accept: bool = False
-
-    @classmethod
-    def of(cls, configs: Iterable[Any], *, accept: bool = False) -> Code:
-        """Return the code here of some configs."""
-        packages = packages_of(configs)
-        return cls(packages, identity(packages), accept)
-
-    @property
-    def name(self) -> str:
-        """Its short name."""
-        return digest(self.made)
-
-
-def tell(texts: Iterable[str]) -> None:
-    """Print notes, each once, on standard error."""
-    for text in dict.fromkeys(texts):
-        print(f"vedette: note: {text}", file=sys.stderr)
-
-
-def check(there: Identity, here: Identity, place: str, *, accept: bool) -> list[str]:
-    """Return what is to be told of another code; ConfigError if it is refused, that is, unless `accept`."""
-    refused, told = differences(there, here, place)
-    if refused and not accept:
-        raise ConfigError(refused)
-    return [*map(str, refused), *told]
 
 
 def kinds_in(config: Any) -> Iterator[str]:

@@ -1,0 +1,81 @@
+"""Laws of compiled twins: they say what the component's own methods say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette import kernels
+from vedette.roles import MotionModel, Sensor
+from vedette.space import Array, Space
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.law import Law
+from vedette.testing.laws.motion_cases import Moves
+from vedette.testing.laws.sensor_cases import Looks, full
+from vedette.types import Pose
+
+AGREES = 1e-12
+"""Of each row's largest entry, and of half a turn where an axis wraps."""
+
+
+def _same_value(what: str, space: Space, got: Array, wanted: Array) -> None:
+    """Demand the same up to whole turns."""
+    half_turns = np.array([(axis.period or 0.0) / 2 for axis in space.axes])
+    scale = np.maximum(np.max(np.abs(wanted), axis=tuple(range(wanted.ndim - 1)), initial=1e-30), half_turns)
+    same(what, wanted + space.difference(got, wanted), wanted, AGREES, scale)
+    demand(np.all(space.canonical(got) == got), f"{what}: must be canonical, got {got.tolist()}")
+
+
+def _same_matrix(what: str, got: Array, wanted: Array) -> None:
+    same(what, got, wanted, AGREES, np.max(np.abs(wanted), axis=-1, keepdims=True, initial=1e-30))
+
+
+def says_what_the_sensor_says(sensor: Sensor, drawn: Looks) -> None:
+    """A sensor's compiled twin gives its measurement, derivative, noise and detection probability, here and elsewhere."""
+    _compare_looks(sensor, drawn.x)
+    try:
+        turned = sensor.at(Pose(np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7))
+        runs = sensor.at(Pose(np.array([[120.0, -45.0], [0.0, 3.0]]), np.zeros((2, 2)), np.array([0.7, -3.0])))
+    except NotImplementedError:
+        return
+    _compare_looks(turned, drawn.x)
+    _compare_looks(runs, frozen_copy(np.stack([drawn.x, drawn.x[::-1]])))
+
+
+def _compare_looks(sensor: Sensor, x: Array) -> None:
+    twin, m, n = sensor.twin, len(sensor.measurement), len(sensor.observes)
+    demand(twin is not None, "twin: must be there wherever the sensor stands")
+    assert twin is not None
+    seen = kernels.measure_twin(x, twin.function, twin.numbers(x), m)
+    if seen is None:
+        raise Closed("the kernels that run call no twin")
+    _same_value("measure", sensor.measurement, seen.z, sensor.measure(x))
+    _same_matrix("jacobian", seen.slope, full(sensor.jacobian(x), x, (m, n)))
+    _same_matrix("noise", seen.noise, full(sensor.noise(x), x, (m, m)))
+    same("detects", seen.detects, full(sensor.detects(x), x, ()))
+    for i in range(len(x) if twin.parameters.ndim == 1 else 0):
+        alone = kernels.measure_twin(x[i], twin.function, twin.parameters, m)
+        assert alone is not None
+        for name, one, among in zip(seen._fields, alone, seen, strict=True):
+            same(f"{name} of one state", one, among[i], 0.0)
+
+
+def says_what_the_motion_says(motion: MotionModel, drawn: Moves) -> None:
+    """A motion's compiled twin gives the moved state, derivative and noise."""
+    twin, x, n = motion.twin, drawn.x, len(motion.state)
+    assert twin is not None
+    for dt in (drawn.dt, drawn.later):
+        moved = kernels.move_twin(x, float(dt), twin.function, twin.numbers(x), motion.state.periods)
+        if moved is None:
+            raise Closed("the kernels that run call no twin")
+        _same_value("move", motion.state, moved.mean, motion.state.canonical(motion.move(x, dt)))
+        _same_matrix("jacobian", moved.slope, full(motion.jacobian(x, dt), x, (n, n)))
+        _same_matrix("noise", moved.noise, full(motion.noise(x, dt), x, (n, n)))
+        for i in range(len(x)):
+            alone = kernels.move_twin(x[i], float(dt), twin.function, twin.numbers(x[i]), motion.state.periods)
+            assert alone is not None
+            for name, one, among in zip(moved._fields, alone, moved, strict=True):
+                same(f"{name} of one state", one, among[i], 0.0)
+
+
+OF_SENSOR = (Law(says_what_the_sensor_says, needs="twin"),)
+OF_MOTION = (Law(says_what_the_motion_says, needs="twin"),)

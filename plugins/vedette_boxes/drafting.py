@@ -1,0 +1,195 @@
+"""A config for detections of the MOTChallenge's format."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from vedette import InputError
+from vedette.space import Array, Indices
+from vedette_boxes.calibration import confused, fitted, of_targets
+from vedette_boxes.rows import Rows, numbers_of, overlap, read_rows
+from vedette_boxes.sources.mot import sequence_info
+from vedette_files.input_files import lines
+
+NOT_TOLD = {"calibration": "", "classes": "", "identity": ""}
+MOST_CLASSES = 100
+LOOK = 20
+"""So many lines tell the format."""
+TYPICAL = 1.4826
+"""A standard deviation over the median of what is usual."""
+
+TEXT = """# A draft for {name}: {boxes} boxes in {frames} frames of {width:g} x {height:g} px, {rate:g} a second{rate_from}
+#
+#   vedette run THIS.toml
+
+title = {title}
+seed = 1
+
+[source]
+kind = "mot"
+path = {path}
+{truth}rate = {rate:g}
+{classes}{calibration}
+[sensors.camera]
+kind = "box"
+sigma_place = {place:.3g}  # by the second differences of boxes that overlap from frame to frame
+sigma_size = {size:.3g}
+detection_probability = {detected:.2g}  # {detected_from}
+clutter_per_scan = {false:.2g}
+image = [{width:g}, {height:g}]
+sizes = [{least:.3g}, {most:.3g}]  # sides of boxes: none else is detected
+
+[estimator]
+kind = "ekf"
+
+[estimator.motion]
+kind = "box_velocity"
+sigma_accel = 0.5   # heights: a walker who turns; `vedette tune THIS.toml` fits it
+sigma_growth = 0.2
+
+[gate]
+probability = 0.99
+
+[associator]
+kind = "jpda"
+
+{identity}[birth]
+kind = "from_returns"
+spread = {{ vx = {speed:.3g}, vy = {speed:.3g} }}  # px/s: a height a second
+
+[lifecycle]
+kind = "existence"
+lifetime = 10.0
+max_out_of_coverage = 1.0
+
+[judge]
+cover_radius = {near:.3g}  # px, as all that is told of points here; box_hota, box_mota and box_idf1 go by overlap
+gospa_cutoff = {near:.3g}
+"""
+
+
+def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
+    """Return a config for a file of detections; None for any other."""
+    if wishes or not _is_one(path):
+        return None
+    found, info = read_rows(path), sequence_info(path)
+    true = _truth_of(path)
+    corner = found.box[:, :2] + 0.5 * found.box[:, 2:]
+    width, height = (
+        _number(info, name) or float(np.ceil(np.max(corner[:, i]))) for i, name in enumerate(("imWidth", "imHeight"))
+    )
+    rate, frames = _number(info, "frameRate") or 30.0, int(np.ptp(found.frame)) + 1
+    place, size = _noise(found)
+    told = _facts(found, None if true is None else read_rows(true), frames)
+    usual = float(np.median(found.box[:, 3]))
+    return TEXT.format(
+        name=path.name, boxes=len(found.frame), frames=frames, width=width, height=height, rate=rate,
+        rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
+        title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
+        truth=f"truth = {json.dumps(str(true))}\n" if true else "", place=place, size=size,
+        least=0.9 * float(np.min(found.box[:, 2:])), most=1.1 * float(np.max(found.box[:, 2:])),
+        speed=usual, near=usual / 2, **told,
+    )  # fmt: skip
+
+
+def _is_one(path: Path) -> bool:
+    if not path.is_file() or path.suffix not in (".txt", ".csv"):
+        return False
+    read = 0
+    try:
+        for number, line in lines(path):
+            if line.strip():
+                numbers_of(line)
+                read += 1
+            if number == LOOK:
+                break
+    except (InputError, ValueError):
+        return False
+    return read > 0
+
+
+def _truth_of(path: Path) -> Path | None:
+    """Return the true boxes beside the detections, as the MOTChallenge places them."""
+    places = (path.parent / "gt.txt", path.parent.parent / "gt" / "gt.txt")
+    return next((place for place in places if place.is_file() and place != path), None)
+
+
+def _number(info: Mapping[str, str], name: str) -> float | None:
+    try:
+        value = float(info[name])
+    except (KeyError, ValueError):
+        return None
+    return value if 0 < value < 1e6 else None
+
+
+def _noise(found: Rows) -> tuple[float, float]:
+    """Return the errors of middle and sides, as parts of the sides, by second differences of boxes that overlap.
+
+    A second difference of three errors has 6 times their variance; motion adds to it, little from frame to frame.
+    """
+    seconds = list[Array]()
+    frames = {int(number): found.box[found.frame == number] for number in np.unique(found.frame)}
+    for number, now in frames.items():
+        before, after = frames.get(number - 1), frames.get(number + 1)
+        if before is None or after is None:
+            continue
+        one, other = overlap(now, before), overlap(now, after)
+        both = (one.max(axis=1) >= 0.5) & (other.max(axis=1) >= 0.5)
+        second = before[one.argmax(axis=1)] - 2 * now + after[other.argmax(axis=1)]
+        seconds.append((second / np.tile(now[:, 2:], 2))[both])
+    if not sum(map(len, seconds)):
+        return 0.05, 0.1
+    usual = TYPICAL * np.median(np.abs(np.concatenate(seconds)), axis=0) / np.sqrt(6)
+    return float(np.clip(usual[:2].mean(), 0.005, 0.5)), float(np.clip(usual[2:].mean(), 0.005, 0.5))
+
+
+def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
+    """Return P_D, false boxes and calibration, by the first half of the true boxes if there are any."""
+    if true is None:
+        guess = "not told without true boxes, as is the number of false ones: `vedette tune THIS.toml` fits both"
+        return {"detected": 0.8, "false": max(0.1 * len(found.frame) / frames, 0.1), "detected_from": guess, **NOT_TOLD}
+    half = found.frame[0] + frames // 2
+    early, real = found.of(found.frame < half), true.of((true.frame < half) & (true.score != 0))
+    which = of_targets(early, real)
+    target, calibration = which >= 0, ""
+    if np.all((early.score >= 0) & (early.score <= 1)):
+        try:
+            fit = fitted(early.score, target)
+            numbers = f"slope = {fit.slope:.4g}, offset = {fit.offset:.4g}"
+            calibration = f"calibration = {{ {numbers} }}  # of scores, by the first half of the true boxes\n"
+        except ValueError:
+            pass
+    return {
+        "detected": float(np.clip(np.count_nonzero(target) / max(len(real.frame), 1), 0.05, 0.99)),
+        "false": max(np.count_nonzero(~target) / max(frames // 2, 1), 0.01),
+        "detected_from": "by the first half of the true boxes, as is the number of false ones",
+        "calibration": calibration,
+        **_classes(early, real, which),
+    }
+
+
+def _classes(found: Rows, real: Rows, which: Indices) -> dict[str, str]:
+    """Return what classes the detector names and confuses; nothing if it names one or none."""
+    classes = int(np.max(found.kind, initial=0))
+    target = which >= 0
+    if not 2 <= classes <= MOST_CLASSES or not np.all((real.kind >= 1) & (real.kind <= classes)):
+        return {"classes": "", "identity": ""}
+    table = confused(found.kind[target], real.kind[which[target]], classes)
+    share = np.bincount(real.kind - 1, minlength=classes) + 1.0
+    false = np.bincount(np.maximum(found.kind[~target] - 1, 0), minlength=classes) + 1.0
+    lines_of = {"confusion": table, "share": share / share.sum(), "false_share": false / false.sum()}
+    text = "".join(f"{name} = {json.dumps(_rounded(values))}\n" for name, values in lines_of.items())
+    head = "[identity]  # by the first half of the true boxes: of each class a row, how it is named; how common they are\n"
+    return {"classes": "classes = true\n", "identity": f"{head}{text}\n"}
+
+
+def _rounded(values: Array) -> Any:
+    """Return probabilities with four digits whose sums are 1."""
+    rounded = np.round(values, 4)
+    rounded[..., -1] += 1.0 - np.sum(rounded, axis=-1)
+    return np.round(rounded, 4).tolist()

@@ -1,0 +1,56 @@
+"""What is compiled of this plugin, where it was built: the twins of sensors and motions, and the work of lifecycles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import wraps
+from types import ModuleType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from vedette import Array, Pose, Twin, kernels
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+_module: ModuleType | None
+try:
+    from vedette_standard import _compiled as _module
+except ModuleNotFoundError:
+    _module = None
+
+TWINS: Mapping[str, Mapping[str, Any]] = _module.twins() if _module else {}
+"""By instruction set, best last, the function of each kind that has one."""
+
+
+def twin(kind: str, *parameters: float) -> Twin | None:
+    """Return the twin of a kind with these parameters, or None where none was built."""
+    return _twin(kind, np.array(parameters, dtype=float))
+
+
+def placed(kind: str, pose: Pose, *parameters: float | Array) -> Twin | None:
+    """Return the twin of a sensor: its parameters follow x, y and heading of the pose, of which any may lead with runs."""
+    place = pose.position
+    numbers = (place[..., 0], place[..., 1], pose.heading, *parameters)
+    runs = place.ndim > 1 or np.ndim(pose.heading) > 0
+    return _twin(kind, np.stack(np.broadcast_arrays(*numbers), axis=-1) if runs else np.array(numbers, dtype=float))
+
+
+def _twin(kind: str, parameters: Array) -> Twin | None:
+    for functions in [*TWINS.values()][::-1]:
+        return Twin(functions[kind], parameters)
+    return None
+
+
+def fastest(reference: F) -> F:
+    """Return the compiled function of the same name, which gives None for what it does not take, or the one in numpy."""
+    own = getattr(_module, reference.__name__, None)
+    if own is None or not kernels.RUNNING.startswith("compiled"):
+        return reference
+
+    @wraps(reference)
+    def call(*args: Any) -> Any:
+        found = own(*args)
+        return reference(*args) if found is None else found
+
+    return call  # type: ignore[return-value]

@@ -1,0 +1,99 @@
+// vedette_standard._compiled: the twins of sensors and motions, as capsules that the kernels of vedette call, and lifecycles.
+
+#include "lifecycles.hpp"
+
+#include <cstring>
+
+#include "twins.hpp"
+
+namespace vedette {
+
+namespace baseline {
+extern const Twins twins;
+}
+#ifdef VEDETTE_AVX2
+namespace avx2 {
+extern const Twins twins;
+}
+#endif
+#ifdef VEDETTE_AVX512
+namespace avx512 {
+extern const Twins twins;
+}
+#endif
+
+namespace {
+
+struct InstructionSet {
+    const char* name;
+    const Twins* twins;
+    bool (*runs)();
+};
+
+// What was built, best last.
+const InstructionSet kBuilt[] = {
+    {"baseline", &baseline::twins, [] { return true; }},
+#ifdef VEDETTE_AVX2
+    {"avx2", &avx2::twins, [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
+#endif
+#ifdef VEDETTE_AVX512
+    {"avx512", &avx512::twins,
+     [] {
+         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
+                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
+     }},
+#endif
+};
+
+template <class Function>
+bool add(PyObject* table, const char* kind, Function function, const char* signature) {
+    void* pointer;
+    static_assert(sizeof pointer == sizeof function);
+    std::memcpy(&pointer, &function, sizeof pointer);
+    PyObject* capsule = PyCapsule_New(pointer, signature, nullptr);
+    const bool good = capsule != nullptr && PyDict_SetItemString(table, kind, capsule) == 0;
+    Py_XDECREF(capsule);
+    return good;
+}
+
+PyObject* functions_of(const Twins& twins) {
+    PyObject* table = PyDict_New();
+    bool good = table != nullptr;
+#define VEDETTE_SENSOR(kind, Kind) \
+    good = good && add(table, #kind, twins.kind, "void (int, double *, double *, double *, double *, double *, double *, void *)");
+#define VEDETTE_MOTION(kind, Kind) \
+    good = good && add(table, #kind, twins.kind, "void (int, double, double *, double *, double *, double *, double *, void *)");
+    VEDETTE_SENSORS(VEDETTE_SENSOR)
+    VEDETTE_MOTIONS(VEDETTE_MOTION)
+    if (!good) Py_CLEAR(table);
+    return table;
+}
+
+// By instruction set, best last, the capsule of each kind.
+PyObject* all_twins(PyObject*, PyObject*) {
+    PyObject* all = PyDict_New();
+    for (const InstructionSet& set : kBuilt) {
+        if (all == nullptr || !set.runs()) continue;
+        PyObject* table = functions_of(*set.twins);
+        if (table == nullptr || PyDict_SetItemString(all, set.name, table) < 0) Py_CLEAR(all);
+        Py_XDECREF(table);
+    }
+    return all;
+}
+
+#define VEDETTE_FAST(function) \
+    {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
+PyMethodDef methods[] = {
+    VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    {"twins", all_twins, METH_NOARGS, nullptr},
+    {nullptr, nullptr, 0, nullptr},
+};
+PyModuleDef module = {PyModuleDef_HEAD_INIT, "_compiled", nullptr, -1, methods, nullptr, nullptr, nullptr, nullptr};
+
+}  // namespace
+}  // namespace vedette
+
+PyMODINIT_FUNC PyInit__compiled() {
+    import_array();
+    return PyModule_Create(&vedette::module);
+}

@@ -1,0 +1,101 @@
+"""`vedette export` on the database of a service: by time and by place, in every format."""
+
+from __future__ import annotations
+
+import csv
+import json
+import sqlite3
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import vedette
+from support.services import TRACKER, feed, lines, ran
+from vedette.cli import main
+from vedette.streams import Arrival
+
+ORIGIN = {"latitude": 59.0, "longitude": 10.0}
+
+
+@pytest.fixture(scope="module")
+def base(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("kept") / "state.sqlite"
+    conduct = {"store": {"kind": "sqlite", "path": str(path)}, "origin": ORIGIN}
+    ran({**TRACKER, "inputs": [feed()], "service": conduct}, [Arrival(line, 0.0) for line in lines(60)])
+    return path
+
+
+def exported(base: Path, to: Path, *options: str) -> list[Mapping[str, str]]:
+    assert main(["export", str(base), "--to", str(to), *options]) == 0
+    with to.open() as file:
+        return list(csv.DictReader(file))
+
+
+def test_what_was_kept_is_what_the_library_finds(base: Path, tmp_path: Path) -> None:
+    rows = exported(base, tmp_path / "tracks.csv")
+    tracker = vedette.build(TRACKER)
+    state, expected = tracker.start(seed=np.random.SeedSequence(0).spawn(2)[1]), {}
+    for line in lines(60):
+        told = json.loads(line)
+        state = tracker.step(state, vedette.Scan(told["time"], told["sensor"], vedette.Detections.of(told["z"], 2)))
+        estimate = tracker.estimate(state)
+        for i in np.flatnonzero(state.confirmed):
+            place = (*estimate.mean[i].tolist(), estimate.cov[i, 0, 0], estimate.cov[i, 0, 1])
+            expected[state.time, int(state.ids[i])] = place
+    names = (*tracker.state.names, "cov_x_x", f"cov_x_{tracker.state.names[1]}")
+    found = {(float(row["time"]), int(row["track"])): tuple(float(row[name]) for name in names) for row in rows}
+    assert found == expected
+    assert {"latitude", "longitude"} <= set(rows[0])
+
+
+def test_a_time_and_a_box_choose(base: Path, tmp_path: Path) -> None:
+    whole = exported(base, tmp_path / "all.csv")
+    part = exported(base, tmp_path / "part.csv", "--from", "30", "--until", "1970-01-01T00:01:00Z", "--box=0,2000,-900,-500")
+    kept = [row for row in whole if 30 <= float(row["time"]) <= 60 and -900 <= float(row["x"]) <= 0]
+    kept = [row for row in kept if -500 <= float(row["y"]) <= 2000]
+    assert kept == part
+    assert 0 < len(part) < len(whole)
+
+
+@pytest.mark.parametrize("ending", ["kml", "geojson"])
+def test_maps_are_drawn_of_it(base: Path, tmp_path: Path, ending: str) -> None:
+    to = tmp_path / f"tracks.{ending}"
+    assert main(["export", str(base), "--to", str(to)]) == 0
+    assert to.read_text().count("10.00") > 100
+
+
+@pytest.mark.parametrize(
+    "options",
+    [["--from", "noon"], ["--box", "1,2,3"], ["--box", "a,b,c,d"], ["--until", "inf"], ["--smoothed"], ["--covering"]],
+)
+def test_what_cannot_be_chosen_is_told(
+    base: Path, tmp_path: Path, options: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["export", str(base), "--to", str(tmp_path / "x.csv"), *options]) == 2
+    assert options[0] in capsys.readouterr().err
+    assert not (tmp_path / "x.csv").exists()
+
+
+def test_the_database_is_not_written_over_and_another_one_is_refused(
+    base: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    twin = base.with_suffix(".csv")
+    twin.hardlink_to(base)
+    assert main(["export", str(base), "--to", str(twin)]) == 2
+    other = tmp_path / "other.sqlite"
+    with sqlite3.connect(other) as direct:
+        direct.execute("CREATE TABLE a (b)")
+    assert main(["export", str(other), "--to", str(tmp_path / "x.csv")]) == 2
+    assert str(other) in capsys.readouterr().err
+
+
+def test_what_was_tampered_with_is_refused(base: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for i, (column, value) in enumerate([("mean", "[1.0]"), ("cov", "{}"), ("mean", "[[["), ("cov", "[[1, null]]")]):
+        path = tmp_path / f"{i}.sqlite"
+        with sqlite3.connect(base) as old, sqlite3.connect(path) as new:
+            old.backup(new)
+            new.execute(f"UPDATE tracks SET {column} = ?", (value,))
+        assert main(["export", str(path), "--to", str(tmp_path / "x.csv")]) == 2
+        assert str(path) in capsys.readouterr().err

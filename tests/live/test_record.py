@@ -1,0 +1,108 @@
+"""What a service records: scans with their arrivals, what it left out; replayed, it gives the same tracks."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vedette
+from support.services import TRACKER, as_json, feed, lines, made, ran, replayed
+from vedette.streams import Arrival
+from vedette.types import Scan
+from vedette_files import read_recording, write_recording
+
+
+def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_out(tmp_path: Path) -> None:
+    """Scans late by up to three others, and some by more: what was kept of the tracks is what the replay finds."""
+    told = [{**json.loads(line), "n": None} for line in lines(80)]
+    order = [k + d for k in range(0, 76, 4) for d in (3, 0, 2, 1)] + [76, 11, 77, 78, 79]
+    came = tuple(Arrival(json.dumps(told[k]).encode(), 1e6 + 0.5 * i) for i, k in enumerate(order))
+    record, base = tmp_path / "record.jsonl", tmp_path / "state.sqlite"
+    conduct = {"horizon": "10 s", "record": str(record), "store": {"kind": "sqlite", "path": str(base)}, "full": "wait"}
+    config = {**TRACKER, "inputs": [feed()], "service": conduct}
+    running = ran(config, came)
+    counts = running.counters.counts
+    assert (counts["scans_taken_total"], counts["scans_refused_total"]) == (80, 1)
+    assert counts["scans_late_total"] == 19 * 3
+    again = replayed(record, TRACKER)
+    assert as_json(again) == as_json(running.state)
+    entries = [json.loads(line) for line in record.read_bytes().splitlines()[1:]]
+    scans = [entry for entry in entries if "z" in entry]
+    arrived = {entry["time"]: entry["arrived"] for entry in scans}
+    assert arrived == {1.5 * k: 1e6 + 0.5 * order.index(k) for k in range(80)}
+    recording, _ = read_recording(record)
+    assert len(recording.scans) == 80
+    assert len(recording.refused) == sum("left_out" in entry for entry in entries) == 1
+    with closing(sqlite3.connect(base)) as direct:
+        rows = direct.execute("SELECT time, id, mean, cov FROM tracks ORDER BY time, id").fetchall()
+    result = vedette.load({**TRACKER, "source": {"kind": "jsonl", "path": str(record)}}).run()
+    found = {(time, track.id): i for track in result.tracks for i, time in enumerate(track.times.tolist())}
+    tracks = {track.id: track for track in result.tracks}
+    assert rows
+    for time, number, mean, cov in rows:
+        i = found[time, number]
+        assert (mean, cov) == (json.dumps(tracks[number].mean[i].tolist()), json.dumps(tracks[number].cov[i].tolist()))
+
+
+def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
+    record = tmp_path / "record.jsonl"
+    config = {**TRACKER, "inputs": [feed()], "service": {"queue": 50, "full": "drop", "record": str(record)}}
+    running = made(config, [])
+    (given,) = running.service.parts.inputs
+    for message in given.format.decode(given.format.start(), b"".join(lines(80))).messages:
+        for formed in running._groupers[0].add(message, 5.0):
+            running._put(formed, given)
+    running.run()
+    counts = running.counters.counts
+    assert (counts["scans_taken_total"], counts["scans_dropped_total"]) == (50, 30)
+    recording, _ = read_recording(record)
+    assert (len(recording.scans), len(recording.refused)) == (50, 30)
+    assert as_json(replayed(record, TRACKER)) == as_json(running.state)
+
+
+POLAR = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.05}},
+    "sensors": {
+        "radar": {"kind": "cartesian_position", "sigma": 20.0, "detection_probability": 0.9, "clutter_density": 2e-7}
+    },
+    "preprocessors": {
+        "radar": {
+            "kind": "unbiased_conversion",
+            "sensors": {"plots": {"kind": "range_bearing", "sigma_range": 8.0, "sigma_bearing": "0.5 deg"}},
+        }
+    },
+    "associator": {"kind": "jpda"},
+    "birth": {"kind": "from_returns", "spread": {"vx": 4.0, "vy": 4.0}},
+    "lifecycle": {"kind": "existence", "lifetime": "10 min", "confirm": 0.99, "delete": 0.01},
+}
+
+
+def polar(count: int) -> list[dict[str, Any]]:
+    rng, out = np.random.default_rng(7), []
+    for k in range(count):
+        x, y = 900.0 + 6.0 * k, 400.0 - 4.0 * k
+        z = [[float(np.hypot(x, y) + rng.normal(0, 8)), float(np.arctan2(y, x) + rng.normal(0, 0.008))]]
+        out.append({"time": 1.5 * k, "sensor": "plots", "z": z})
+    return out
+
+
+def test_preprocessors_make_what_the_tracker_takes_as_in_a_run(tmp_path: Path) -> None:
+    told = polar(40)
+    told[12], told[13] = told[13], told[12]
+    record = tmp_path / "record.jsonl"
+    config = {**POLAR, "inputs": [feed()], "service": {"horizon": "5 s", "record": str(record)}}
+    running = ran(config, tuple(Arrival(json.dumps(each).encode(), each["time"]) for each in told))
+    raw = vedette.load(POLAR).preprocessors["radar"].sensors["plots"].measurement
+    path = tmp_path / "raw.jsonl"
+    scans = tuple(Scan(each["time"], "plots", vedette.Detections.of(each["z"], 2)) for each in polar(40))
+    write_recording(path, vedette.Recording(scans), {"plots": raw})
+    expected = replayed(path, POLAR)
+    assert as_json(running.state) == as_json(expected)
+    assert as_json(replayed(record, POLAR)) == as_json(expected)
+    assert running.counters.counts["scans_taken_total"] == 40
+    assert expected.confirmed.any()

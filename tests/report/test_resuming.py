@@ -1,0 +1,272 @@
+"""A streamed run that was killed is gone on from: its files are, byte for byte, those of one that nobody ended."""
+
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import attrs
+import numpy as np
+import pytest
+
+import vedette
+from support import killing
+from support.commands import FILES, files
+from support.results import config
+from vedette import Detections, Source
+from vedette.cli import main
+from vedette.tracking import State
+from vedette.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
+from vedette_files import read_series
+from vedette_report import identity, series, streaming
+from vedette_report.resuming import CHECKPOINT, Former
+
+EXISTENCE = {"kind": "existence"}
+KINDS = {
+    "imm": {},
+    "lmb": {"associator": {"kind": "lmb"}, "lifecycle": EXISTENCE},
+    "k_best": {"associator": {"kind": "k_best"}, "lifecycle": EXISTENCE},
+    "particles": {
+        "estimator": {
+            "kind": "bootstrap_particles",
+            "motion": {"kind": "constant_velocity", "sigma_accel": 0.5},
+            "particles": 200,
+        }
+    },
+}
+
+
+class Killed(BaseException):
+    """Ends a run in its tracks, as SIGKILL does."""
+
+
+@pytest.fixture(autouse=True)
+def small(monkeypatch, tmp_path):
+    """Blocks of three scans, and a state that is kept every second one."""
+    monkeypatch.setattr(series, "SCANS", 3)
+    monkeypatch.setattr(streaming, "_BLOCKS", 2)
+    monkeypatch.chdir(tmp_path)
+
+
+def write(name="config.json", **changes):
+    Path(name).write_text(json.dumps(config(**changes)))
+
+
+def ended_after(count):
+    """What writes so many scans, and then ends the run."""
+    written, original = iter(range(count)), streaming.scan_line
+
+    def line(*given):
+        if next(written, None) is None:
+            raise Killed
+        return original(*given)
+
+    return line
+
+
+def killed(monkeypatch, after, *arguments):
+    """Run a command that is ended when so many scans were written."""
+    with monkeypatch.context() as patch:
+        patch.setattr(streaming, "scan_line", ended_after(after))
+        with pytest.raises(Killed):
+            main([*map(str, arguments)])
+
+
+@pytest.fixture
+def left(monkeypatch):
+    """A run of `config.json` into `whole`, and one into `out` that was killed after 20 scans."""
+    write()
+    assert main(["run", "config.json", "--out", "whole", "--stream"]) == 0
+    killed(monkeypatch, 20, "run", "config.json", "--out", "out", "--stream")
+    (place,) = unfinished_runs(Path("out"))
+    return place
+
+
+def refused(capsys, *arguments):
+    capsys.readouterr()
+    assert main([str(argument) for argument in arguments]) == 2
+    return capsys.readouterr().err
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_what_comes_out_is_what_an_undisturbed_run_leaves(kind, monkeypatch, capsys):
+    write(**KINDS[kind])
+    assert main(["run", "config.json", "--out", "whole", "--stream"]) == 0
+    killed(monkeypatch, 14, "run", "config.json", "--out", "out", "--stream")
+    killed(monkeypatch, 33, "run", "--resume", "out")
+    assert len(unfinished_runs(Path("out"))) == 2
+    assert main(["run", "--resume", "out"]) == 0
+    assert "from scan 30" in capsys.readouterr().err
+    assert sorted(files(Path("out"))) == FILES
+    assert files(Path("out")) == files(Path("whole"))
+
+
+@attrs.frozen
+class Flawed(Source):
+    """Scans of a simulation, some of them with a return that is no number, some once more when they are late."""
+
+    kind = "flawed"
+
+    def open(self, sensors, rng):
+        recording = vedette.load(config()).source.open(sensors, rng)
+        scans = list(recording.scans)
+        for i in (8, 25):
+            seen = scans[i].detections
+            with_nan = Detections.of(np.concatenate([np.full((1, 2), np.nan), seen.z]))
+            scans[i] = attrs.evolve(scans[i], detections=with_nan)
+            scans.insert(i + 1, scans[i - 4])
+        return attrs.evolve(recording, scans=tuple(scans))
+
+
+def test_scans_that_were_refused_or_lack_returns_stay_so(monkeypatch):
+    """The source's scans are those of the recording without what was left out."""
+    experiment = attrs.evolve(vedette.load(config()), source=Flawed())
+    whole = streaming.stream(experiment, Path("whole"))
+    assert whole.result.intake.refused.count == 4
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(streaming, "scan_line", ended_after(20))
+        with pytest.raises(Killed):
+            streaming.stream(experiment, Path("out"))
+    former = Former.of(Path("out"))
+    assert former.scans < former.drawn
+    again = streaming.stream(experiment, Path("out"), former=former)
+    assert files(Path("out")) == files(Path("whole"))
+    assert list(map(str, again.result.refused)) == list(map(str, whole.result.refused))
+    assert again.result.intake.came["radar"].scans == whole.result.intake.came["radar"].scans
+
+
+def test_a_run_that_was_killed_before_it_kept_a_state_begins_anew(monkeypatch, left):
+    killed(monkeypatch, 4, "run", "config.json", "--out", "early", "--stream")
+    assert main(["run", "--resume", "early"]) == 0
+    assert files(Path("early")) == files(Path("whole"))
+
+
+def test_the_config_may_be_named_and_is_compared(left, capsys):
+    write(title="Another")
+    told = refused(capsys, "run", "config.json", "--resume", "out")
+    assert "title" in told
+    assert '"Another"' in told
+    write()
+    assert main(["run", "config.json", "--resume", "out"]) == 0
+
+
+def test_other_code_is_refused_unless_it_is_accepted(left, capsys, monkeypatch):
+    made = identity.identity
+    monkeypatch.setattr(identity, "identity", lambda packages: made(packages) | {"sources of vedette": "0"})
+    assert "sources of vedette" in refused(capsys, "run", "--resume", "out")
+    assert main(["run", "--resume", "out", "--accept-other-code"]) == 0
+    assert "sources of vedette" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["--out=other", "--keep", "--smooth"])
+def test_options_that_make_no_sense_are_refused(left, capsys, option):
+    assert option.partition("=")[0] in refused(capsys, "run", "--resume", "out", option)
+
+
+def test_where_there_is_nothing_to_go_on_from_it_is_told(left, capsys):
+    assert "--resume" in refused(capsys, "run", "--resume", "whole")
+    assert "CONFIG" in refused(capsys, "run")
+    for name in ("recording.jsonl", "tracks.csv", "tracks.jsonl", "series.npz", CHECKPOINT):
+        (left / name).unlink()
+    assert left.name in refused(capsys, "run", "--resume", "out")
+
+
+@pytest.mark.parametrize("name", [CHECKPOINT, "series.npz", "recording.jsonl", "config.json"])
+def test_damage_is_refused_with_its_file_and_harms_nothing(left, capsys, name):
+    content = (left / name).read_bytes()
+    chance = random.Random(3)
+    for i in range(6):
+        altered = bytearray(content)
+        altered[chance.randrange(len(content) // 2)] ^= 1 << chance.randrange(8)
+        (left / name).write_bytes(content[: len(content) // 3] if i == 0 else altered)
+        code = main(["run", "--resume", "out"])
+        if code == 2:
+            assert str(left) in capsys.readouterr().err or name == "config.json"
+            assert [path.name for path in Path("out").iterdir()] == [left.name]
+        else:  # a byte that says nothing, as the time of day of a member
+            assert code == 0
+            assert name != CHECKPOINT
+            if name != "config.json":
+                assert files(Path("out")) == files(Path("whole"))
+            return
+
+
+def test_a_source_that_gives_something_else_is_refused(left, capsys, monkeypatch):
+    write("first.json")
+    assert main(["run", "first.json", "--out", "first"]) == 0
+    shutil.copy("first/recording.jsonl", "given.jsonl")
+    write(source={"kind": "jsonl", "path": "given.jsonl"})
+    killed(monkeypatch, 20, "run", "config.json", "--out", "other", "--stream")
+    lines = Path("given.jsonl").read_text().splitlines()
+    (number,) = [i for i, line in enumerate(lines) if '"sensor"' in line][3:4]
+    told = json.loads(lines[number])
+    lines[number] = json.dumps(told | {"time": told["time"] + 1e-9})
+    Path("given.jsonl").write_text("\n".join(lines) + "\n")
+    assert f"recording.jsonl:{number + 1}:" in refused(capsys, "run", "--resume", "other")
+
+
+def test_a_state_that_cannot_be_written_is_refused_with_its_place(capsys, monkeypatch):
+    def to_data(self):
+        raise TypeError("state.belief.weights: a Tensor cannot be written")
+
+    write()
+    monkeypatch.setattr(State, "to_data", to_data)
+    killed(monkeypatch, 20, "run", "config.json", "--out", "out", "--stream")
+    assert "state.belief.weights" in refused(capsys, "run", "--resume", "out")
+    assert main(["report", "out"]) == 0
+
+
+def test_series_whose_last_block_was_being_written_are_shown_and_gone_on_from(left, capsys):
+    path = left / "series.npz"
+    with zipfile.ZipFile(path) as whole:
+        members = [member for member in whole.infolist() if member.filename.endswith(".2.npy")]
+        cut = members[4].header_offset + 40
+    path.write_bytes(path.read_bytes()[:cut])
+    assert len(read_series(path)["scans"]["time"]) == 12
+    assert main(["report", "out"]) == 0
+    (Path("out") / "report.html").unlink()
+    assert str(path) in refused(capsys, "run", "--resume", "out")
+    shutil.copy(path, "elsewhere.npz")
+    assert "elsewhere" in refused(capsys, "report", "elsewhere.npz")
+
+
+def test_a_run_that_was_killed_while_its_files_moved_is_whole_with_the_next(left, monkeypatch):
+    whole = files(Path("whole"))
+    replace, moved = Path.replace, []
+
+    def twice(self, target):
+        if self.parent.name.startswith(UNFINISHED) and not self.name.startswith("."):
+            if len(moved) == 2:
+                raise Killed
+            moved.append(target)
+        return replace(self, target)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(Path, "replace", twice)
+        patch.setattr("vedette.writing.rmtree", lambda *given, **options: None)
+        with pytest.raises(Killed):
+            main(["run", "config.json", "--out", "moving", "--stream"])
+    (place,) = unfinished_runs(Path("moving"))
+    assert (place / WHOLE).exists()
+    with results_in(Path("moving")):
+        assert files_of(Path("moving")) == whole
+
+
+def files_of(folder):
+    return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and path.name in FILES}
+
+
+@pytest.mark.parametrize(("kills", "seed"), [(3, 1), pytest.param(100, 2, marks=pytest.mark.nightly("kills many runs"))])
+def test_killed_at_any_moment_it_comes_to_the_same_end(kills, seed):
+    write()
+    line = [sys.executable, "-m", "support.killing", kills, seed, "out", "run", "config.json", "--stream"]
+    where = os.environ | {"PYTHONPATH": str(Path(killing.__file__).parents[1])}
+    done = subprocess.run([str(each) for each in line], env=where, capture_output=True, text=True, check=True, timeout=900)
+    killed_runs, chains = map(int, done.stdout.split())
+    assert killed_runs >= kills
+    for i in range(chains):
+        assert files(Path(f"out-{i}")) == files(Path("out-whole"))

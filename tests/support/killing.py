@@ -1,0 +1,62 @@
+"""Commands that are killed at some moment, each in a fork of one process that has loaded all that it needs.
+
+    python -m support.killing KILLS SEED FOLDER COMMAND...
+
+It runs the command into FOLDER-whole, and then into FOLDER-0, where it is killed at a moment that is drawn, and resumed and
+killed until it has ended by itself; then into FOLDER-1, until so many were killed. It prints how often, and the folders.
+"""
+
+import os
+import random
+import signal
+import sys
+import time
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+
+from vedette.cli import main
+from vedette.writing import UNFINISHED
+from vedette_report import series, streaming
+
+
+def killed(seconds, command):
+    """Run a command in a fork and kill it after some time; return its exit code."""
+    child = os.fork()
+    if not child:
+        with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
+            os._exit(main(command))
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        ended, status = os.waitpid(child, os.WNOHANG)
+        if ended:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.0005)
+    os.kill(child, signal.SIGKILL)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def chain(folder, seconds, command, chance):
+    """Run a streamed command and kill it, and resume it, until it has ended; return how often it was killed."""
+    kills, code = 0, -9
+    while code:
+        left = list(folder.glob(f"{UNFINISHED}*/recording.jsonl"))
+        line = ["run", "--resume", str(folder)] if left else [*command, "--out", str(folder)]
+        code = killed(chance.uniform(0.0, seconds), line)
+        assert code in (0, -signal.SIGKILL), (code, line)
+        kills, seconds = kills + (code != 0), 1.2 * seconds  # so that it ends on a busy machine, too
+    return kills
+
+
+if __name__ == "__main__":
+    total, seed, place, *command = sys.argv[1:]
+    chance, kills, chains = random.Random(int(seed)), 0, 0
+    series.SCANS, streaming._BLOCKS = 4, 2
+    with redirect_stdout(sys.stderr):
+        main([*command, "--out", f"{place}-whole"])  # what it loads, the forks have
+        begin = time.monotonic()
+        main([*command, "--out", f"{place}-whole"])
+    seconds = 1.2 * (time.monotonic() - begin)
+    while kills < int(total):
+        kills += chain(Path(f"{place}-{chains}"), seconds, command, chance)
+        chains += 1
+    print(kills, chains)
