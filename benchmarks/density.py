@@ -23,6 +23,7 @@ TARGETS, SCANS, SIGMA, CLUTTER, NEAR = 300, 25, 5.0, 1e-5, 15.0
 KINDS = {
     "gnn": {"kind": "gnn"},
     "jpda": {"kind": "jpda"},
+    "jpda_star": {"kind": "jpda_star"},
     "k_best": {"kind": "k_best", "hypotheses": 20},
     "n_scan": {"kind": "n_scan", "hypotheses": 20},
     "lmb": {"kind": "lmb"},

@@ -90,12 +90,12 @@ def links(states: Sequence[State], sources: Sequence[Array]) -> Array:
     return np.array(found, dtype=float).reshape(-1, 2)
 
 
-def judged(seed: int, run: int) -> dict[tuple[str, str], tuple[float, int, Array]]:
+def judged(seed: int, run: int, kinds: Sequence[str] = tuple(KINDS)) -> dict[tuple[str, str], tuple[float, int, Array]]:
     """Return of each kind and horizon the mean square of GOSPA, identity switches, and links."""
     scans, sources = drawn_with_sources(truth(), seed, run)
     found = {}
-    for name, associator in KINDS.items():
-        tracker = vedette.load(EXAMPLE, overrides=[f"associator={associator}"]).tracker
+    for name in kinds:
+        tracker = vedette.load(EXAMPLE, overrides=[f"associator={KINDS[name]}"]).tracker
         states = [tracker.start()]
         for scan in scans:
             states.append(tracker.step(states[-1], scan))
@@ -131,11 +131,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m benchmarks.horizons", description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--runs", type=int, default=100)
     parser.add_argument("--seed", type=int, default=2018)
+    parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=list(KINDS), metavar="KIND")
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--bins", action="store_true", help="print the bins of the links' probabilities")
     given = parser.parse_args(arguments)
     with ProcessPoolExecutor(given.jobs) as pool:
-        runs = list(pool.map(judged, [given.seed] * given.runs, range(given.runs)))
+        runs = list(pool.map(judged, [given.seed] * given.runs, range(given.runs), [given.kinds] * given.runs))
     print(f"{given.runs} runs of seed {given.seed}\n")
     print("| associator | horizon | RMS GOSPA [m] | paired difference of mean squares [m^2] | switches a run | links |")
     print("| --- | --- | --- | --- | --- | --- |")

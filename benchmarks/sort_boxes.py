@@ -17,9 +17,10 @@ from scipy.optimize import linear_sum_assignment
 
 import vedette
 from vedette.space import Array
-from vedette_boxes import judge_files, overlap, read_rows, write_rows
+from vedette_boxes import judge_files, overlap, read_rows, results, write_rows
 
 BOXES = Path(__file__).parent.parent / "examples" / "boxes"
+FROM = {"all frames": 0, "second half": 201}
 LEAST_OVERLAP, MAX_AGE, MIN_HITS = 0.3, 1, 3
 F = np.eye(7) + np.eye(7, k=4)
 H = np.eye(4, 7)
@@ -95,24 +96,22 @@ def sort(path: Path) -> Iterator[tuple[int, int, Array, float]]:
         tracks = [track for track in tracks if track.unseen <= MAX_AGE]
 
 
-def sort_figures(boxes: Path, into: Path) -> dict[str, float]:
-    """Return the figures of SORT on a folder's `det.txt`, whose results it writes."""
-    write_rows(into, sort(boxes / "det.txt"))
-    return judge_files(boxes / "gt.txt", into)
-
-
 def main(configs: list[str]) -> None:
     """Print the figures of SORT and of each config."""
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as folder:
-        table = {"SORT": sort_figures(BOXES, Path(folder) / "sort.txt")}
+        files = {"SORT": Path(folder) / "sort.txt"}
+        write_rows(files["SORT"], sort(BOXES / "det.txt"))
+        table = {("SORT", which): judge_files(BOXES / "gt.txt", files["SORT"], first) for which, first in FROM.items()}
         for config in configs or [str(BOXES.parent / "boxes.toml")]:
-            out = Path(folder) / "run"
-            vedette.load(config).run().save(out)
-            table[config] = judge_files(BOXES / "gt.txt", out / "mot.txt")
-    for name, figures in table.items():
-        print(name, *(f"{figure} {value:.4f}" for figure, value in figures.items()))
+            files[config] = Path(folder) / "mot.txt"
+            experiment = vedette.load(config)
+            results(files[config].parent, experiment, experiment.run())
+            for which, first in FROM.items():
+                table[config, which] = judge_files(BOXES / "gt.txt", files[config], first)
+    for (name, which), figures in table.items():
+        print(name, which, *(f"{figure} {value:.4f}" for figure, value in figures.items()))
 
 
 if __name__ == "__main__":

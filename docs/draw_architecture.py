@@ -43,7 +43,7 @@ PLACES: dict[str, tuple[float, float, str]] = {
 }
 """Where each box of the core stands, its middle, and what it is for."""
 
-PAPERS = ("vedette_bayes_risk", "vedette_flir", "vedette_marine", "vedette_target_oriented", "vedette_vts")
+PAPERS = ("vedette_bayes_risk", "vedette_boxes", "vedette_flir", "vedette_marine", "vedette_target_oriented", "vedette_vts")
 """One plugin a paper, drawn as one."""
 LAYERS: dict[str, tuple[float, float, str]] = {
     "vedette_sim": (3.1, 16.4, "scenes drawn from the models"),
@@ -51,6 +51,7 @@ LAYERS: dict[str, tuple[float, float, str]] = {
     "vedette_tools": (1.6, 14.6, "new, explain, tune"),
     "vedette_live": (3.9, 14.6, "serve, replay"),
     "vedette_adapters": (6.2, 14.6, "other libraries' objects"),
+    "vedette_boxes": (6.2, 13.7, "boxes that detectors give"),
     "vedette_study": (1.6, 13.7, "study, reproduce"),
     "vedette_report": (1.6, 12.8, "run, report, watch, export; pictures"),
     "vedette_files": (1.6, 11.9, "recordings, tables, tracks"),

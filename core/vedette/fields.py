@@ -71,7 +71,7 @@ def quantity(
     at_least: float | None = None,
     below: float | None = None,
     at_most: float | None = None,
-    tried: Sequence[float] = (),
+    tried: Sequence[float | None] = (),
 ) -> Any:
     """Declare a number in `unit` within bounds; a config may write it with a unit of the same kind: "1.5 deg"."""
     bounds = {"above": above, "at_least": at_least, "below": below, "at_most": at_most}

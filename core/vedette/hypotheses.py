@@ -6,6 +6,7 @@ Shapes and rules are those of `vedette.roles`; `l` leaves, `h` hypotheses.
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Callable
 from functools import cached_property
 from typing import Any, ClassVar, Literal, Self
 
@@ -147,6 +148,17 @@ class Hypotheses:
         """The probability of each leaf (l,): the weight of the hypotheses that hold it."""
         return np.bincount(self.leaves, self.weights[self.rows], len(self.track)).astype(float)
 
+    def first_of_each(self, code: Indices) -> Array:
+        """Return the probability (l,) of leaves if, of hypotheses whose codes (l,) have the same sum, the heaviest count."""
+        rows = self.rows
+        sums = np.zeros(len(self.weights), dtype=np.int64)
+        np.add.at(sums, rows, code[self.leaves])
+        first = np.zeros(len(self.weights), dtype=bool)
+        first[np.unique(np.stack([self.cluster, sums]), axis=1, return_index=True)[1]] = True
+        weights = np.where(first, self.weights, 0.0)
+        weights = weights / np.bincount(self.cluster, weights)[self.cluster]
+        return np.bincount(self.leaves, weights[rows], len(self.track)).astype(float)
+
     @property
     def cluster_of(self) -> Indices:
         """The cluster (l,) of each leaf."""
@@ -243,14 +255,24 @@ class Hypotheses:
         )  # fmt: skip
 
 
+def best_associations(scores: LeafScores, most: int) -> Branching:
+    """Return the `most` best joint associations of each cluster of tracks in one scan, as if there were no others."""
+    return Hypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
+
+
 def best_marginals(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
     """Return the marginals of the `most` best joint associations of each cluster of tracks, as if there were no others.
 
     They are the probability (t,) of each track's miss, that (p,) of each pair, and the probability (t,) of all other
     associations of the track's cluster, or a bound of it where the sum would take long.
     """
-    grown = Hypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
-    probability, columns = grown.hypotheses.probability, 1 + scores.k
+    grown = best_associations(scores, most)
+    return marginals(scores, grown, grown.hypotheses.probability)
+
+
+def marginals(scores: LeafScores, grown: Branching, probability: Array) -> tuple[Array, Array, Array]:
+    """Return what `best_marginals` does, by the probability (l,) of each leaf of one scan's associations."""
+    columns = 1 + scores.k
     misses, shares, lost = np.zeros(len(scores.miss)), np.zeros(len(scores.scores)), np.zeros(len(scores.miss))
     hit = grown.choice > 0
     misses[grown.parent[~hit]] = probability[~hit]
@@ -261,12 +283,17 @@ def best_marginals(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
     return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost
 
 
-def best_marginals_of_table(scores: Array, most: int) -> tuple[Array, Array]:
-    """Return the same by tables of log scores (*b, t, 1+k): weights (*b, t, 1+k) and what is lost (*b, t)."""
+def best_marginals_of_table(
+    scores: Array, most: int, of: Callable[[LeafScores, int], tuple[Array, Array, Array]] = best_marginals
+) -> tuple[Array, Array]:
+    """Return the same by tables of log scores (*b, t, 1+k): weights (*b, t, 1+k) and what is lost (*b, t).
+
+    `of`: what makes them of one run's, as `best_marginals` does.
+    """
     weights, lost = np.zeros(scores.shape), np.zeros(scores.shape[:-1])
     for run in np.ndindex(scores.shape[:-2]):
         pairs = LeafScores.of(scores[run])
-        weights[(*run, slice(None), 0)], shares, lost[run] = best_marginals(pairs, most)
+        weights[(*run, slice(None), 0)], shares, lost[run] = of(pairs, most)
         weights[run][pairs.leaf, 1 + pairs.returns] = shares
     return weights, lost
 

@@ -175,6 +175,14 @@ class Sensor(Component):
     def clutter(self, z: Array) -> Array:
         """Return the clutter density per scan in 1 / volume of the measurement space: (*b, k, m) -> (*b, k) or ()."""
 
+    def unresolved(self, x: Array) -> Array | None:
+        """Return C, (*b, n) -> (*b, m, m); None: it resolves all.
+
+        Two targets that are detected and differ by d in h(x) give one return, over the middle of both, with the probability
+        exp(-d' C^-1 d / 2).
+        """
+        return None
+
     def covers(self, z: Array) -> Mask:
         """Return whether a false return may lie at z, i.e. in its field of view: (*b, k, m) -> (*b, k) or (); no law binds
         `clutter` elsewhere, where noise may put a target's return: it is to be finite, so that clutter there is possible.
@@ -214,6 +222,9 @@ class Associator(Component):
     whose existence is in doubt would lose to clutter every return that could make it sure.
     """
 
+    takes_merged: ClassVar[bool] = False
+    """Whether it weighs events in which two tracks give one return: `meet_close` and `associate_close` then do."""
+
     @property
     def solves(self) -> str:
         """What it solves exactly up to 4 tracks and 4 returns: the "marginals" or the "best" of all associations, or ""."""
@@ -231,6 +242,14 @@ class Associator(Component):
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
+
+    def meet_close(self, expected: Any) -> Any:
+        """Return the meeting, a `vedette.tracking.Part`, of rows that may give one return with another; None: none may."""
+        raise NotImplementedError(f"{self.kind!r} takes no merged returns")
+
+    def associate_close(self, expected: Any, pairs: Any, part: Any, places: Any) -> Any:
+        """Return what `vedette.tracking.by_cluster` does, of `pairs` of which those at `places` are the part's."""
+        raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
 
 @frozen

@@ -41,6 +41,13 @@ class ImagingSensor(Sensor):
         """Return `x` after the frame (*b, t, n), its zero-variance axes updated to the frame: amplitude, spread."""
         return x
 
+    def draw_frame(self, x: Array, shape: tuple[int, int], rng: np.random.Generator) -> Array:
+        """Return frames of `shape`, (*b, n) -> (*b, h, w) in counts, as it sees targets at x: background and noise included.
+
+        For laws and simulations; no tracker asks for it.
+        """
+        raise NotImplementedError(f"camera {self.kind!r} draws no frames")
+
     def clutter(self, z: Array) -> Array:
         """Return 1: the ratio that a frame gives is already relative to its background."""
         return np.ones(())

@@ -128,6 +128,10 @@ class WrappedSensor(Sensor):
         """(*b, m) -> (*b, n), (*b, n, n)"""
         return self.of.invert(z, noise)
 
+    def unresolved(self, x: Array) -> Array | None:
+        """(*b, n) -> (*b, m, m) or None"""
+        return self.of.unresolved(x)
+
     def at(self, pose: Pose) -> Sensor:
         """Return the same around the sensor standing at `pose`."""
         return evolve(self, of=self.of.at(pose))  # type: ignore[call-arg]  # `of` is a parameter of every subclass

@@ -54,6 +54,8 @@ def config_of(
     name = type(one).__name__
     if name not in KINDS:
         raise InputError(f"a {name} is not made of matrices alone; those that are: {', '.join(KINDS)}")
+    if isinstance(axes, str) or len(axes) != np.size(one.x):
+        raise InputError(f"axes: must name the {np.size(one.x)} numbers of the filter's state, got {axes!r}")
     named = {"axes": list(axes), **({"units": dict(units)} if units else {})}
     motion = {"kind": "linear", **named, "F": matrix(one.F).tolist(), "Q": matrix(one.Q).tolist(), "step": step}
     estimator: dict[str, Any] = {"kind": KINDS[name]}

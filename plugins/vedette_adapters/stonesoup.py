@@ -11,7 +11,7 @@ from datetime import datetime, timedelta
 from typing import Any, ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, InputError, Problem
@@ -20,9 +20,14 @@ from vedette.space import Array, Space
 from vedette.supporting import Source
 from vedette.types import Detections, Recording, Scan, Track, Trajectory
 from vedette_adapters.libraries import foreign, needed
+from vedette_adapters.stonesoup_models import own_model
 
 Namer = Callable[[Any], str]
 """What says of which of the tracker's sensors a detection is."""
+
+
+MICROSECOND = 1e-6
+"""s: the dates of Python are whole ones."""
 
 
 def vector(state: Any) -> Array:
@@ -36,24 +41,47 @@ def seconds(time: datetime, start: datetime) -> float:
 
 
 def scans_of(
-    detections: Iterable[tuple[datetime, Iterable[Any]]], sensor: str | Namer, start: datetime | None = None
+    detections: Iterable[tuple[datetime, Iterable[Any]]],
+    sensor: str | Namer,
+    start: datetime | None = None,
+    sensors: Mapping[str, Sensor] | None = None,
 ) -> list[Scan]:
     """Return the scans that a reader, a detector or a list gives: pairs of a time and its detections, which may be none.
 
     `sensor`: the name of the tracker's sensor, or a function that says it of a detection; an empty scan is then of none. A
-    set has no order: detections of a scan are sorted by their numbers, so that each run is the same.
+    set has no order: detections of a scan are sorted by their numbers, so that each run is the same. Detections that come
+    with a measurement model of their own have its place, as the pose of their scan, and its noise: InputError if it is
+    none of the tracker's `sensors`.
     """
     scans = []
     for time, found in detections:
         start = time if start is None else start
-        by_sensor: dict[str, list[Array]] = {sensor: []} if isinstance(sensor, str) else {}
+        rows: dict[tuple[str, str], list[tuple[list[float], Any]]] = {}
+        poses: dict[tuple[str, str], Any] = {}
+        if isinstance(sensor, str):
+            rows[sensor, ""], poses[sensor, ""] = [], None
         for detection in found:
             name = sensor if isinstance(sensor, str) else sensor(detection)
-            by_sensor.setdefault(name, []).append(vector(detection))
-        for name in sorted(by_sensor):
-            rows = sorted(row.tolist() for row in by_sensor[name])
-            scans.append(Scan(seconds(time, start), name, Detections.of(rows)))
+            pose, noise = own_model(detection, (sensors or {}).get(name))
+            key = name, "" if pose is None else repr(pose)
+            poses[key] = pose
+            rows.setdefault(key, []).append((vector(detection).tolist(), None if noise is None else noise.tolist()))
+        if len(rows) > 1 and isinstance(sensor, str) and not rows[sensor, ""]:
+            del rows[sensor, ""]
+        for key in sorted(rows):
+            own = sorted(rows[key], key=repr) if any(noise for _, noise in rows[key]) else sorted(rows[key])
+            made = Detections.of([z for z, _ in own])
+            if any(noise is not None for _, noise in own):
+                made = evolve(made, noise=_noises([noise for _, noise in own], key[0], sensors or {}))
+            scans.append(Scan(seconds(time, start), key[0], made, poses[key]))
     return scans
+
+
+def _noises(given: Sequence[Any], name: str, sensors: Mapping[str, Sensor]) -> Array:
+    """Return the noise (k, m, m) of returns, the sensor's own where a detection states none."""
+    sensor = sensors[name]
+    usual = np.asarray(sensor.noise(np.zeros(len(sensor.observes))), dtype=float)
+    return np.array([usual if noise is None else noise for noise in given], dtype=float)
 
 
 def trajectories_of(paths: Iterable[Any], space: Space, start: datetime) -> tuple[Trajectory, ...]:
@@ -102,7 +130,7 @@ class StoneSoupSource(Source):
         if not pairs:
             raise InputError("Stone Soup gives no detections")
         start = self.start or pairs[0][0]
-        scans = scans_of(pairs, self.sensor, start)
+        scans = scans_of(pairs, self.sensor, start, sensors)
         for scan in scans:
             if scan.sensor not in sensors:
                 known = ", ".join(map(repr, sensors))
@@ -116,34 +144,51 @@ class StoneSoupSource(Source):
         return Recording(tuple(scans), truth, notes={"start of times": start.isoformat()})
 
 
+CONFIRMED, SECONDS = "vedette confirmed", "vedette s"
+"""What the metadata of a state says: whether the track was confirmed, and the time, finer than a date's."""
+
+
 def to_stonesoup(tracks: Sequence[Track], start: datetime) -> set[Any]:
-    """Return Stone Soup's tracks, of Gaussian states, from Vedette's; their metrics and plotters take them."""
+    """Return Stone Soup's tracks, of Gaussian states, from Vedette's; their metrics and plotters take them.
+
+    Its dates are whole microseconds, and it does not know of confirmation: the states' metadata have both, for `tracks_of`.
+    """
     state, track = needed("stonesoup.types.state"), needed("stonesoup.types.track")
-    return {
-        track.Track(
-            [
-                state.GaussianState(mean, cov, timestamp=start + timedelta(seconds=time))
-                for time, mean, cov in zip(one.times.tolist(), one.mean, one.cov, strict=True)
-            ],
-            id=str(one.id),
-        )
-        for one in tracks
-    }
+    made = set()
+    for one in tracks:
+        states = [
+            state.GaussianState(mean, cov, timestamp=start + timedelta(seconds=time))
+            for time, mean, cov in zip(one.times.tolist(), one.mean, one.cov, strict=True)
+        ]
+        there = track.Track(states, id=str(one.id))
+        told = zip(one.confirmed.tolist(), one.times.tolist(), strict=True)
+        there.metadatas = [{CONFIRMED: confirmed, SECONDS: time} for confirmed, time in told]
+        made.add(there)
+    return made
 
 
 def tracks_of(tracks: Iterable[Any], space: Space, start: datetime) -> tuple[Track, ...]:
     """Return Vedette's tracks from Stone Soup's, whose states are over `space`; Vedette's metrics take them.
 
-    Of several states of one time, a prediction and an update, the last counts. What Stone Soup does not keep is unknown:
-    every entry is confirmed, and no return is said to be the track's.
+    Of several states of one time, a prediction and an update, the last counts. What Stone Soup does not keep is unknown: no
+    return is said to be the track's, and every entry is confirmed, unless the track came from `to_stonesoup`. InputError if
+    its states have another number of axes.
     """
     found = []
     for one in tracks:
-        by_time = {seconds(state.timestamp, start): state for state in one}
+        by_time = dict[float, tuple[Any, bool]]()
+        metadatas = list(getattr(one, "metadatas", ()))[: len(one)]
+        for state, told in zip(one, [*metadatas, *[{}] * (len(one) - len(metadatas))], strict=True):
+            time, confirmed = seconds(state.timestamp, start), True
+            if abs(told.get(SECONDS, np.inf) - time) <= MICROSECOND:
+                time, confirmed = told[SECONDS], told[CONFIRMED]
+            by_time[time] = state, confirmed
         times = sorted(by_time)
-        mean = np.array([np.asarray(by_time[time].mean, dtype=float).ravel() for time in times])
-        cov = np.array([np.asarray(by_time[time].covar, dtype=float) for time in times])
-        found.append((times, mean, cov))
+        mean = np.array([np.asarray(by_time[time][0].mean, dtype=float).ravel() for time in times])
+        cov = np.array([np.asarray(by_time[time][0].covar, dtype=float) for time in times])
+        if times and mean.shape[-1] != len(space):
+            raise InputError(f"track {one.id!r} has states of {mean.shape[-1]} numbers, and its space {len(space)}: {space}")
+        found.append((times, mean, cov, [by_time[time][1] for time in times]))
     found.sort(key=lambda one: (one[0], one[1].tolist()))
     return tuple(
         Track(
@@ -152,12 +197,12 @@ def tracks_of(tracks: Iterable[Any], space: Space, start: datetime) -> tuple[Tra
             times=np.array(times),
             mean=mean,
             cov=cov,
-            confirmed=np.ones(len(times), dtype=bool),
+            confirmed=np.array(confirmed, dtype=bool),
             existence=np.ones(len(times)),
             mode_prob=None,
             weights=tuple(np.ones(1) for _ in times),
             nis=np.full(len(times), np.nan),
             hit=np.zeros(len(times)),
         )
-        for i, (times, mean, cov) in enumerate(found)
+        for i, (times, mean, cov, confirmed) in enumerate(found)
     )

@@ -5,17 +5,18 @@ They are Stone Soup's own objects, called for every state: right for what has no
 
 from __future__ import annotations
 
+from copy import copy
 from datetime import timedelta
 from typing import Any, ClassVar, final
 
 import numpy as np
-from attrs import Factory, field, frozen
+from attrs import Factory, evolve, field, frozen
 
 from vedette import fields
 from vedette.errors import InputError
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.types import Gaussian
+from vedette.types import Gaussian, Pose
 from vedette_adapters.libraries import foreign, needed
 
 MEASURED = {
@@ -98,6 +99,47 @@ def _measured(sensor: StoneSoupSensor) -> Space:
     return MEASURED[name]
 
 
+def own_model(detection: Any, sensor: Sensor | None) -> tuple[Pose | None, Array | None]:
+    """Return the place and the noise (m, m) that a detection's own measurement model states, None as the sensor has them.
+
+    InputError if its model is another one otherwise: Stone Soup's updaters would use it, and the sensor cannot.
+    """
+    model = getattr(detection, "measurement_model", None)
+    own = sensor.model if isinstance(sensor, StoneSoupSensor) else None
+    if model is None or sensor is None or model is own:
+        return None, None
+    name, wanted = type(model).__name__, sensor.kind if own is None else type(own).__name__
+    if own is not None and (type(model) is not type(own) or any(_part(model, at) != _part(own, at) for at in _SAME)):
+        told = f"must be a {wanted} with the sensor's {', '.join(_SAME)}: it may differ in place, yaw and noise"
+        raise InputError(f"a detection at {detection.timestamp} has a measurement_model of its own, a {name}; {told}")
+    pose = _pose(model)
+    if pose is not None and own is not None and pose == _pose(own):
+        pose = None
+    noise = np.asarray(model.covar(), dtype=float) if hasattr(model, "covar") else None
+    if noise is not None and own is not None and np.array_equal(noise, np.asarray(own.covar(), dtype=float)):
+        noise = None
+    return None if pose is None else Pose(*pose), noise
+
+
+_SAME = ("ndim_state", "mapping", "velocity_mapping")
+
+
+def _part(model: Any, name: str) -> Any:
+    value = getattr(model, name, None)
+    return None if value is None else np.ravel(value).tolist()
+
+
+def _pose(model: Any) -> tuple[list[float], list[float] | None, float] | None:
+    """Return place, velocity and yaw of a model; None if it has no place. InputError if it is tilted."""
+    if not hasattr(model, "translation_offset"):
+        return None
+    place, turned, moving = (_part(model, name) for name in ("translation_offset", "rotation_offset", "velocity"))
+    *tilt, yaw = (float(angle) for angle in turned or (0.0, 0.0, 0.0))
+    if any(tilt):
+        raise InputError(f"the measurement_model of a detection is tilted by {tilt} rad, and a pose has a heading alone")
+    return [float(each) for each in place], moving, yaw
+
+
 @final
 @frozen(eq=False)
 class StoneSoupSensor(Sensor):
@@ -121,6 +163,18 @@ class StoneSoupSensor(Sensor):
     def linear(self) -> bool:
         """Whether the model is."""
         return _linear(self.model)
+
+    def at(self, pose: Pose) -> StoneSoupSensor:
+        """Return the sensor with a model of this place, speed and yaw; NotImplementedError where the model has none."""
+        if not hasattr(self.model, "translation_offset"):
+            return super().at(pose)  # type: ignore[return-value]
+        column = needed("stonesoup.types.array").StateVector
+        model = copy(self.model)
+        model.translation_offset = column(pose.position)
+        model.rotation_offset = column([0.0, 0.0, float(pose.heading)])
+        if hasattr(model, "velocity") and pose.velocity is not None:
+            model.velocity = column(pose.velocity)
+        return evolve(self, model=model)
 
     def _whole(self, x: Array) -> Array:
         """Return whole states of the model (*b, n) from their observed axes, 0 elsewhere."""

@@ -12,7 +12,7 @@ from vedette_boxes.calibration import of_targets as of_targets
 from vedette_boxes.drafting import draft
 from vedette_boxes.figures import figures, judged, of_files
 from vedette_boxes.motion.box_velocity import BoxVelocity
-from vedette_boxes.results import results
+from vedette_boxes.results import results as results
 from vedette_boxes.rows import overlap as overlap
 from vedette_boxes.rows import read_rows as read_rows
 from vedette_boxes.rows import write_rows as write_rows

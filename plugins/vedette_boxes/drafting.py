@@ -42,7 +42,7 @@ sigma_size = {size:.3g}
 detection_probability = {detected:.2g}  # {detected_from}
 clutter_per_scan = {false:.2g}
 image = [{width:g}, {height:g}]
-sizes = [{least:.3g}, {most:.3g}]  # sides of boxes, the least and the greatest
+sizes = [{least:.3g}, {most:.3g}]  # sides of boxes: none else is detected
 
 [estimator]
 kind = "ekf"

@@ -1,4 +1,4 @@
-"""Tables in columns, Parquet files and data frames of pandas, read as the cells of a CSV file are."""
+"""Tables in columns or records, not text: Parquet files, data frames, JSON, GPX; read as the cells of a CSV file are."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from attrs import frozen
 from vedette.errors import InputError
 from vedette_files.input_files import check_regular
 from vedette_files.libraries import needed
+from vedette_files.records import SUFFIXES, header_and_records
 
 SUFFIX, PARQUET = ".parquet", "Parquet"
 """How the name of such a file ends, and what a recording's note `table` says of one."""
@@ -63,8 +64,8 @@ def frame_of(data: Any) -> Any:
 
 
 def is_columnar(path: TablePath) -> bool:
-    """Return whether a table is a Parquet file or a data frame, not text."""
-    return isinstance(path, FrameTable) or path.suffix.lower() == SUFFIX
+    """Return whether a table is a data frame, a Parquet file or one of records, not rows of text."""
+    return isinstance(path, FrameTable) or path.suffix.lower() in (SUFFIX, *SUFFIXES)
 
 
 def header_and_rows(path: TablePath, wanted: Iterable[str]) -> tuple[list[str], Iterator[list[str]]]:
@@ -74,6 +75,8 @@ def header_and_rows(path: TablePath, wanted: Iterable[str]) -> tuple[list[str], 
     """
     if isinstance(path, FrameTable):
         return _of_frame(path.frame, set(wanted))
+    if path.suffix.lower() in SUFFIXES:
+        return _of_records(path, set(wanted))
     return _of_parquet(path, set(wanted))
 
 
@@ -82,6 +85,12 @@ def _of_frame(frame: Any, wanted: set[str]) -> tuple[list[str], Iterator[list[st
     titles = [str(title) for title in frame.columns]
     columns = [frame.iloc[:, i].tolist() for i, title in enumerate(titles) if title in wanted]
     return titles, (list(map(cell, row)) for row in zip(*columns, strict=True))
+
+
+def _of_records(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
+    titles, records = header_and_records(path)
+    names = [title for title in titles if title in wanted]
+    return titles, ([cell(record.get(name)) for name in names] for record in records)
 
 
 def _of_parquet(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:

@@ -46,7 +46,8 @@ class Named(Protocol):
 class Layout:
     """What holds of all tables: their dialect, whether rows are sorted, where x and y point, the origin on the earth.
 
-    `first` is the first time of the detections in s: times of day lie near it.
+    `first` is the first time of the detections in s: times of day lie near it. `dates`: how dates are written, if not by
+    ISO 8601.
     """
 
     dialect: Dialect = COMMAS
@@ -54,6 +55,7 @@ class Layout:
     frame: str = FRAMES[0]
     origin: Origin | None = None
     first: float = 0.0
+    dates: str = ""
 
     def columns(self, path: TablePath, read: Space, table: Named, place: str) -> dict[str, Column]:
         """Return a column for each axis that is read, and for the time if the table has one."""
@@ -67,7 +69,7 @@ class Layout:
         """Return the form of a table's times: numbers if they have a unit, else what most of the first are."""
         if not table.time or "time" in table.units:
             return Form(NUMBER)
-        return form_of(row.cells["time"] for row in rows(path, {"time": table.time}, place, self.dialect, []))
+        return form_of((row.cells["time"] for row in rows(path, {"time": table.time}, place, self.dialect, [])), self.dates)
 
     def middle(self, path: TablePath, table: Named, place: str) -> Origin:
         """Return the middle of the table's latitudes and longitudes."""

@@ -14,12 +14,12 @@ from vedette.errors import InputError, Problem
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan, Trajectory
-from vedette_files.columnar import PARQUET, SUFFIX, FrameTable, TablePath, is_columnar
+from vedette_files.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.csv_layout import Layout
 from vedette_files.csv_platform import PlatformColumns, Platforms
 from vedette_files.csv_returns import POSITION, DetectionColumns, Look, Reading
 from vedette_files.csv_table import Dialect
-from vedette_files.csv_times import DATED, UNZONED
+from vedette_files.csv_times import DATED, UNZONED, check_pattern
 from vedette_files.csv_truth import TruthColumns
 from vedette_files.empty_scans import fill_gaps
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
@@ -42,7 +42,7 @@ from vedette_files.readers import (
 @final
 @frozen
 class CsvSource(Source):
-    """Detections from a CSV file with a header line or a Parquet file, with the truth and the platforms if they are given.
+    """Detections from a CSV file with a header line, a Parquet file, JSON records or GPX; truth and platforms if given.
 
     x and y become range and bearing if the tracker's sensor measures these and the platform is given. A row whose
     measured cells are all empty says that its scan holds no return. Bad rows are refused, one by one. Times are numbers,
@@ -64,11 +64,14 @@ class CsvSource(Source):
     )
     delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
     decimal: str = fields.choice("in numbers", [".", ","], default=".")
+    dates: str = fields.text("how dates are written, as '%d/%m/%Y %H:%M:%S'; default: by ISO 8601", default="")
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
 
     def __attrs_post_init__(self) -> None:
         if self.platform is not None and self.platform.scan and not self.detections.scan:
             raise ValueError("platform.scan: needs the detections' `scan` column too")
+        if self.dates:
+            check_pattern(self.dates)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return all scans in time order, those of one time in the tracker's order of sensors.
@@ -98,7 +101,7 @@ class CsvSource(Source):
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
             notes["frame"] = self.frame
-        if is_columnar(path):
+        if isinstance(path, FrameTable) or path.suffix.lower() == SUFFIX:
             notes["table"] = PARQUET
         paths: dict[str, TablePath] = {
             place: folder / table.file if table.file and place != "detections" else path
@@ -144,7 +147,7 @@ class CsvSource(Source):
 
     def _layout(self, paths: Mapping[str, TablePath]) -> tuple[Layout, dict[str, str]]:
         """Return what holds of all tables, and notes about it: the origin on the earth, the dates that times are."""
-        layout = Layout(Dialect(self.delimiter, self.decimal), self.sort, self.frame)
+        layout = Layout(Dialect(self.delimiter, self.decimal), self.sort, self.frame, dates=self.dates)
         notes, tables = dict[str, str](), self._tables()
         form = layout.form(paths["detections"], self.detections, "detections")
         if form.dated:

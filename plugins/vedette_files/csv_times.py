@@ -36,11 +36,29 @@ DATED = "s since 1970-01-01T00:00:00Z"
 """What a recording's note `time` says where its times are dates."""
 
 
-def stamp(cell: str) -> tuple[str, float]:
+def check_pattern(pattern: str) -> None:
+    """Raise ValueError unless a pattern of dates has a year, a month and a day, and reads what it writes."""
+    moment = datetime(2026, 11, 23, 4, 5, 6)
+    try:
+        read = datetime.strptime(moment.strftime(pattern), pattern)
+    except (ValueError, re.error) as error:
+        raise ValueError(f"dates: must be a pattern as '%d/%m/%Y %H:%M:%S', got {pattern!r}: {error}") from None
+    if read.date() != moment.date():
+        raise ValueError(f"dates: must hold a year, a month and a day, as '%d/%m/%Y %H:%M:%S', got {pattern!r}")
+
+
+def stamp(cell: str, pattern: str = "") -> tuple[str, float]:
     """Return the form of a time, and its s since 1970 in UTC or since midnight; ValueError if it is none of them.
 
-    A date and time without a zone is taken to be in UTC.
+    A date and time without a zone is taken to be in UTC. With a `pattern` times are dates that are written so.
     """
+    if pattern:
+        found = datetime.strptime(cell, pattern)
+        return (
+            (UNZONED, (found.replace(tzinfo=UTC) - EPOCH).total_seconds())
+            if found.tzinfo is None
+            else (ZONED, (found - EPOCH).total_seconds())
+        )
     try:
         return NUMBER, plain_number(cell)
     except ValueError:
@@ -57,10 +75,11 @@ def stamp(cell: str) -> tuple[str, float]:
 
 @frozen
 class Form:
-    """In which form a table's times are, and the first of them in s."""
+    """In which form a table's times are, the first of them in s, and the pattern of dates that are not by ISO 8601."""
 
     name: str
     first: float = 0.0
+    pattern: str = ""
 
     @property
     def dated(self) -> bool:
@@ -68,18 +87,18 @@ class Form:
         return self.name in (ZONED, UNZONED)
 
 
-def form_of(cells: Iterable[str]) -> Form:
+def form_of(cells: Iterable[str], pattern: str = "") -> Form:
     """Return the form that most of the first times have; that of numbers if none can be read."""
     found: list[tuple[str, float]] = []
     for cell in islice(filter(None, cells), LOOKED_AT):
         try:
-            found.append(stamp(cell))
+            found.append(stamp(cell, pattern))
         except ValueError:
             continue
     if not found:
-        return Form(NUMBER)
+        return Form(UNZONED, 0.0, pattern) if pattern else Form(NUMBER)
     most = Counter(name for name, _ in found).most_common(1)[0][0]
-    return Form(most, next(seconds for name, seconds in found if name == most))
+    return Form(most, next(seconds for name, seconds in found if name == most), pattern)
 
 
 @final
@@ -101,11 +120,12 @@ class Times:
                 raise ValueError(f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}")
             return self._column.of(row)
         try:
-            name, seconds = stamp(cell)
+            name, seconds = stamp(cell, self._form.pattern)
         except (ValueError, OverflowError):
             name, seconds = "", 0.0
         if name != self._form.name:
-            wanted = f"{self._form.name} {EXAMPLES[self._form.name]}, like most"
+            written = f"written as {self._form.pattern}" if self._form.pattern else f"{EXAMPLES[self._form.name]}, like most"
+            wanted = f"{self._form.name} {written}"
             raise ValueError(f"{self.title} must be {wanted}, got {shown(cell)}")
         if name == OF_DAY:
             seconds += DAY * round((self._before - seconds) / DAY)

@@ -55,7 +55,9 @@ class Camera:
         "part of the noise's variance that is correlated over space", default=0.0, below=1
     )
     length: float = fields.quantity("px", "distance over which that correlation falls to 1/e", default=2.0, above=0)
-    saturation: float | None = fields.quantity("count", "pixels this bright say nothing; default: all do", default=None)
+    saturation: float | None = fields.quantity(
+        "count", "pixels this bright say nothing; default: all do", default=None, tried=(None, 200.0, 2000.0)
+    )
     _precision: Array | None = field(init=False, repr=False, eq=False)
 
     @_precision.default
@@ -66,14 +68,21 @@ class Camera:
         if self.correlated > 0 and self.window > 32:
             raise ValueError(f"window: correlated noise needs at most 32 pixels, got {self.window}")
 
-    def covariance(self) -> Array:
-        """Return the covariance of the window's pixels, row by row, in count^2: (w^2, w^2)."""
-        steps = np.arange(self.window, dtype=float)
-        y, x = (part.ravel() for part in np.meshgrid(steps, steps, indexing="ij"))
+    def covariance(self, shape: tuple[int, ...] | None = None) -> Array:
+        """Return the covariance of pixels, the window's or those of `shape`, row by row, in count^2: (h w, h w)."""
+        y, x = (part.ravel() for part in np.indices(shape or (self.window, self.window), dtype=float))
         distance = np.hypot(x[:, None] - x, y[:, None] - y)
         white = (1.0 - self.correlated) * np.eye(len(x))
         cov: Array = self.sigma**2 * (white + self.correlated * np.exp(-distance / self.length))
         return cov
+
+    def draw_noise(self, shape: tuple[int, ...], rng: np.random.Generator) -> Array:
+        """Return noise of frames of `shape` (*b, h, w)."""
+        white = rng.standard_normal(shape)
+        if self.correlated == 0:
+            return self.sigma * white
+        root = np.linalg.cholesky(self.covariance(shape[-2:]))
+        return (white.reshape(*shape[:-2], -1) @ root.T).reshape(shape)
 
     def cut(self, frame: Frame, centre: Array) -> Window:
         """Cut the window around each `centre` (*b, t, 2)."""

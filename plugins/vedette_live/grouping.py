@@ -46,16 +46,25 @@ class Grouping:
     clock: str = fields.choice(
         "that tells time: the sensor's, the receiver's, the sensor's with its least delay", CLOCKS, default="sensor"
     )
+    leap: float = fields.quantity(
+        "s", "by which a time may be ahead of the last one; a longer leap is believed once the next message agrees",
+        default=86400.0, above=0,
+    )  # fmt: skip
 
 
 @final
 @define
 class Clock:
-    """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver."""
+    """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver.
+
+    One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees.
+    """
 
     by: str
+    leap: float = inf
     offset: float = inf
     last: float | None = None
+    doubted: float | None = None
 
     def time(self, stated: float | None, period: float | None, arrived: float | None) -> float:
         """Return the time of a message in s; ValueError if it tells none and nobody knows when it came."""
@@ -67,11 +76,22 @@ class Clock:
         near = self.last if arrived is None else arrived
         if period is not None and near is not None:  # the day, or the turn of a short counter, nearest to when it came
             stated += period * floor((near - stated) / period + 0.5)
+        self._check(stated)
+        self.last = stated
         if self.by == "offset" and arrived is not None:
             self.offset = min(self.offset, arrived - stated)
             stated += self.offset
-        self.last = stated
         return stated
+
+    def _check(self, stated: float) -> None:
+        """Raise ValueError for a time that leaps, unless it is the second one to say so."""
+        if self.last is not None and stated - self.last > self.leap:
+            agrees = self.doubted is not None and abs(stated - self.doubted) <= self.leap
+            if not agrees:
+                self.doubted = stated
+                told = f"{stated - self.last:.6g} s after the last one, more than scans.leap, {self.leap:g} s"
+                raise ValueError(f"time: {stated:.6f} s is {told}: it is believed once the next message agrees")
+        self.doubted = None
 
 
 _Piece = tuple[Message, Array, float, str]
@@ -103,7 +123,7 @@ class Grouper:
         """Yield the scans that a message completes; ValueError, and no change, if it cannot be used."""
         name = self.placing.sensor(message.sensor)
         z = self.placing.returns(message, name)
-        clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock))
+        clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock, self.grouping.leap))
         time = clock.time(message.time, message.period, arrived)
         came = time if arrived is None else arrived
         if self.grouping.by == "message":

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import json
-import logging
 import sys
 from collections import deque
-from collections.abc import Callable, Iterable
 from functools import partial
 from threading import Event, Lock, Thread
 from typing import Any, final
 
 import numpy as np
-from attrs import define, evolve, field
+from attrs import define, field
 
 from vedette.errors import InputError, VedetteError
 from vedette.space import Array
@@ -21,27 +18,25 @@ from vedette.tracking import State, raw_sensors
 from vedette.types import Recording
 from vedette_files import DATED
 from vedette_live import saving
-from vedette_live.config import Feed, Service, Sink
+from vedette_live.acknowledging import Acknowledging
+from vedette_live.config import Feed, Service
 from vedette_live.counters import Counters
 from vedette_live.grouping import Formed, Grouper
 from vedette_live.health import Health, notify
+from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 from vedette_live.recorder import Recorder
+from vedette_live.sending import Sending, chosen
 from vedette_live.window import Window
 from vedette_report.watching.page import LivePage
 
-LOG = logging.getLogger("vedette.live")
 TOGETHER = 64
 """Scans that are taken at once if so many wait."""
 _TICK = 0.05
 """s between looks at what silence completes."""
-_QUIET = 10.0
-"""s between two lines of the log that say the same of one input."""
 _UNSAVED = 10_000
 """Reports that wait for a store that cannot be written, as on a full disk; the oldest are dropped."""
-_REPORTS = 256
-"""Reports that wait for one output; the oldest are dropped."""
 
 
 @final
@@ -57,14 +52,10 @@ class Running:
     _window: Window | None = None
     _groupers: list[Grouper] = field(init=False)
     _locks: list[Lock] = field(init=False)
-    _replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
-    _numbers: dict[str, int] = field(factory=dict)
-    _seen: dict[str, int] = field(factory=dict)
-    _asked_again: deque[tuple[str, str, int]] = field(factory=deque)
-    _to_acknowledge: dict[tuple[str, str], int] = field(factory=dict)
+    _numbers: Acknowledging = field(factory=Acknowledging)
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
     _left_out: deque[tuple[Formed, str]] = field(factory=deque)
-    _sinks: list[_Sending] = field(factory=list)
+    _sinks: list[Sending] = field(factory=list)
     _store: Storage | None = None
     _recorder: Recorder | None = None
     _made: dict[str, Any] = field(factory=dict)
@@ -97,7 +88,7 @@ class Running:
             Thread(target=self._listen, args=(i, feed), name=f"input {i}", daemon=True)
             for i, feed in enumerate(self.service.parts.inputs)
         ]
-        self._sinks = [_Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
+        self._sinks = [Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
         try:
             for thread in feeds:
                 thread.start()
@@ -133,8 +124,8 @@ class Running:
             elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
-            if self._store is None and self._asked_again:
-                self._acknowledge(self._numbers_now())
+            if self._store is None and self._numbers.asked:
+                self._numbers.keep(self._numbers.taken())
             if now() - saved_at >= every:
                 self._save()
                 saved_at = now()
@@ -144,7 +135,7 @@ class Running:
     def _listen(self, i: int, feed: Feed) -> None:
         """Decode and group what an input brings, until it ends."""
         memories = dict[str, Any]()
-        log = _Sparing(f"input {i}")
+        log = Sparing(f"input {i}")
         try:
             for arrival in feed.input.listen(self.stop):
                 self._arrived(i, feed, memories, arrival, log)
@@ -161,13 +152,13 @@ class Running:
         for formed in rest:
             self._put(formed, feed)
 
-    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: _Sparing) -> None:
+    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
         self.counters.add("pieces_total")
         if arrival.lost is not None:
             self.counters.values["datagrams_lost_known"] = 1.0
             self.counters.add("datagrams_lost_total", arrival.lost)
         if arrival.reply is not None:
-            self._replies[f"{i} {arrival.stream}"] = arrival.reply
+            self._numbers.replies[f"{i} {arrival.stream}"] = arrival.reply
         whole = feed.input.datagrams
         memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
         decoded = feed.format.decode(memory, arrival.data)
@@ -178,37 +169,36 @@ class Running:
         else:
             memories[arrival.stream] = decoded.memory
         if arrival.ended:
-            self._replies.pop(f"{i} {arrival.stream}", None)
+            self._numbers.replies.pop(f"{i} {arrival.stream}", None)
 
-    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: _Sparing) -> None:
+    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
         """Group messages, and count what cannot be used."""
         self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
         for told in decoded.refused:
             self._refuse(told, arrival, log)
         for message in decoded.messages:
             stream = f"{i} {arrival.stream}"
-            key = f"{i} {message.sensor}"
-            if message.number is not None and message.number <= max(self._seen.get(key, -1), self._numbers.get(key, -1)):
+            number = None if message.number is None else (stream, message.sensor, message.number)
+            if number is not None and self._numbers.came(number):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
-                self._asked_again.append((stream, message.sensor, message.number))
                 continue
             try:
                 with self._locks[i]:
                     done = list(self._groupers[i].add(message, arrival.time, stream))
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
-                if message.number is not None:
-                    self._reply(stream, message.sensor, message.number)
+                if number is not None:
+                    self._numbers.reply(number)
                 continue
-            if message.number is not None:
-                self._seen[key] = message.number
+            if number is not None:
+                self._numbers.note(number)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
                 self._put(formed, feed)
 
-    def _refuse(self, told: str, arrival: Arrival, log: _Sparing) -> None:
+    def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
         self.counters.add("messages_refused_total")
         log.warn("message refused", told, arrival.stream)
 
@@ -246,7 +236,7 @@ class Running:
             self.counters.add("scans_refused_total")
             if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
-                _raise(self._to_acknowledge, one.acknowledge)
+                self._numbers.take(one.acknowledge)
             self._leave_out(one, "refused")
             LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
         done = now()
@@ -254,7 +244,7 @@ class Running:
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
             self.counters.latencies.append(done - one.arrived)
-            _raise(self._to_acknowledge, one.acknowledge)
+            self._numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
         if not came or not window.kept:
@@ -270,7 +260,7 @@ class Running:
                 sink.put(report, partial(self.report, state))
         self._settle()
         if self._store is None:
-            self._acknowledge(self._numbers_now())
+            self._numbers.keep(self._numbers.taken())
 
     def _show(self, window: Window, came: float) -> None:
         """Show the latest scan on the page."""
@@ -297,7 +287,7 @@ class Running:
             if self._store is not None:
                 report = self.report(taken.state)
                 if report.confirmed.any():
-                    self._unsaved.append(_of(report, report.confirmed))
+                    self._unsaved.append(chosen(report, report.confirmed))
         if self._recorder is not None:
             while self._left_out:
                 self._recorder.leave_out(*self._left_out.popleft())
@@ -366,8 +356,8 @@ class Running:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         self._window = window
         for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
-            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock)
-        self._numbers = dict(saved.acknowledged)
+            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
+        self._numbers.kept = dict(saved.acknowledged)
         if self._recorder is not None and "recorded" in saved.states:
             self._recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
@@ -389,7 +379,7 @@ class Running:
             self._write_record(self._recorder)
         if self._store is None or self._window is None:
             return
-        numbers = self._numbers_now()
+        numbers = self._numbers.taken()
         clocks = []
         for grouper, lock in zip(self._groupers, self._locks, strict=True):
             with lock:
@@ -415,43 +405,13 @@ class Running:
         self.ails.pop("store", None)
         self.counters.add("saves_total")
         self._unsaved.clear()
-        self._acknowledge(numbers)
+        self._numbers.keep(numbers)
 
     def _notes(self) -> dict[str, str]:
         """Return what x, y and times mean, as a recording's notes say it."""
         parts = self.service.parts
         notes = {} if parts.service.origin is None else {"origin": str(parts.service.origin)}
         return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in parts.inputs) else {})
-
-    def _numbers_now(self) -> dict[str, int]:
-        """Return the latest number of each input and sensor that is taken."""
-        numbers = dict(self._numbers)
-        for (stream, sensor), number in self._to_acknowledge.items():
-            key = f"{stream.partition(' ')[0]} {sensor}"
-            numbers[key] = max(number, numbers.get(key, -1))
-        return numbers
-
-    def _acknowledge(self, numbers: dict[str, int]) -> None:
-        """Answer those who number their messages, each connection once, with its latest, now that all up to it is kept."""
-        self._numbers, done, self._to_acknowledge = numbers, self._to_acknowledge, {}
-        for _ in range(len(self._asked_again)):
-            stream, sensor, number = again = self._asked_again.popleft()
-            if number <= numbers.get(f"{stream.partition(' ')[0]} {sensor}", -1):
-                _raise(done, [again])
-            else:  # it waits to be taken, or to be saved
-                self._asked_again.append(again)
-        for (stream, sensor), number in done.items():
-            self._reply(stream, sensor, number)
-
-    def _reply(self, stream: str, sensor: str, number: int) -> None:
-        """Send an acknowledgement, if the connection is still there."""
-        reply = self._replies.get(stream)
-        if reply is not None:
-            named = {"sensor": sensor} if sensor else {}
-            try:
-                reply(json.dumps({"ack": number, **named}).encode() + b"\n")
-            except OSError:
-                self._replies.pop(stream, None)
 
     def _finish(self) -> None:
         """Take what waits, keep all, and close."""
@@ -469,99 +429,3 @@ class Running:
             self._recorder.close()
         if self._store is not None:
             self._store.close()
-
-
-@final
-class _Sending:
-    """One output: reports wait for it in a queue of its own; it opens anew after a failure."""
-
-    def __init__(self, sink: Sink, counters: Counters, number: int, ails: dict[str, str]) -> None:
-        self._sink, self._counters, self._name, self._ails = sink, counters, f"output {number}", ails
-        self._waiting = BoundedQueue[Callable[[], TrackReport]](_REPORTS)
-        self._last = -np.inf
-        self._thread = Thread(target=self._send, name=self._name, daemon=True)
-        self._thread.start()
-
-    def put(self, report: TrackReport, predicted: Callable[[float], TrackReport]) -> None:
-        """Let a report be sent, if it is due."""
-        moment = report.time
-        if self._sink.every and moment < self._last + self._sink.every:
-            return
-        self._last = moment
-        made = (lambda: predicted(now())) if self._sink.predict else (lambda: report)
-        dropped = self._waiting.put(made, wait=False)
-        self._counters.add("reports_dropped_total", len(dropped))
-
-    def _send(self) -> None:
-        while not (self._waiting.closed and not self._waiting.items):
-            try:
-                with self._sink.output.open() as send:
-                    self._ails.pop(self._name, None)
-                    self._send_by(send)
-            except Exception as error:  # an output must not end the service, whoever wrote it
-                self._fail(error)
-                if self._waiting.closed:
-                    return
-
-    def _send_by(self, send: Callable[[bytes], None]) -> None:
-        """Send what waits, until the queue is closed and empty."""
-        while True:
-            for made in self._waiting.take(1, 1.0):
-                report = made()
-                try:
-                    data = self._sink.format.encode(_of(report, report.confirmed) if self._sink.confirmed else report)
-                    if data:
-                        send(data)
-                    self._counters.add("reports_sent_total")
-                except Exception:
-                    self._counters.add("reports_dropped_total")
-                    raise
-            if self._waiting.closed and not self._waiting.items:
-                return
-
-    def _fail(self, error: Exception) -> None:
-        if self._name not in self._ails:
-            LOG.error("output failed", extra={"output": self._name, "why": str(error)})
-        self._ails[self._name] = str(error)
-        Event().wait(0.2)
-
-    def close(self) -> None:
-        """Send what waits, for at most 2 s, and stop."""
-        self._waiting.close()
-        self._thread.join(2.0)
-
-
-@final
-@define
-class _Sparing:
-    """Warns of what one input brings, each kind at most once in a while, with how often it came since."""
-
-    name: str
-    _since: dict[str, tuple[float, int]] = field(factory=dict)
-
-    def warn(self, event: str, told: str, stream: str) -> None:
-        """Warn, unless the same was said just now."""
-        at, count = self._since.get(event, (-np.inf, 0))
-        if now() - at < _QUIET:
-            self._since[event] = at, count + 1
-            return
-        self._since[event] = now(), 0
-        LOG.warning(event, extra={"from": f"{self.name} {stream}"[:100], "why": told[:300], "more": count})
-
-
-def _raise(highest: dict[tuple[str, str], int], numbers: Iterable[tuple[str, str, int]]) -> None:
-    """Keep the highest number of each stream and sensor."""
-    for stream, sensor, number in numbers:
-        highest[stream, sensor] = max(number, highest.get((stream, sensor), -1))
-
-
-def _of(report: TrackReport, rows: Any) -> TrackReport:
-    """Return some tracks of a report."""
-    return evolve(
-        report,
-        ids=report.ids[rows],
-        mean=report.mean[rows],
-        cov=report.cov[rows],
-        existence=report.existence[rows],
-        confirmed=report.confirmed[rows],
-    )

@@ -99,9 +99,9 @@ def clocks_data(clocks: Mapping[str, Clock]) -> dict[str, Any]:
     return {name: [None if clock.offset == np.inf else clock.offset, clock.last] for name, clock in clocks.items()}
 
 
-def clocks_from(given: Mapping[str, Any], by: str) -> dict[str, Clock]:
+def clocks_from(given: Mapping[str, Any], by: str, leap: float) -> dict[str, Clock]:
     """Return the clocks of `clocks_data`."""
-    return {name: Clock(by, np.inf if offset is None else offset, last) for name, (offset, last) in given.items()}
+    return {name: Clock(by, leap, np.inf if offset is None else offset, last) for name, (offset, last) in given.items()}
 
 
 def state_from(tracker: Tracker, given: Any, axes: Any) -> State:

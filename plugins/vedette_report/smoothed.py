@@ -13,8 +13,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result
 from vedette.hypotheses import HypothesisAssociator
 from vedette.metrics import Score
-from vedette.tracking import from_the_start, smooth
-from vedette.tracking.smoothing import smoothed
+from vedette.tracking import from_the_start, smooth, smoothed
 from vedette.types import Track
 from vedette.units import in_unit
 from vedette.writing import whole_bytes

@@ -11,12 +11,15 @@ import numpy as np
 
 from vedette.config import warnings_of
 from vedette.experiment import Experiment, Result
+from vedette.hypotheses import HypothesisAssociator
 from vedette.metrics import Score
 from vedette.roles import Sensor
 from vedette.tracking import Came, Intake, open_source
 from vedette.types import LazyScans, Recording
 from vedette_files import beyond_period
+from vedette_report.coalescence import LONG, coalesced
 from vedette_report.figures import count
+from vedette_report.rehearsal import rehearsed
 
 MOST = 0.5
 """A larger fraction of the input than this must be odd before it is reported."""
@@ -41,10 +44,20 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             "compare the sensor's noise and the motion's with the units of the data"
         )
     elif ENOUGH <= intake.scans <= intake.returns and not score.tracks:
-        yield (
-            f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns: compare the lifecycle, the "
-            "sensor's noise and its clutter with the data"
-        )
+        told = f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns"
+        causes = [f"{place}: {said}" for place, said, _ in rehearsed(experiment.tracker, result.scans)]
+        yield from [f"{told}: {cause}" for cause in causes] or [
+            f"{told}: compare the lifecycle, the sensor's noise and its clutter with the data"
+        ]
+    if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
+        pairs = coalesced(result.tracks)
+        if pairs:
+            a, b, scans = max(pairs, key=lambda pair: pair[2])
+            kind = experiment.tracker.associator.kind
+            yield (
+                f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {scans}): "
+                f"where targets stay close, {kind!r} averages over them; 'jpda_star' and 'k_best' do not"
+            )
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "

@@ -5,6 +5,7 @@ from collections.abc import Iterable
 import vedette
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
+from vedette_standard.associators.jpda_star import JpdaStar
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli
 from vedette_standard.associators.m_best_jpda import MBestJpda
@@ -61,6 +62,7 @@ from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversio
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.coarse import Coarse
 from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial
@@ -83,12 +85,12 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(CoordinatedTurnPiecewise, RandomWalkPiecewise),
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product, Linear),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
-        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Partial, LinearSensor),
+        *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Coarse, Partial, LinearSensor),
         *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(HInfinity, GH, LeastSquares, EnsembleKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
-        *(Nearest, GlobalNearest, Pda, Jpda, MBestJpda),
+        *(Nearest, GlobalNearest, Pda, Jpda, JpdaStar, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
         *(FromReturns, TwoPoint, Given, Poisson, Uniform),

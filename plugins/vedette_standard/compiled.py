@@ -37,7 +37,7 @@ def placed(kind: str, pose: Pose, *parameters: float | Array) -> Twin | None:
 
 
 def _twin(kind: str, parameters: Array) -> Twin | None:
-    for functions in reversed(TWINS.values()):
+    for functions in [*TWINS.values()][::-1]:
         return Twin(functions[kind], parameters)
     return None
 

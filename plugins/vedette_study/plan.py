@@ -74,9 +74,14 @@ def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
     return given
 
 
-def read_study(path: str | Path) -> dict[str, Any]:
-    """Return the table of a study's file, with its `experiment`, which it may name by a path relative to the study."""
+def read_study(path: str | Path, alone: bool = False) -> dict[str, Any]:
+    """Return the table of a study's file, with its `experiment`, which it may name by a path relative to the study.
+
+    alone: the config of a run is a study of that one tracker.
+    """
     table = read_file(path)
+    if alone and "experiment" not in table and "estimator" in table:
+        return {"experiment": table}
     _refuse_one_run(table, str(path), Path(path).name)
     experiment = table.get("experiment")
     if isinstance(experiment, str):
@@ -253,4 +258,4 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
     """Reshape an array that leads with the points to one that leads with the axes of the grid."""
-    return values.reshape(*(len(each) for each in axes.values()), *values.shape[1:])
+    return values.reshape((*(len(each) for each in axes.values()), *values.shape[1:]))

@@ -8,11 +8,14 @@ from vedette import Array, Mask, Sensor
 from vedette.sampling import returns
 
 
-def merged_returns(sensor: Sensor, x: Array, uniform: Array, standard: Array, cells: Array) -> tuple[Array, Mask]:
+def merged_returns(
+    sensor: Sensor, x: Array, uniform: Array, standard: Array, cells: Array | None, rng: np.random.Generator | None = None
+) -> tuple[Array, Mask]:
     """Return what `sensor` reports of objects x (t, n) when returns merge: z (t, m), valid (t,).
 
     Each object is detected as in `returns`. Two that are detected are unresolved if h(x) differs by less than the cell
-    (m,) on every axis; so are those that a chain of such pairs connects. Such a group gives the return of its first
+    (m,) on every axis, or without cells with the probability that the sensor states, by `rng`; so are those that a chain of
+    such pairs connects. Such a group gives the return of its first
     member, moved to the mean of the members' h(x): the error is that of one return. An infinite cell leaves its axis out.
     Svensson, Ulmke, Hammarstrand, Multitarget Sensor Resolution Model and JPDA, IEEE T-AES 48, 2012 (groups as graphs);
     Chang, Bar-Shalom, JPDA for Multitarget Tracking with Possibly Unresolved Measurements, IEEE T-AC 29, 1984 (cells).
@@ -24,7 +27,11 @@ def merged_returns(sensor: Sensor, x: Array, uniform: Array, standard: Array, ce
         return z, seen
     space = sensor.measurement
     exact = np.broadcast_to(sensor.measure(x), z.shape)[rows]
-    group = _groups(exact, cells, np.array([axis.period or 0.0 for axis in space.axes]))
+    if cells is None:
+        assert rng is not None
+        group = _drawn_groups(sensor, x[rows], exact, rng)
+    else:
+        group = _groups(exact, cells, np.array([axis.period or 0.0 for axis in space.axes]))
     first = rows[np.unique(group, return_index=True)[1]][group]
     shift = space.difference(exact, np.asarray(sensor.measure(x))[first])
     total = np.zeros((int(group.max()) + 1, z.shape[-1]))
@@ -35,6 +42,23 @@ def merged_returns(sensor: Sensor, x: Array, uniform: Array, standard: Array, ce
     leads = rows[first == rows]
     z[leads] = space.displace(z[leads], mean[group[first == rows]])
     return z, seen
+
+
+def _drawn_groups(
+    sensor: Sensor, x: Array, h: Array, rng: np.random.Generator
+) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
+    """Return the number of the group of each of x (t, n): pairs merge with the probability that the sensor states."""
+    from scipy.sparse import coo_matrix
+    from scipy.sparse.csgraph import connected_components
+
+    C = np.asarray(sensor.unresolved(x))
+    i, j = np.triu_indices(len(h), 1)
+    d = sensor.measurement.difference(h[j], h[i])
+    square = np.sum(d * np.linalg.solve(np.broadcast_to(C, (len(h), *C.shape[-2:]))[i], d[..., None])[..., 0], axis=-1)
+    merge = rng.random(len(i)) < np.exp(-0.5 * square)
+    graph = coo_matrix((np.ones(np.count_nonzero(merge)), (i[merge], j[merge])), shape=(len(h), len(h)))
+    found: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
+    return found
 
 
 def _groups(h: Array, cells: Array, periods: Array) -> np.ndarray[tuple[int], np.dtype[np.int32]]:

@@ -208,6 +208,7 @@ class Simulation(Source):
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
         cells = self.looks[name].cells(sensor.measurement)
         coarse = bool(np.any(np.isfinite(cells)))
+        merges, near_by = sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None, _stream(root, "merge", name)
         for begin in range(0, len(times), BLOCK):
             block = times[begin : begin + BLOCK]
             near = [each for each in truth if each.times[0] <= block[-1] and block[0] <= each.times[-1]]
@@ -222,6 +223,8 @@ class Simulation(Source):
                     placed = sensor if pose is None else sensor.at(pose)
                     if coarse:
                         z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
+                    elif merges:
+                        z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], None, near_by)
                     else:
                         z, seen = returns(placed, x[i, here], uniform[here, i], standard[here, i])
                     if clutter is not None:

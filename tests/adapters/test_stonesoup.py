@@ -1,12 +1,16 @@
 """Stone Soup's models by the laws of motion models and sensors; its readers as sources; tracks there and back."""
 
+from copy import copy
 from datetime import timedelta
 
+import attrs
 import numpy as np
 import pytest
+from hypothesis import given
 from hypothesis import strategies as st
 
 import vedette
+from support import results as reports
 from support.stonesoup_tutorials import PLANE, START, moved, polar, positions, seen
 from vedette.errors import ConfigError, InputError
 from vedette.testing import conformance
@@ -22,6 +26,9 @@ from stonesoup.models.transition.linear import (
 )
 from stonesoup.models.transition.nonlinear import ConstantTurn
 from stonesoup.reader.pandas_reader import DataFrameDetectionReader, DataFrameGroundTruthReader
+from stonesoup.types.array import CovarianceMatrix, StateVector
+from stonesoup.types.detection import Detection
+from stonesoup.types.state import State
 
 PLAIN = CombinedLinearGaussianTransitionModel([ConstantVelocity(0.05), OrnsteinUhlenbeck(0.1, 0.02)])
 TURNING = ConstantTurn(linear_noise_coeffs=np.array([0.1, 0.1]), turn_noise_coeff=0.01)
@@ -138,3 +145,68 @@ def test_tracks_go_there_and_back():
     (back,) = tracks_of([there], PLANE, START)
     for name in ("times", "mean", "cov"):
         np.testing.assert_array_equal(getattr(back, name), getattr(track, name))
+
+
+def flying(model, place, yaw=0.0, noise=None):
+    """The model at another place."""
+    own = copy(model)
+    own.translation_offset, own.rotation_offset = StateVector(place), StateVector([0.0, 0.0, yaw])
+    if noise is not None:
+        own.noise_covar = CovarianceMatrix(noise)
+    return own
+
+
+def test_a_detection_is_used_by_its_own_measurement_model():
+    """Once it was ignored: a target seen from a moving platform was followed hundreds of m beside itself."""
+    model = polar()
+    sensors = {"s": StoneSoupSensor(model, PLANE)}
+    pairs = []
+    for k in range(30):
+        time, truth = START + timedelta(seconds=k), State([100.0 + 5.0 * k, 5.0, 50.0, 0.0])
+        own = flying(model, [20.0 * k, -10.0 * k], 0.02 * k, noise=np.diag([1e-6, 0.04]))
+        z = own.function(truth, noise=False)
+        pairs.append((time, {Detection(z, timestamp=time, measurement_model=own)}))
+    scans = StoneSoupSource(pairs, "s").open(sensors, RNG).scans
+    np.testing.assert_allclose(scans[9].pose.position, [180.0, -90.0])
+    np.testing.assert_allclose(scans[9].detections.noise, [np.diag([1e-6, 0.04])])
+    at = sensors["s"].at(scans[9].pose)
+    np.testing.assert_allclose(at.measure(np.array([145.0, 50.0])), scans[9].detections.z[0], atol=1e-9)
+    experiment = vedette.load(
+        {
+            "source": StoneSoupSource(pairs, "s"),
+            "estimator": {"kind": "ekf", "motion": StoneSoupMotion(PLAIN, PLANE)},
+            "sensors": sensors,
+            "associator": {"kind": "gnn"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+            "lifecycle": {"kind": "m_of_n"},
+        }
+    )
+    (track,) = experiment.run().tracks
+    assert np.hypot(*(track.mean[-1, [0, 2]] - [100.0 + 5.0 * 29, 50.0])) < 3.0
+
+
+@pytest.mark.parametrize("other", ["class", "mapping", "tilt"])
+def test_a_model_that_the_sensor_cannot_use_is_refused(other):
+    model = polar()
+    own = {"class": positions(), "mapping": flying(model, [0.0, 0.0]), "tilt": flying(model, [0.0, 0.0])}[other]
+    if other == "mapping":
+        own.mapping = (2, 0)
+    if other == "tilt":
+        own.rotation_offset = StateVector([0.1, 0.0, 0.0])
+    pairs = [(START, {Detection([0.1, 100.0], timestamp=START, measurement_model=own)})]
+    with pytest.raises(InputError, match="measurement_model"):
+        StoneSoupSource(pairs, "s").open({"s": StoneSoupSensor(model, PLANE)}, RNG)
+
+
+@given(st.lists(st.floats(0.0, 1e7), min_size=1, max_size=8, unique=True), st.integers(0, 8))
+def test_tracks_come_back_as_they_were_at_any_times(times, tentative):
+    given_times = np.sort(times)
+    if np.any(np.diff(given_times) < 2e-6):  # dates are whole microseconds
+        return
+    one = reports.track(given_times, np.zeros((len(times), 4)), np.eye(4), space=PLANE)
+    one = attrs.evolve(one, confirmed=np.arange(len(times)) >= tentative)
+    (back,) = tracks_of(to_stonesoup([one], START), PLANE, START)
+    np.testing.assert_array_equal(back.times, one.times)
+    np.testing.assert_array_equal(back.confirmed, one.confirmed)
+    with pytest.raises(InputError, match="track '0'"):
+        tracks_of(to_stonesoup([one], START), vedette.Space.of(x="m", y="m"), START)

@@ -105,7 +105,8 @@ def test_a_counterexample_has_four_lines_and_warnings_are_counted(
     assert lines[row + 1].strip().startswith("after move(x [[0.], [0.], [0.]], dt 0) -> [[0.5]")
     assert lines[row + 2].strip() == "with Noisy()"
     assert lines[row + 3].strip().startswith("and Moves(x=")
-    assert lines[row + 4].startswith("  noise_is_a_covariance ")
+    assert "--law zero_step_changes_nothing --replay " in lines[row + 4]
+    assert lines[row + 5].startswith("  noise_is_a_covariance ")
     assert "divide by zero encountered in log (vedette_test_noisy.py:12)" in lines[-2]
     assert lines[-1].strip()[0].isdigit()
     assert told.err == ""

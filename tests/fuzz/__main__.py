@@ -24,6 +24,10 @@ BUDGETS = {
     "methods": 2_000,
     "tables": 1_000,
     "results": 20_000,
+    "adapters": 1_000,
+    "live": 1_000,
+    "commands": 1_000,
+    "folders": 1_000,
 }
 MODULES = {"kernels": "kernel_calls", "methods": "faulty"}
 """Where a fuzzer is, if not in the module of its name."""

@@ -94,6 +94,17 @@ def test_the_offset_is_the_least_delay() -> None:
         Clock("sensor").time(None, None, None)
 
 
+def test_one_time_far_ahead_is_refused_and_a_clock_that_was_set_is_believed() -> None:
+    clock = Clock("sensor", leap=100.0)
+    assert [clock.time(t, None, None) for t in (1.0, 90.0)] == [1.0, 90.0]
+    with pytest.raises(ValueError, match="time"):
+        clock.time(1e6, None, None)
+    assert clock.time(91.0, None, None) == 91.0
+    with pytest.raises(ValueError, match="time"):
+        clock.time(5000.0, None, None)
+    assert [clock.time(t, None, None) for t in (5001.0, 5002.0)] == [5001.0, 5002.0]
+
+
 def test_azimuths_become_bearings_and_latitudes_places() -> None:
     (formed,) = Grouper(Grouping(), PLACING).add(plot(0.0, 0.25), 0.0)
     np.testing.assert_allclose(formed.scan.detections.z, [[1000.0, np.pi / 2 - 0.25]])

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 import vedette
-from support.services import TRACKER, as_json, feed, lines, ran, replayed
+from support.services import TRACKER, as_json, feed, lines, made, ran, replayed
 from vedette.streams import Arrival
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
@@ -51,13 +51,17 @@ def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_o
 
 def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
     record = tmp_path / "record.jsonl"
-    config = {**TRACKER, "inputs": [feed()], "service": {"queue": 1, "full": "drop", "record": str(record)}}
-    running = ran(config, tuple(Arrival(line, 5.0) for line in lines(80)))
+    config = {**TRACKER, "inputs": [feed()], "service": {"queue": 50, "full": "drop", "record": str(record)}}
+    running = made(config, [])
+    (given,) = running.service.parts.inputs
+    for message in given.format.decode(given.format.start(), b"".join(lines(80))).messages:
+        for formed in running._groupers[0].add(message, 5.0):
+            running._put(formed, given)
+    running.run()
     counts = running.counters.counts
-    assert counts["scans_taken_total"] + counts["scans_dropped_total"] == 80
-    assert counts["scans_dropped_total"] > 0
+    assert (counts["scans_taken_total"], counts["scans_dropped_total"]) == (50, 30)
     recording, _ = read_recording(record)
-    assert (len(recording.scans), len(recording.refused)) == (counts["scans_taken_total"], counts["scans_dropped_total"])
+    assert (len(recording.scans), len(recording.refused)) == (50, 30)
     assert as_json(replayed(record, TRACKER)) == as_json(running.state)
 
 

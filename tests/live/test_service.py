@@ -171,6 +171,25 @@ def test_what_cannot_be_served_is_told_with_its_place(changed: Mapping[str, Any]
     assert any(problem.place.startswith(place) for problem in refused.value.problems), refused.value
 
 
+def test_files_that_are_read_or_written_by_another_part_are_told(tmp_path: Path) -> None:
+    path = tmp_path / "stream.jsonl"
+    path.write_bytes(b"")
+    (tmp_path / "link").symlink_to(path)
+    lines_of = {"format": {"kind": "json_lines"}}
+    given = {**TRACKER, "inputs": [{"input": {"kind": "file", "path": str(path)}, **lines_of}]}
+    output = {"output": {"kind": "file", "path": str(tmp_path / "out")}, **lines_of}
+    store = {"kind": "sqlite", "path": str(tmp_path / "out")}
+    for changed, place in (
+        ({"outputs": [{**output, "output": {"kind": "file", "path": str(path)}}]}, "outputs[0].output.path"),
+        ({"outputs": [output, output]}, "outputs[1].output.path"),
+        ({"service": {"record": str(tmp_path / "link")}}, "service.record"),
+        ({"outputs": [output], "service": {"store": store}}, "service.store.path"),
+    ):
+        with pytest.raises(ConfigError) as refused:
+            load_service({**given, **changed})
+        assert [problem.place for problem in refused.value.problems] == [place]
+
+
 def test_an_input_that_can_never_be_used_ends_the_service_with_its_place() -> None:
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]

@@ -17,6 +17,7 @@ import pytest
 
 import vedette
 from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, replayed, served, undisturbed, wait_for
+from vedette import ConfigError
 from vedette.streams import Saved
 from vedette_live import saving
 from vedette_live.config import load_service
@@ -166,6 +167,17 @@ def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path) -
     assert (tmp_path / "state.sqlite.damaged").read_bytes() == bytes(data)
     assert getattr(again, "told", [])
     again.close()
+
+
+def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:
+    port, record = free_port(), str(tmp_path / "record.jsonl")
+    with served(config(tmp_path, port, record=record)):
+        send(port, lines(4), 4)
+        for path in ("state.sqlite", "other.sqlite"):
+            other = config(tmp_path, free_port(), record=record, store={"kind": "sqlite", "path": str(tmp_path / path)})
+            with pytest.raises(ConfigError):
+                Running(load_service(other)).run()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["record.jsonl", "state.sqlite"]
 
 
 def goes_on(config: dict[str, object]) -> float | None:

@@ -24,7 +24,10 @@ SHARE = 5
 OF_ALL = (
     "core/cpp/",
     "core/vedette/config/parameters.py",
-    *(f"core/vedette/testing/{name}.py" for name in ("kit", "hypothesis_constants", "strategies", "counterexamples")),
+    *(
+        f"core/vedette/testing/{name}.py"
+        for name in ("kit", "hypothesis_constants", "strategies", "counterexamples", "limits")
+    ),
     "tests/testing/test_conformance.py",
 )
 """Files and folders on which the laws of all kinds depend, whatever they import."""

@@ -137,11 +137,16 @@ class Scripted(Input):
         yield from self.arrivals
 
 
-def ran(config: Mapping[str, Any], *inputs: Iterable[Arrival]) -> Running:
-    """Run a service to its end on arrivals that are given, in the place of standard input."""
+def made(config: Mapping[str, Any], *inputs: Iterable[Arrival]) -> Running:
+    """Return a service that has not begun, with arrivals that are given in the place of its inputs."""
     service = load_service(config)
     feeds = tuple(evolve(feed, input=Scripted(given)) for feed, given in zip(service.parts.inputs, inputs, strict=True))
-    running = Running(evolve(service, parts=evolve(service.parts, inputs=feeds)))
+    return Running(evolve(service, parts=evolve(service.parts, inputs=feeds)))
+
+
+def ran(config: Mapping[str, Any], *inputs: Iterable[Arrival]) -> Running:
+    """Run a service to its end on arrivals that are given."""
+    running = made(config, *inputs)
     running.run()
     return running
 

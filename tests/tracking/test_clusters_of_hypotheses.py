@@ -7,7 +7,7 @@ import vedette
 from vedette import Detections, Scan
 from vedette.tracking import memory_limits
 
-KINDS = ["nearest", "gnn", "pda", "jpda", "m_best_jpda", "k_best", "n_scan", "lmb", "variational"]
+KINDS = ["nearest", "gnn", "pda", "jpda", "jpda_star", "m_best_jpda", "k_best", "n_scan", "lmb", "variational"]
 CLUTTER = 20 / 4e6
 BIRTHS = {
     "from_returns": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 from typing import Any
 
 import attrs
@@ -37,17 +37,22 @@ def run(arguments: Namespace) -> int:
         from vedette.testing.law import Profile
 
         profile = Profile.named(arguments.profile, arguments.seed)
+        if arguments.seconds is not None:
+            profile = attrs.evolve(profile, seconds=arguments.seconds)
+        only = {arguments.law: arguments.replay} if arguments.law else {}
+        if arguments.replay and not only:
+            raise ConfigError([Problem("--replay", "repeats an example of one law: name it, as in --law pure")])
         if Path(arguments.subject).suffix in FORMATS:
             parts = parts_of(arguments.subject, None, arguments.overrides)
-            tables = [check(type(part), profile, part, arguments.law) for part in parts]
+            tables = [check(type(part), profile, part, only) for part in parts]
         elif arguments.config is not None:
             parts = parts_of(arguments.config, arguments.subject, arguments.overrides)
-            tables = [check(type(part), profile, part, arguments.law) for part in parts]
+            tables = [check(type(part), profile, part, only) for part in parts]
         elif arguments.overrides:
             raise ConfigError([Problem("--set", "changes a config: name one, as in --config tracker.toml")])
         else:
             classes = classes_of(arguments.subject, Registry.installed())
-            tables = [check(cls, profile, None, arguments.law) for cls in classes]
+            tables = [check(cls, profile, None, only) for cls in classes]
     except ModuleNotFoundError as missing:
         return complain(str(missing))
     if arguments.json:
@@ -123,23 +128,25 @@ def _components(module: ModuleType) -> list[type[Component]]:
     return [cls for cls in defined if issubclass(cls, Component) and role_of(cls) and not inspect.isabstract(cls)]
 
 
-def check(cls: type[Component], profile: object, one: Component | None = None, only: str | None = None) -> dict[str, Any]:
+def check(
+    cls: type[Component], profile: object, one: Component | None = None, only: Mapping[str, str] = MappingProxyType({})
+) -> dict[str, Any]:
     """Print the table of a class of components, or of `one` with its parameters, and return it as plain data.
 
-    `only` is the one law that is tried.
+    `only` holds the laws that are tried, if not all, and what repeats an example of each, or "".
     """
     from vedette.testing.comparisons import Misuse
-    from vedette.testing.kit import examine, laws_of
+    from vedette.testing.kit import examine, laws_of, own_laws
     from vedette.testing.law import Profile
     from vedette.testing.strategies import components, fixed
 
     assert isinstance(profile, Profile)
     entry, laws = described(cls, "", ""), laws_of(cls)
-    if only is not None:
-        names = [law.name for law in laws]
-        if only not in names:
-            raise ConfigError([Problem("--law", f"a {entry.role} has no law {only!r};{did_you_mean(only, names)}")])
-        laws = tuple(law for law in laws if law.name == only)
+    names = [law.name for law in laws]
+    for law_name in only:
+        if law_name not in names:
+            raise ConfigError([Problem("--law", f"a {entry.role} has no law {law_name!r};{did_you_mean(law_name, names)}")])
+    laws = tuple(law for law in laws if law.name in only) if only else laws
     name = f"{cls.__module__}.{cls.__qualname__}"
     print(f"{entry.role} {entry.kind} ({name})")
     told: list[dict[str, Any]] = []
@@ -155,13 +162,17 @@ def check(cls: type[Component], profile: object, one: Component | None = None, o
         with warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
             try:
-                outcome = examine(cls, law, drawn, profile)
+                outcome = examine(cls, law, drawn, profile, only.get(law.name, ""))
             except Misuse as lacking:
                 print(f"  cannot be drawn: {lacking}\n  {_CURE}")
                 return component | {"reason": str(lacking)}
         warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)
         verdict, text = _expected(outcome.verdict, outcome.text, cls.known_failures.get(law.name))
-        told.append({"law": law.name, "verdict": verdict, "text": text, "examples": outcome.examples})
+        told.append(
+            {"law": law.name, "verdict": verdict, "text": text, "examples": outcome.examples, "replay": outcome.replay}
+        )
+        if verdict == "failed" and outcome.replay:
+            text += f"\nrepeat it with --law {law.name} --replay {outcome.replay}"
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {verdict:7} {note}", flush=True)
     for text, count in warned.most_common(MOST_WARNINGS):
@@ -172,8 +183,10 @@ def check(cls: type[Component], profile: object, one: Component | None = None, o
     said = ", ".join(
         f"{counts[verdict]} {verdict}" for verdict in ("held", "failed", "broken", "skipped") if counts[verdict]
     )
-    tried = counts["skipped"] < len(told)
-    print(f"  {said}{'' if tried else ': no law applied, so nothing was tested'}")
+    what, own = own_laws(cls)
+    skipped = [law["text"] for law in told if law["verdict"] == "skipped" and (law["law"] in own or not own)]
+    tried = len(skipped) < (len(own) if own and not only else len(told))
+    print(f"  {said}{'' if tried else f': no law{what} applied, since {Counter(skipped).most_common(1)[0][0]}'}")
     return component | {"failed": counts["failed"] > 0, "tried": tried, "warnings": dict(warned)}
 
 

@@ -61,6 +61,8 @@ class Check(Command):
             "--profile", default="fast", choices=["fast", "nightly"], help="how thoroughly to test; default: fast"
         )
         parser.add_argument("--law", metavar="NAME", help="try this law alone")
+        parser.add_argument("--replay", metavar="CODE", default="", help="with --law: the one example that failed")
+        parser.add_argument("--seconds", metavar="S", type=float, help="CPU time that a law may take; default: 60")
         parser.add_argument("--seed", metavar="N", type=int, default=0, help="seed of all random numbers; default: 0")
         options.add_json(parser)
 

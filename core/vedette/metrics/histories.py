@@ -47,6 +47,8 @@ def confirmed_entries(tracks: Sequence[Track], times: Array, space: Space) -> En
     mean, cov = [np.zeros((0, n))], [np.zeros((0, n, n))]
     for alike in (list(group) for _, group in groupby(tracks, key=lambda track: id(track.space))):
         part = alike[0].space.locate(space)
+        if lacking := [track.id for track in alike if track.mean.shape[-1] != len(track.space)]:
+            raise InputError(f"track {lacking[0]}: its states must have the {len(alike[0].space)} axes of {alike[0].space}")
         mean.append(np.concatenate([track.mean for track in alike])[:, part])
         cov.append(np.concatenate([track.cov for track in alike])[:, part][:, :, part])
     modes = [track.mode_prob for track in tracks if track.mode_prob is not None]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from traceback import walk_tb
 from types import FrameType
 from typing import Any
@@ -70,7 +70,7 @@ def last_call(component: Component, check: Callable[[], None]) -> str:
 def brief(value: Any) -> str:
     """Return a value in a few words: small arrays whole, large ones as a shape, others by the shapes of their arrays."""
     if isinstance(value, np.ndarray):
-        return say(value) if value.size <= 4 else f"{value.shape}"
+        return say(value, 6) if value.size <= 4 else f"{value.shape}"
     if isinstance(value, np.random.Generator):
         return "a generator"
     if isinstance(value, Component):
@@ -80,20 +80,28 @@ def brief(value: Any) -> str:
         return f"{type(value).__name__}({', '.join(parts[:4])}{', ...' if len(parts) > 4 else ''})"
     if isinstance(value, tuple | list):
         return f"({', '.join(map(brief, value[:4]))}{', ...' if len(value) > 4 else ''})"
-    return say(value)[:60]
+    return say(value, 6)[:60]
 
 
-def say(value: Any) -> str:
-    """Format a value for a counterexample: arrays as lists, six digits."""
+def say(value: Any, digits: int | None = None) -> str:
+    """Return a value as Python code that makes it again: each number exact, or of so many digits where it is only read."""
     if isinstance(value, np.ndarray):
-        return np.array2string(value, separator=", ", precision=6, threshold=60).replace("\n", "")
+        if digits is not None:
+            return np.array2string(value, separator=", ", precision=digits, threshold=60).replace("\n", "")
+        return f"np.array({value.tolist()!r})" if value.size <= 600 else f"np.zeros({value.shape})"
     if attrs.has(type(value)):
-        fields = [field for field in attrs.fields(type(value)) if field.repr]
-        parts = [f"{field.name}={say(getattr(value, field.name))}" for field in fields]
+        fields = [field for field in attrs.fields(type(value)) if field.repr and field.init]
+        parts = [f"{field.alias or field.name}={say(getattr(value, field.name), digits)}" for field in fields]
         return f"{type(value).__name__}({', '.join(parts)})"
     if isinstance(value, tuple | list):
-        return f"({', '.join(map(say, value))})"
-    return f"{value:.6g}" if isinstance(value, float) else repr(value)
+        inner = ", ".join(say(each, digits) for each in value)
+        ends = "[]" if isinstance(value, list) else "()"
+        return f"{ends[0]}{inner}{',' if ends == '()' and len(value) == 1 else ''}{ends[1]}"
+    if isinstance(value, Mapping):
+        return f"{{{', '.join(f'{key!r}: {say(each, digits)}' for key, each in value.items())}}}"
+    if isinstance(value, float):
+        return repr(float(value)) if digits is None else f"{value:.{digits}g}"
+    return repr(value)
 
 
 def shortened(text: str) -> str:
@@ -102,9 +110,9 @@ def shortened(text: str) -> str:
     return line if len(line) <= WIDTH else line[: WIDTH - 4] + " ..."
 
 
-def counterexample(what: str, component: Component, data: Any, check: Callable[[], None]) -> str:
-    """Return what is wrong, the last call, the component and the data: four lines."""
+def counterexample(what: str, component: Component, data: Any, check: Callable[[], None] | None) -> str:
+    """Return what is wrong, the last call, the component as code, and the data: four lines."""
     lines = [what.replace("\n", " ")]
-    if call := last_call(component, check):
+    if check is not None and (call := last_call(component, check)):
         lines.append(f"  after {shortened(call)}")
-    return "\n".join([*lines, f"  with {shortened(say(component))}", f"  and {shortened(say(data))}"])
+    return "\n".join([*lines, f"  with {say(component)}", f"  and {shortened(say(data, 6))}"])

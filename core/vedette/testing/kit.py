@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import re
 import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
@@ -14,12 +15,14 @@ import hypothesis
 import pytest
 from attrs import frozen
 from hypothesis import strategies as st
-from hypothesis.errors import Flaky, HypothesisException, Unsatisfiable
+from hypothesis.errors import DidNotReproduce, Flaky, HypothesisException, InvalidArgument, Unsatisfiable
 
 from vedette.config.parameters import ROLES, role_of
 from vedette.config.suggestions import did_you_mean
 from vedette.filters import contradiction
+from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Component
+from vedette.supporting import ImagingSensor
 from vedette.testing.comparisons import Closed, Misuse
 from vedette.testing.counterexamples import counterexample, line_of, method_of
 from vedette.testing.hypothesis_constants import constants_of_no_module
@@ -32,6 +35,8 @@ from vedette.testing.laws import (
     estimator,
     estimator_cases,
     formats,
+    hypotheses,
+    imaging,
     lifecycle,
     lifecycle_cases,
     motion,
@@ -41,6 +46,7 @@ from vedette.testing.laws import (
     sensor_cases,
     source,
 )
+from vedette.testing.limits import TooLong, at_most
 from vedette.testing.strategies import components
 from vedette.tracking.faults import broken_promise
 
@@ -59,6 +65,11 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
 }
 
 
+_BLOB = re.compile(r"reproduce_failure\('([^']+)', b'([^']+)'\)")
+"""How Hypothesis notes what repeats an example: its version, and what it drew."""
+
+KINDRED = ((ImagingSensor, " of pictures", imaging.LAWS), (HypothesisAssociator, " of hypotheses", hypotheses.LAWS))
+
 MOST_CLOSED = 12
 """A law that did not apply to so many components, nor to half of what is drawn, is skipped."""
 
@@ -67,7 +78,7 @@ MOST_CLOSED = 12
 class Outcome:
     """The result of one law: `text` is the smallest counterexample, or why there was nothing to judge.
 
-    `alpha` is the probability that a correct component would have failed here.
+    `alpha` is the probability that a correct component would have failed here; `replay` is what repeats a failure.
     """
 
     law: Law
@@ -75,6 +86,7 @@ class Outcome:
     text: str
     examples: int
     alpha: float
+    replay: str = ""
 
 
 def laws_of(cls: type[Component]) -> tuple[Law, ...]:
@@ -93,7 +105,15 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
     return _ROLES[role][0]
 
 
-def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile) -> Outcome:
+def own_laws(cls: type[Component]) -> tuple[str, frozenset[str]]:
+    """Return which laws say what others of its role need not keep: " of pictures" and their names; none for most."""
+    for base, what, laws in KINDRED:
+        if issubclass(cls, base):
+            return what, frozenset(law.name for law in laws)
+    return "", frozenset()
+
+
+def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile, replay: str = "") -> Outcome:
     """Test one law on components drawn from a strategy.
 
     Parameters
@@ -106,6 +126,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         The strategy of Hypothesis that draws components; `vedette.testing.strategies.components(cls)` infers one.
     profile
         How thoroughly to test, and the seed: equal ones give the same outcome.
+    replay
+        What an outcome said: the one example that failed is tried again, if `drawn` is the same.
 
     Returns
     -------
@@ -152,17 +174,24 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         database=None,
         deadline=None,
         report_multiple_bugs=False,
-        print_blob=False,
+        print_blob=True,
         phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" and profile.shrink else []),
         suppress_health_check=list(hypothesis.HealthCheck),
         verbosity=hypothesis.Verbosity.quiet,
     )
     name = f"{cls.__qualname__}.{law.name}".encode()
     run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(settings(hypothesis.given(pairs)(attempt)))
+    if replay:
+        version, _, blob = replay.partition("/")
+        run = hypothesis.reproduce_failure(version, blob.encode())(run)
     alpha = profile.alpha * law.examples(profile) if law.effort == "statistical" else 0.0
     try:
-        with constants_of_no_module():
+        with constants_of_no_module(), at_most(profile.seconds):
             run()
+    except TooLong:
+        what = f"takes longer than {profile.seconds:g} s of CPU time"
+        component, data = tried[:2]
+        return Outcome(law, "failed", counterexample(what, component, data, None), tried[2] + 1, alpha)
     except Unsatisfiable:
         raise Misuse(
             f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
@@ -171,6 +200,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         return Outcome(law, "skipped", closed[0], 0, 0.0)
     except Flaky:
         return Outcome(law, "failed", "it fails once and holds when tried again with the same", tried[2] + 1, alpha)
+    except DidNotReproduce:
+        return Outcome(law, "held", "", 1, alpha)
+    except InvalidArgument as other:
+        raise Misuse(f"replay: {other}") from None
     except HypothesisException:
         raise
     except Exception as error:
@@ -181,7 +214,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             what = what if method else _promise(law, *tried[:2]) or what
         component, data = tried[:2]
         told = counterexample(what, component, data, lambda: law.check(component, data))
-        return Outcome(law, "failed", told, tried[2] + 1, alpha)
+        note = _BLOB.search("".join(getattr(error, "__notes__", ())))
+        return Outcome(law, "failed", told, tried[2] + 1, alpha, "/".join(note.groups()) if note else "")
     if not tried[2]:
         return Outcome(law, "skipped", closed[0], 0, 0.0)
     return Outcome(law, "held", "", tried[2], alpha)

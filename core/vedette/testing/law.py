@@ -17,7 +17,7 @@ class Profile:
 
     `examples` of an exact law, `trials` of a statistical one, each of `runs` runs; `steps` of the long run.
     `alpha` is the probability that one statistical test fails a correct component. `shrink`: look for a small
-    counterexample.
+    counterexample. `seconds` of CPU time that a law may take.
     """
 
     name: str
@@ -28,6 +28,7 @@ class Profile:
     alpha: float = 1e-7
     seed: int = 0
     shrink: bool = True
+    seconds: float = 60.0
 
     @classmethod
     def named(cls, name: str, seed: int = 0) -> Profile:
@@ -39,7 +40,7 @@ class Profile:
 
 
 FAST = Profile("fast", examples=20, trials=2, runs=400, steps=10_000)
-NIGHTLY = Profile("nightly", examples=400, trials=10, runs=6000, steps=10_000)
+NIGHTLY = Profile("nightly", examples=400, trials=10, runs=6000, steps=10_000, seconds=1200.0)
 
 Effort = Literal["exact", "statistical", "long"]
 

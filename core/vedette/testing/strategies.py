@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cache
+from inspect import isabstract
 from typing import Any
 
 import numpy as np
@@ -54,6 +55,10 @@ CATALOGUE = {
 
 SENSOR = "radar"
 """Name of the one entry in an inferred table of names."""
+
+DIRECTION = {"heading", "course", "bearing", "azimuth", "direction", "orientation", "rotation", "yaw", "from", "to"}
+"""Words in the name of a parameter in rad that is no deviation nor a width, but may be any angle of the circle."""
+TURN = {"above": -np.pi, "below": np.pi}
 
 _AXES = ("x", "y", "vx", "vy")
 _MATRICES: dict[int, tuple[Any, ...]] = {
@@ -145,6 +150,9 @@ def catalogue(
     registry = Registry.installed() if registry is None else registry
     entries = [entry for kind in CATALOGUE.get(role, ()) if (entry := registry.find(role, kind)) is not None]
     fitting = [components(entry.cls, registry=registry) for entry in entries if issubclass(entry.cls, base)]
+    if not fitting and base is not Component:  # a field that names one class, or the base of a few
+        named = [entry.cls for entry in registry if entry.role == role and issubclass(entry.cls, base)]
+        fitting = [components(cls, registry=registry) for cls in named or ([] if isabstract(base) else [base])]
     if not fitting:
         raise Misuse(f"{place}: no {role} of the kit's catalogue fits; pass a strategy for it")
     return st.one_of(fitting)
@@ -168,6 +176,8 @@ def _leaf(shape: Shape, parameter: Parameter, place: str) -> st.SearchStrategy[A
         low, high = int(metadata["limits"].get("at_least", 0)), int(metadata["limits"].get("at_most", 10**9))
         return st.integers(low, min(high, low + 20))
     elif "limits" in metadata:
+        if parameter.unit == "rad" and DIRECTION & set(parameter.name.split("_")) and "sigma" not in parameter.name:
+            return st.one_of(numbers("", {**metadata["limits"], **TURN}), st.sampled_from([0.0, 3.0, -3.0, np.pi / 2]))
         return numbers(parameter.unit, metadata["limits"])
     raise Misuse(f"{place}: no strategy can be inferred for it; pass one: {parameter.name}=st.just(...)")
 

@@ -116,9 +116,12 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     assert isinstance(observed, Detections)
     t, k = len(it.existence), len(observed.z)
     pairs, places = _within_gates(met, t, k)
-    weights, misses, seen, approximated = by_cluster(
-        plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
-    )
+    if met[0].close is None:
+        weights, misses, seen, approximated = by_cluster(
+            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
+        )
+    else:
+        weights, misses, seen, approximated = plan.associator.associate_close(it, pairs, met[0], places[0])
     used = []
     for part, (pair, place) in zip(met, places, strict=True):
         table: Array = np.zeros(part.scores.shape)

@@ -11,9 +11,7 @@ _SUM = 1e-6
 
 def confusion_fault(table: Array) -> str | None:
     """Return what is wrong with a matrix of confusion, None if nothing is."""
-    if not table.size:
-        return None
-    if table.shape[0] != table.shape[1] or len(table) < 2:
+    if len(table) < 2 or table.shape[0] != table.shape[1]:
         return f"must be square, a row and a column for each of two classes or more, got {table.shape[0]} x {table.shape[1]}"
     if np.any(table < 0) or np.any(np.abs(np.sum(table, axis=1) - 1.0) > _SUM):
         return "must hold probabilities, each row with the sum 1"

@@ -92,11 +92,8 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
         except Exception as raised:
             second.append(raised)
 
-    text = broken_promise(parts, both)
-    for raised in (*second, error):
-        if text is None and not isinstance(raised, VedetteError):
-            text = raised_by(raised, parts)
-    if text is not None:
+    told = (raised_by(raised, parts) for raised in (*second, error) if not isinstance(raised, VedetteError))
+    if text := broken_promise(parts, both) or next(filter(None, told), None):
         raise PluginError(text) from error
 
 
@@ -108,7 +105,8 @@ def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
     watch, earlier = _Watch(parts), sys.getprofile()
     sys.setprofile(watch)
     try:
-        again()
+        with suppress(Exception):  # it fails again; or it cannot be done again, as pictures come once, say
+            again()
     finally:
         sys.setprofile(earlier)
     return watch.complaint
@@ -116,12 +114,7 @@ def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
 
 def check_again(parts: object, again: Callable[[], object]) -> None:
     """Raise PluginError if a component of `parts` breaks its promise when something is done once more."""
-
-    def tried() -> None:
-        with suppress(Exception):  # it cannot be done again, as pictures come once, say; or it fails again
-            again()
-
-    if text := broken_promise(parts, tried):
+    if text := broken_promise(parts, again):
         raise PluginError(text)
 
 

@@ -51,9 +51,9 @@ class Identity:
         "number of codes that there are: the fewer, the likelier that two agree by chance", default=1000
     )
 
-    confusion: Array = fields.array(
+    confusion: Array | None = fields.array(
         "1", "of each class, a row: the probability of being named each; default: codes name one object each",
-        ndim=2, default=np.zeros((0, 0)), check=confusion_fault,
+        ndim=2, default=None, check=confusion_fault,
     )  # fmt: skip
     share: Array = fields.array("1", "how common each class is; default: alike", ndim=1, default=())
     false_share: Array = fields.array("1", "how often each names what is no target; default: alike", ndim=1, default=())
@@ -62,13 +62,8 @@ class Identity:
         if self.codes < 2:
             raise ValueError(f"codes: must be >= 2, got {self.codes}")
         for name, shares in (("share", self.share), ("false_share", self.false_share)):
-            if fault := shares_fault(shares, len(self.confusion)):
+            if fault := shares_fault(shares, 0 if self.confusion is None else len(self.confusion)):
                 raise ValueError(f"{name}: {fault}")
-
-    @property
-    def of_classes(self) -> bool:
-        """Whether a code is a class that many objects share."""
-        return bool(self.confusion.size)
 
 
 @frozen(eq=False)
@@ -95,7 +90,7 @@ class Names:
 
 def unnamed(how: Identity, shape: tuple[int, ...]) -> Names:
     """Return what is known of the codes of new tracks: nothing."""
-    if how.of_classes:
+    if how.confusion is not None:
         count = len(how.confusion)
         shares = how.share if len(how.share) else np.full(count, 1.0 / count)
         codes, even = np.broadcast_to(np.arange(count), (*shape, count)), np.broadcast_to(shares, (*shape, count))
@@ -109,7 +104,7 @@ def pair_evidence(how: Identity, names: Names | None, codes: Indices, shape: tup
     shape: (*b, t), of the tracks.
     """
     known = unnamed(how, shape) if names is None else names
-    if how.of_classes:
+    if how.confusion is not None:
         return class_evidence(known.shares, codes, how.confusion, how.false_share)
     seen = codes[..., None, :]
     own: Array = np.zeros((*shape, codes.shape[-1]))
@@ -138,7 +133,7 @@ def taken(how: Identity, names: Names, weights: Array, codes: Indices) -> Names:
     """
     if not codes.shape[-1]:
         return names
-    if how.of_classes:
+    if how.confusion is not None:
         return Names(names.codes, given_classes(names.shares, weights, codes, how.confusion), names.stray)
     best = np.argmax(weights[..., 1:], axis=-1)[..., None]
     code = np.take_along_axis(codes, best, -1)[..., 0]
@@ -176,7 +171,7 @@ def after_scan(
     else:
         of_pairs = np.where(returns >= 0, codes[returns], -1) if len(codes) else np.full(returns.shape, -1)
     found = taken(how, names, weights, of_pairs)
-    if how.of_classes or claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
+    if how.confusion is not None or claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
         return found
     lost = np.isin(names.borne, codes[strays])
     again = np.where(names.stray >= STRAY, 0.0, found.stray + 1.0)
@@ -195,7 +190,7 @@ def without_second(
 
     inside (k,): returns within some gate, which come after those that are not.
     """
-    if codes is None or how.of_classes or not len(begin.returns):
+    if codes is None or how.confusion is not None or not len(begin.returns):
         return begin
     own = codes[begin.returns]
     order = np.arange(len(own)) if inside is None else np.argsort(inside[begin.returns], kind="stable")

@@ -28,7 +28,7 @@ class Plan:
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
     returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
     decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before;
-    offsets: the axes that all tracks share, None if there are none.
+    offsets: the axes that all tracks share, None if there are none; coarse: the sensors whose merged returns are weighed.
     """
 
     estimator: Estimator[Any]
@@ -54,6 +54,7 @@ class Plan:
     begins: bool
     models_unseen: bool
     offsets: Offsets | None
+    coarse: frozenset[str]
 
 
 def planned(
@@ -102,7 +103,17 @@ def planned(
         begins=begins,
         models_unseen=models_unseen,
         offsets=shared(registration, estimator, sensors, birth),
+        coarse=frozenset(_coarse(sensors, associator, gate)),
     )
+
+
+def _coarse(sensors: Mapping[str, Sensor], associator: Associator, gate: Gate) -> Iterator[str]:
+    """Yield the sensors by which two targets may give one return, if the associator takes such returns."""
+    for name, sensor in sensors.items():
+        if associator.takes_merged and sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None:
+            if gate.clutter != "sensor":
+                raise ValueError(f"gate.clutter: must be 'sensor', as {name!r} merges returns, got {gate.clutter!r}")
+            yield name
 
 
 def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:

@@ -11,54 +11,47 @@ import numpy as np
 from vedette import hypotheses, roles, supporting, types
 from vedette.filters.gaussian import has_gaussian_belief
 from vedette.space import Space
+from vedette.tracking.pytrees import Common
 from vedette.types import Detections, Frame, Gaussian, Innovation, LazyScans, Newborn, Recording, Review, Scan
 
 Shape = tuple[int, ...]
 Given = Sequence[Any]
 
 _RETURNS = """
-MotionModel           state         Space
-MotionModel           move          * rows state
-MotionModel           jacobian      * rows state state
-MotionModel           noise         covariance * rows state
-MotionModel           mean_noise    covariance * rows state
-MotionModel           reframe       Gaussian
-ImagingSensor         information   tuple: information * rows measurement measurement, score * rows measurement, ratio * rows
-ImagingSensor         seek          * rows observes
-ImagingSensor         learn         * rows observes
-Sensor                observes      Space
-Sensor                measurement   Space
-Sensor                measure       * rows measurement
-Sensor                jacobian      * rows measurement observes
-Sensor                noise         covariance * rows measurement
-Sensor                mean_noise    covariance * rows measurement
-Sensor                detects       * rows
-Sensor                clutter       * rows
-Sensor                covers        ? * rows
-Sensor                invert        gaussian rows observes
-Sensor                at            Sensor
-HypothesisAssociator  branch        Branching: parent leaves, choice leaves, hypotheses any
-HypothesisAssociator  keep          tuple: hypotheses any, rows any
-Associator            associate     all
-Associator            approximated  ? * rows
-Estimator             state         Space
-Estimator             start         belief
-Estimator             reframe       belief
-Estimator             predict       belief
-Estimator             evaluate      Innovation: loglik tracks 1+k, distance tracks k, log_volume * tracks, nis tracks k
-Estimator             update        belief
-Estimator             moments       gaussian tracks state
-Birth                 begin         Newborn: returns begun, prior gaussian begun other, existence begun
-Birth                 reveal        tuple: density ~ * k, sources any
-Lifecycle             start         memory all
-Lifecycle             predict       all
-Lifecycle             review        tuple: memory memory tracks, confirmed ? tracks, alive ? tracks
-Preprocessor          measurement   Space
-Preprocessor          process       Detections: z k measurement, valid ? k, noise ~ k measurement measurement
-Source                open          Recording
+MotionModel          state        Space
+MotionModel          move         * rows state
+MotionModel          jacobian     * rows state state
+MotionModel          noise|mean_noise covariance * rows state
+MotionModel          reframe      Gaussian
+ImagingSensor        information  tuple: information * rows measurement measurement, score * rows measurement, ratio * rows
+ImagingSensor        seek|learn   * rows observes
+Sensor               observes|measurement Space
+Sensor               measure      * rows measurement
+Sensor               jacobian     * rows measurement observes
+Sensor               noise|mean_noise covariance * rows measurement
+Sensor               detects|clutter * rows
+Sensor               covers       ? * rows
+Sensor               invert       gaussian rows observes
+Sensor               at           Sensor
+HypothesisAssociator branch       Branching: parent leaves, choice leaves, hypotheses any
+HypothesisAssociator keep         tuple: hypotheses any, rows any
+Associator           associate    all
+Associator           approximated ? * rows
+Estimator            state        Space
+Estimator            start|reframe|predict|update belief
+Estimator            evaluate     Innovation: loglik tracks 1+k, distance tracks k, log_volume * tracks, nis tracks k
+Estimator            moments      gaussian tracks state
+Birth                begin        Newborn: returns begun, prior gaussian begun other, existence begun
+Birth                reveal       tuple: density ~ * k, sources any
+Lifecycle            start        memory all
+Lifecycle            predict      all
+Lifecycle            review       tuple: memory memory tracks, confirmed ? tracks, alive ? tracks
+Preprocessor         measurement  Space
+Preprocessor         process      Detections: z k measurement, valid ? k, noise ~ k measurement measurement
+Source               open         Recording
 """
-"""Role, method, and what it must return: a type and what its parts are, or what the value is. An array has the axes that are
-named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
+"""Role, methods, and what they must return: a type and what its parts are, or what the value is. An array has the axes that
+are named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
 `?`: it is of true or false; `~`: it may be None."""
 
 
@@ -70,24 +63,19 @@ def broken(component: roles.Component, method: str, given: Given, gave: Any) -> 
     return None
 
 
-def _parsed(line: str) -> tuple[type, str, type | None, list[list[str]]]:
-    """Return role, method, the type of what it returns if that is stated, and the name and the words of each part."""
-    known: dict[str, Any] = {
-        **vars(hypotheses),
-        **vars(roles),
-        **vars(supporting),
-        **vars(types),
-        "Space": Space,
-        "tuple": tuple,
-    }
-    role, method, text = line.split(maxsplit=2)
+def _parsed(line: str) -> Iterator[tuple[type, str, type | None, list[list[str]]]]:
+    """Yield role, method, the type of what it returns if that is stated, and the name and the words of each part."""
+    known: dict[str, Any] = (
+        vars(hypotheses) | vars(roles) | vars(supporting) | vars(types) | {"Space": Space, "tuple": tuple}
+    )
+    role, methods, text = line.split(maxsplit=2)
     name, _, parts = text.partition(": ")
-    if name in known:
-        return known[role], method, known[name], [part.split() for part in parts.split(", ") if part]
-    return known[role], method, None, [["", *text.split()]]
+    kind = known.get(name)
+    words = [["", *text.split()]] if kind is None else [part.split() for part in parts.split(", ") if part]
+    yield from ((known[role], method, kind, words) for method in methods.split("|"))
 
 
-_TABLE = [_parsed(line) for line in _RETURNS.strip().splitlines()]
+_TABLE = [row for line in _RETURNS.strip().splitlines() for row in _parsed(line)]
 METHODS = frozenset(method for _, method, _, _ in _TABLE)
 
 
@@ -119,9 +107,9 @@ def _faults(component: Any, given: Given, gave: Any, kind: type | None, parts: l
         if returns.dtype.kind not in "iu" or returns.ndim != 1 or np.any((returns < 0) | (returns >= k)):
             yield f"must return returns (j,), whole numbers below {k}, as there are {k}; got {_told(gave.returns)}"
     if isinstance(gave, Recording) and not isinstance(gave.scans, LazyScans):
-        scans = gave.scans if isinstance(gave.scans, Sequence) else [gave.scans]
-        strange = (scan for scan in scans if not isinstance(scan, Scan))
-        yield from (f"must return a Recording with a sequence of scans; got {_told(scan)}" for scan in strange)
+        for scan in gave.scans if isinstance(gave.scans, Sequence) else [gave.scans]:
+            if not isinstance(scan, Scan):
+                yield f"must return a Recording with a sequence of scans; got {_told(scan)}"
 
 
 def _seen(given: Given, gave: Any) -> Shape:
@@ -166,8 +154,8 @@ def _told(value: Any) -> str:
 
 def _leaves(value: Any) -> Iterator[Any]:
     """Yield what attrs values and tuples are made of, as beliefs and memories are of arrays and numbers."""
-    parts = value if isinstance(value, tuple | list) else None
-    if attrs.has(type(value)) and not isinstance(value, roles.Component | Space):
+    parts: Any = () if isinstance(value, Common) else value if isinstance(value, tuple | list) else None
+    if attrs.has(type(value)) and not isinstance(value, roles.Component | Space | Common):
         parts = [getattr(value, field.name, None) for field in attrs.fields(type(value))]
     yield from [value] if parts is None else (leaf for part in parts for leaf in _leaves(part))
 
@@ -183,14 +171,11 @@ def _is_array(value: Any, kinds: str = "biuf") -> bool:
     return isinstance(value, np.ndarray | np.generic | float | int) and np.asarray(value).dtype.kind in kinds
 
 
-def _count(which: Callable[[Any], Any], value: Any) -> int:
-    return sum(int(np.count_nonzero(which(leaf))) for leaf in _leaves(value) if _is_array(leaf, "f"))
-
-
 def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = False) -> Iterator[str]:
     """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not."""
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
-        if (count := _count(which, gave)) and not _count(which, tuple(given)):
+        found, before = ([which(leaf) for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
+        if (count := sum(map(np.count_nonzero, found))) and not any(map(np.any, before)):
             told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
             yield f"must return {told}{part and f' of {part}'}"
 
@@ -222,12 +207,12 @@ def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = ""
     yield from _array(given, gave.cov, batch, core * 2, f"{part} cov".strip())
 
 
-def _memory(gave: Any, tracks: Shape) -> Iterator[str]:
+def _memory(gave: Any, tracks: Shape, what: str = "memory") -> Iterator[str]:
     if not _is_tree(gave):
-        yield f"must return a memory of attrs values, tuples and arrays; got {_told(gave)}"
+        yield f"must return a {what} of attrs values, tuples and arrays; got {_told(gave)}"
     for leaf in _leaves(gave):
         if isinstance(leaf, np.ndarray | np.floating | float) and np.shape(leaf)[: len(tracks)] != tracks:
-            yield f"must return a memory whose arrays lead with the tracks, {tracks}; got one of {np.shape(leaf)}"
+            yield f"must return a {what} whose arrays lead with the tracks, {tracks}; got one of {np.shape(leaf)}"
 
 
 def _believes(estimator: Any, given: Given, gave: Any) -> Iterator[str]:
@@ -239,4 +224,6 @@ def _believes(estimator: Any, given: Given, gave: Any) -> Iterator[str]:
     elif isinstance(gave, Gaussian) and isinstance(before, Gaussian):
         n = len(estimator.state) if plain else np.shape((gave if begins else before).mean)[-1]
         yield from _gaussian(given, gave, np.shape(before.mean)[:-1], (n,))
+    elif begins:
+        yield from _memory(gave, np.shape(before.mean)[:-1], "belief")
     yield from _not_numbers(given, gave)

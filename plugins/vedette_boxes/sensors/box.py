@@ -30,8 +30,8 @@ class Box(Sensor):
     """z = (x, y, width, height) + v, the middle and the sides of a box, with errors that are parts of its sides.
 
     v ~ N(0, diag(s^2 + (p w)^2, s^2 + (p h)^2, s^2 + (q w)^2, s^2 + (q h)^2)), p = `sigma_place`, q = `sigma_size`,
-    s = `sigma`. A target is detected while its middle lies in the image. False boxes lie anywhere in it; the logarithms of
-    their sides are uniform between `sizes` a, b: of n = `clutter_per_scan` the density is n / (W H w h log(b/a)^2).
+    s = `sigma`. A target is detected while its middle lies in the image and its sides between `sizes` a, b. False boxes lie
+    anywhere there, the logarithms of their sides uniform: of n = `clutter_per_scan` the density is n / (W H w h log(b/a)^2).
     Wojke, Bewley, Paulus, Simple Online and Realtime Tracking with a Deep Association Metric, ICIP 2017 (errors as parts).
     """
 
@@ -47,7 +47,9 @@ class Box(Sensor):
     detection_probability: float = fields.probability("probability that a target in the image is detected", default=0.9)
     clutter_per_scan: float = fields.quantity("1", "expected number of false boxes in a frame", default=1.0, at_least=0)
     image: Array = fields.array("px", "width and height of the image", ndim=1, default=(1920.0, 1080.0), check=_pair)
-    sizes: Array = fields.array("px", "least and greatest side of a false box", ndim=1, default=(10.0, 1000.0), check=_range)
+    sizes: Array = fields.array(
+        "px", "least and greatest side of a box that the detector gives", ndim=1, default=(10.0, 1000.0), check=_range
+    )
 
     @property
     def observes(self) -> Space:
@@ -80,18 +82,14 @@ class Box(Sensor):
             R[..., i, i] = self.sigma**2 + part**2 * squares[..., i % 2]
         return R
 
-    def _in_image(self, x: Array) -> Mask:
-        inside: Mask = np.all((x[..., :2] >= 0) & (x[..., :2] <= self.image), axis=-1)
-        return inside
-
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, 4) -> (*b)."""
-        return np.where(self._in_image(x), self.detection_probability, 0.0)
+        return np.where(self.covers(x), self.detection_probability, 0.0)
 
     def covers(self, z: Array) -> Mask:
-        """Return whether a false box may lie at z: (*b, 4) -> (*b)."""
-        low, high = self.sizes
-        inside: Mask = self._in_image(z) & np.all((z[..., 2:] >= low) & (z[..., 2:] <= high), axis=-1)
+        """Return whether a box lies in the image and has a size that the detector gives: (*b, 4) -> (*b)."""
+        low, high = np.array([[0.0, self.image[0]], [0.0, self.image[1]], self.sizes, self.sizes]).T
+        inside: Mask = np.all((z >= low) & (z <= high), axis=-1)
         return inside
 
     def clutter(self, z: Array) -> Array:

@@ -68,7 +68,11 @@ class MotSource(Source):
             scans,
             truth=() if true is None else self._trajectories(true),
             refused=(*found.refused, *(() if true is None else true.refused)),
-            rows={"lines": Counted(total, int(edges[-1] - edges[0]), len(found.refused), total - len(kept.frame))},
+            rows={
+                "lines": Counted(
+                    total, int(edges[-1] - edges[0]), len(found.refused), len(found.frame) - int(edges[-1] - edges[0])
+                )
+            },
         )
 
     def _detections(self, rows: Rows, part: slice) -> Detections:

@@ -57,6 +57,11 @@ class FittedImage(ApparentPosition):
         image = self.image(self.looks(x), steps - spot[..., 0, None], steps - spot[..., 1, None])
         return image[..., : shape[0], : shape[1]]
 
+    def draw_frame(self, x: Array, shape: tuple[int, int], rng: np.random.Generator) -> Array:
+        """Return frames of `shape` with background and noise: (*b, n) -> (*b, h, w)."""
+        level = self.looks(x)[-1][..., None, None]
+        return self.render(x, shape) + level + self.camera.draw_noise((*x.shape[:-1], *shape), rng)
+
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
         """Return J (*b, t, 2, 2) in 1/px^2, g (*b, t, 2) in 1/px, llr (*b, t)."""
         window = self.camera.cut(frame, self.measure(x))

@@ -13,7 +13,8 @@ from typing import Any, final
 from vedette.commands import DONE, options
 from vedette.streams import now
 from vedette_live.config import load_service
-from vedette_live.running import LOG, Running
+from vedette_live.log import LOG
+from vedette_live.running import Running
 
 _USUAL = frozenset(vars(logging.makeLogRecord({})))
 

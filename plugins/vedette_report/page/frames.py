@@ -6,7 +6,8 @@ import json
 import struct
 import zlib
 from base64 import b64encode
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -32,13 +33,13 @@ _DARK, _BRIGHT = 1.0, 99.8
 Numbered = tuple[int, Frame]
 
 
-def frames(recording: Path, times: Array, config: str = "{}") -> list[dict[str, Any]]:
+def frames(recording: Path, times: Array, config: str = "{}", every: int = 1) -> list[dict[str, Any]]:
     """Return the frames of a run: their scan, the place of the first pixel, their size in px and a PNG in base64.
 
     They lie beside the recording, or in the clip that the config names, which is opened again for the scans at `times` (s,).
-    None where there is neither.
+    None where there is neither. The scans are one in `every` of the recording's, as `times` are.
     """
-    named = [(i, given) for i, given in enumerate(_scans(recording)) if given is not None]
+    named = [(i, given) for i, given in enumerate(islice(_scans(recording), 0, None, every)) if given is not None]
     if named:
         return _shown([i for i, _ in named], lambda k: (named[k][0], read_frame(named[k][1], recording.parent)))
     clip = _clip(config)
@@ -131,16 +132,17 @@ def _coarse(pixels: Array) -> Array:
     return mean
 
 
-def _scans(recording: Path) -> list[Any]:
-    """Return of each scan of a recording the frame that its line names, or None."""
+def _scans(recording: Path) -> Iterator[Any]:
+    """Yield of each scan of a recording the frame that its line names, or None."""
     try:
         with recording.open(encoding="utf-8") as file:
-            lines = [json.loads(line) for line in file if '"frame"' in line or '"sensor"' in line]
+            for line in file:
+                if '"sensor"' in line:
+                    yield json.loads(line).get("frame") if '"frame"' in line else None
     except FileNotFoundError:
-        return []
-    except ValueError as error:
+        return
+    except (ValueError, AttributeError) as error:
         raise InputError(f"{recording}: {error}") from None
-    return [line.get("frame") for line in lines if "sensor" in line]
 
 
 def _grey(pixels: NDArray[Any], low: float, high: float) -> NDArray[np.uint8]:

@@ -13,12 +13,13 @@ from vedette.errors import InputError
 from vedette.reading import read_table
 from vedette.space import Array
 from vedette.writing import UNFINISHED
-from vedette_files import Origin, Series, Terms, read_series
+from vedette_files import Origin, Series, Terms
 from vedette_report import canvas
 from vedette_report.page.columns import columns
 from vedette_report.page.frames import frames
 from vedette_report.page.geography import graticule, read_underlay
 from vedette_report.page.packing import Packed
+from vedette_report.page.thinned import read_thinned
 
 SERIES, SMOOTHED = "series.npz", "smoothed.npz"
 
@@ -26,7 +27,10 @@ SERIES, SMOOTHED = "series.npz", "smoothed.npz"
 @final
 @frozen(eq=False)
 class Shown:
-    """A run, or its smoothed tracks: its name, folder, series and figures, the summary in words, and its config."""
+    """A run, or its smoothed tracks: its name, folder, series and figures, the summary in words, and its config.
+
+    `every`: of a long run it has one scan in so many.
+    """
 
     name: str
     folder: Path
@@ -34,6 +38,7 @@ class Shown:
     figures: dict[str, Any]
     words: str
     config: str
+    every: int = 1
 
     @classmethod
     def read(cls, path: Path) -> Shown:
@@ -42,7 +47,7 @@ class Shown:
             there = "is a file" if path.exists() else "there is no such folder"
             raise InputError(f"{path}: {there}; must be the folder that `vedette run` or `vedette study` wrote")
         own = path if path.suffix == ".npz" else path / SERIES
-        series, folder = read_series(own), own.parent
+        (series, every), folder = read_thinned(own), own.parent
         if not series.tables:
             raise InputError(f"{own}: is empty: the run was ended before its first complete block")
         figures = read_table(folder / "summary.json") if (folder / "summary.json").exists() else {}
@@ -52,7 +57,9 @@ class Shown:
         config = without_passwords(_text(folder / "config.json"))
         ended = (folder / "summary.txt").exists() or not name.startswith(UNFINISHED)
         words = _text(folder / "summary.txt") if ended else "The run did not come to its end: there are no figures.\n"
-        return cls(name, folder, series, figures, words, config)
+        if every > 1:
+            words = f"The page shows one scan in {every:,}; the figures are of all.\n\n{words}"
+        return cls(name, folder, series, figures, words, config, every)
 
     def facts(
         self, underlay: Path | None, origin: Origin | None, centre: Array | None = None
@@ -69,7 +76,7 @@ class Shown:
             "words": self.words,
             "config": self.config,
             "colours": {"tracks": canvas.TRACKS, "modes": canvas.MODES},
-            "frames": frames(self.folder / "recording.jsonl", series["scans"]["time"], self.config),
+            "frames": frames(self.folder / "recording.jsonl", series["scans"]["time"], self.config, self.every),
             "underlay": [] if underlay is None else read_underlay(underlay, origin),
             "graticule": [] if origin is None else graticule(origin, *_box(series)),
         }, packed

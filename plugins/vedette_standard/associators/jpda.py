@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, Associator, Mask, fields, kernels
+from vedette.tracking import Expected, Pairs, Part
+from vedette_standard.unresolved.clusters import associate_close
+from vedette_standard.unresolved.meeting import meet_close
 
 MOST_MESSAGES = 200_000
 """Messages of belief propagation in a cluster and scan. Ended before it has settled, weights are off by less than
@@ -33,6 +36,7 @@ class Jpda(Associator):
     kind: ClassVar[str] = "jpda"
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
+    takes_merged: ClassVar[bool] = True
 
     exact: int = fields.integer(
         "most tracks, or else most returns, that exact sums keep apart at once: each takes twice the time",
@@ -63,6 +67,14 @@ class Jpda(Associator):
         for run in {index[:-1] for index in zip(*np.nonzero(wide), strict=True)}:
             _propagate(scores[run], wide[run], weights[run], self.tolerance, self.sweeps)
         return weights
+
+    def meet_close(self, expected: Expected) -> Part | None:
+        """Return the meeting of rows that may give one return with another one; None: none may."""
+        return meet_close(expected)
+
+    def associate_close(self, expected: Expected, pairs: Pairs, part: Part, places: Any) -> Any:
+        """Return the weights of pairs where two rows may give one return, by the sum over all joint events."""
+        return associate_close(expected, pairs, part, places)
 
 
 def _propagate(scores: Array, wide: Mask, weights: Array, tolerance: float, sweeps: int) -> None:

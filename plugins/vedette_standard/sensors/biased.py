@@ -103,6 +103,10 @@ class Biased(WrappedSensor):
         """Return R: (*b, n) -> (*b, m, m) or (m, m)."""
         return self.of.noise(self._apparent(x))
 
+    def unresolved(self, x: Array) -> Array | None:
+        """Return C: (*b, n) -> (*b, m, m), or None."""
+        return self.of.unresolved(self._apparent(x))
+
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b) or ()."""
         return self.of.detects(self._apparent(x))

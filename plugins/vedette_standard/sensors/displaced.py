@@ -65,6 +65,10 @@ class Displaced(WrappedSensor):
         """Return R: (*b, n) -> (*b, m, m) or (m, m)."""
         return self.biased.noise(self._with_errors(x))
 
+    def unresolved(self, x: Array) -> Array | None:
+        """Return C: (*b, n) -> (*b, m, m), or None."""
+        return self.biased.unresolved(self._with_errors(x))
+
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b) or ()."""
         return self.biased.detects(self._with_errors(x))

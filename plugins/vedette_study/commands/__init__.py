@@ -17,7 +17,8 @@ class Study(Command):
     """Run a grid of trackers many times over.
 
     Runs every point of the grid many times on the same drawn scenes, and prints means with their standard errors and paired
-    differences. With --out it keeps finished chunks, and --resume continues from them.
+    differences. With --out it keeps finished chunks, and --resume continues from them. --write stores the figures of each
+    run, and --against compares with them, run by run: the exit code is 1 if one is worse than chance explains.
     """
 
     kind: ClassVar[str] = "study"
@@ -43,6 +44,8 @@ class Study(Command):
             action="store_true",
             help="take workers and finished chunks of other code, and record it",
         )
+        parser.add_argument("--against", metavar="FILE", help="a judgement: exit with 1 if a figure is worse than it says")
+        parser.add_argument("--write", metavar="FILE", help="store the figures of all runs as a new judgement")
         options.add_json(parser, "end standard output with one line of JSON: the tables")
 
     def run(self, arguments: Namespace) -> int:

@@ -10,13 +10,17 @@ from argparse import Namespace
 from pathlib import Path
 from time import perf_counter, process_time
 
-from vedette.commands import DONE, INTERRUPTED, options
+import attrs
+
+from vedette.commands import DONE, FAILED, INTERRUPTED, options
+from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
 from vedette.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import can_write, write_charts
 from vedette_report.warnings import of_recording
+from vedette_study.judgement import demand_points, judgement, read_judgement, verdicts, write_judgement
 from vedette_study.outcome import Outcome
 from vedette_study.plan import plan, read_study
 from vedette_study.store import told
@@ -32,7 +36,12 @@ FILES = ("manifest.json", "summary.txt", "summary.json", "summary.csv", "study.z
 
 def run(arguments: Namespace) -> int:
     """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
-    table = read_study(arguments.study)
+    kept = None if arguments.against is None else read_judgement(Path(arguments.against))
+    table = read_study(arguments.study, alone=bool(kept or arguments.write))
+    if kept is not None:
+        table |= {"runs": kept["runs"], "seed": kept["seed"]}
+        if arguments.runs is not None or arguments.seed is not None:
+            raise ConfigError([Problem("--against", "the judgement says how many runs and from which seed: leave out both")])
     for name in ("runs", "seed", "chunk"):
         given = getattr(arguments, name)
         if given is not None:
@@ -42,6 +51,8 @@ def run(arguments: Namespace) -> int:
         check_folder(folder)
     look = drawing(arguments.format, arguments.columns, arguments.style).look
     planned = plan(table, arguments.overrides)
+    if kept is not None:
+        demand_points(planned, kept)
     threads = options.whole("--threads", arguments.threads, len(os.sched_getaffinity(0)))
     began, cpu = perf_counter(), process_time()
     reads = Inputs.of(arguments.study, arguments.style, [at.config for at in planned.points])
@@ -66,9 +77,16 @@ def run(arguments: Namespace) -> int:
         if folder is not None:
             with told(folder):
                 print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
+        judged = [] if kept is None or outcome.interrupted else verdicts(outcome, kept)
+        for verdict in judged:
+            print(verdict)
+        if arguments.write and not outcome.interrupted:
+            write_judgement(Path(arguments.write), judgement(outcome, kept))
         if arguments.json:
-            print(json.dumps(outcome.data() | {"seconds": seconds}))
-        return INTERRUPTED if outcome.interrupted else DONE
+            against = [attrs.asdict(verdict) for verdict in judged]
+            print(json.dumps(outcome.data() | {"seconds": seconds} | ({"against": against} if judged else {})))
+        failed = FAILED if any(verdict.fails for verdict in judged) else DONE
+        return INTERRUPTED if outcome.interrupted else failed
 
 
 def _write(folder: Path, outcome: Outcome, look: Look) -> list[str]:

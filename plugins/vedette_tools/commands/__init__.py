@@ -28,11 +28,24 @@ class New(Command):
             "the targets are found where they stand out, or the one in --box is followed."
         )
         config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
-        about = "a CSV or Parquet file with a header and one row for each return, a video, or a folder of images"
+        about = "a CSV, Parquet, JSON or GPX file with a row or record for each return, a video, or a folder of images"
         config.add_argument("data", metavar="DATA", help=about)
         about = "the target's box in the first frame of a video, in px; default: targets are found"
         config.add_argument("--box", metavar="X,Y,W,H", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
+        config.add_argument("--time", metavar="COLUMN", help="the column of the time; default: by its title")
+        about = "how many counts of the time's column, as frames, a second has"
+        config.add_argument("--rate", metavar="HZ", help=about)
+        about = "columns by what they hold, as x=cx,y=cy,z=cz or latitude=phi,longitude=lambda"
+        config.add_argument("--columns", metavar="AXIS=COLUMN,...", help=about)
+        config.add_argument(
+            "--units", metavar="AXIS=UNIT,...", help="units of columns, as x=km,y=km, bearing=deg or x=px,y=px"
+        )
+        config.add_argument("--dates", metavar="PATTERN", help="how dates are written, as '%%d/%%m/%%Y %%H:%%M:%%S'")
+        config.add_argument(
+            "--scan", metavar="COLUMN", help="the column that numbers scans; `time`: rows of one time are one"
+        )
+        config.add_argument("--platform", metavar="FILE", help="the file of own ship's positions, in the data's folder")
         about = (
             "what names of objects in the file are: known to the tracker, to judge its tracks by, or nothing; default: aid"
         )

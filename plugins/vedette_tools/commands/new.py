@@ -13,6 +13,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.writing import whole_file
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
+from vedette_tools.drafting.wishes import Wishes
 
 CONFIGS = (".toml", ".yaml", ".yml")
 """How the names of configs end, and those of no table."""
@@ -37,7 +38,8 @@ def _config(arguments: Namespace) -> int:
     if text is None:
         if wishes:
             raise InputError(f"{data}: is no video or folder of images, in which --box could mark a target")
-        draft = drafted(data, arguments.identity)
+        stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)
+        draft = drafted(data, arguments.identity, Wishes.of(*stated, arguments.scan, arguments.platform))
         text, failure = draft.text, draft.failure
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as file:

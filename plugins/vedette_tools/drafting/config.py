@@ -20,10 +20,11 @@ from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, 
 from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
 from vedette_tools.drafting.proof import LESS, proved
 from vedette_tools.drafting.reports import in_turn, of_owners
-from vedette_tools.drafting.table import AID, FLAT, Table, read_table
+from vedette_tools.drafting.table import AID, FLAT, NO_WISHES, Table, read_table
 from vedette_tools.drafting.text import Design, Facts, written
 from vedette_tools.drafting.titles import meaning
 from vedette_tools.drafting.trial import tried
+from vedette_tools.drafting.wishes import Wishes
 
 MOST_SCANS = 1500
 """So many scans of a sensor tell its noise."""
@@ -125,13 +126,13 @@ def draft_config(path: TablePath) -> str:
     return drafted(path).text
 
 
-def drafted(path: TablePath, use: str = AID) -> Draft:
+def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Draft:
     """Return a config that tracks the targets of a CSV or Parquet file, or of a data frame.
 
-    use: what names of objects are to it, "aid", "truth" or "ignore". InputError if the file has no header, or no column that
-    looks like a time or a position.
+    use: what names of objects are to it, "aid", "truth" or "ignore"; wishes: what need not be guessed. InputError if the
+    file has no header, or no column that looks like a time or a position.
     """
-    table = read_table(path, use)
+    table = read_table(path, use, wishes)
     recording = _opened(table)
     if any("is out of order" in problem.text for problem in recording.refused):
         table = evolve(table, sort=True)

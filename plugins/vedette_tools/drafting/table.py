@@ -21,6 +21,7 @@ from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.titles import NAMES, OF_REPORTS, UNITS, Meaning, chosen, meaning
+from vedette_tools.drafting.wishes import Wishes
 
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
@@ -38,6 +39,8 @@ OFTEN, ONCE = 2.0, 0.9
 """A name of an object stands in so many rows, and in such a part of them alone at its time."""
 
 DELIMITERS = (",", ";", "\t", "|")
+NO_MEANING, NO_WISHES = Meaning("", "", "", False, False), Wishes()
+
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
 _DAY = re.compile(r"\d{4}-\d\d-\d\d")
 
@@ -69,6 +72,8 @@ class Table:
     identity: str = ""
     use: str = AID
     reported: bool = False
+    dates: str = ""
+    beside: tuple[str, Meaning] = ("", NO_MEANING)
 
     @property
     def polar(self) -> bool:
@@ -112,12 +117,17 @@ class Table:
         found |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
         found |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
         found |= {"sort": True} if self.sort else {}
+        found |= {"dates": self.dates} if self.dates else {}
         if self.platform:
             own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}
-            units = own | timed
-            found["platform"] = {"time": self.time.title, "columns": dict(self.platform)} | (
-                {"units": units} if units else {}
-            )
+            file, time = self.beside
+            units = own | (timed if not file else {"time": time.unit} if time.unit not in ("", "s") else {})
+            found["platform"] = {"time": time.title if file else self.time.title, "columns": dict(self.platform)}
+            found["platform"] |= {"units": units} if units else {}
+            if file:
+                found["path"] = str(Path(self.path).parent)
+                found["platform"]["file"] = file
+                detections["file"] = Path(self.path).name
         if self.identity and self.use == TRUTH and self.path and not self.polar:
             true = {"file": Path(self.path).name, "time": self.time.title, "columns": dict(self.measured)}
             true |= {"units": detections["units"]} if "units" in detections else {}
@@ -125,23 +135,28 @@ class Table:
         return found
 
 
-def read_table(path: TablePath, use: str = AID) -> Table:
+def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles.
 
-    use: what names of objects are, "aid", "truth" or "ignore".
+    use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
     """
     titles, rows, dialect = _first_rows(path)
     below = rows.pop(0) if rows and _states_units(rows[0]) else []
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-    measured, own = chosen(titles, below)
+    found, own = chosen(titles, below)
+    measured = wishes.measured(path, titles, found)
     if "time" not in measured:
         index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
-        raise InputError(f"{path}: no column looks like a time among {listed(titles)}; name it `time` or `t`{index}")
+        counted = (
+            f", or say how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
+        )
+        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN"
+        raise InputError(f"{path}: {told}{counted}{index}")
     measured["time"] = time = _with_time_of_day(measured["time"], columns)
     axes = next((pair for pair in (POLAR, GEODETIC, FLAT, ("east", "north")) if set(pair) <= set(measured)), None)
     if axes is None:
         wanted = "range and bearing, latitude and longitude, or x and y"
-        raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}")
+        raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN")
     names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
     names |= third_column(axes[0], measured, columns)
     units: dict[str, str] = {}
@@ -149,13 +164,16 @@ def read_table(path: TablePath, use: str = AID) -> Table:
     for axis, name in names.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
     compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
-    platform = _platform(own) if axes == POLAR else {}
+    aside = _aside(path, wishes.platform)
+    platform = _platform(aside[1]) if aside else _platform(own) if axes == POLAR else {}
+    if aside and not platform:
+        raise InputError(f"{wishes.platform}: no columns look like a position of the platform")
     if "range_rate" in names and platform:
         platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
-        _unit(f"own {axis}", axis, given, columns, units, assumed)
+        _unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, assumed)
     times = _numbers(columns[time.title])
-    if advice := joined(times):
+    if not wishes.rate and (advice := joined(times)):
         raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
     unit = _time_unit(time, times, assumed)
     who = measured["sensor"].title if "sensor" in measured else ""
@@ -188,9 +206,26 @@ def read_table(path: TablePath, use: str = AID) -> Table:
         platform={axis: each.title for axis, each in platform.items()},
         units=units,
         frame=NORTH_EAST if compass else FRAMES[0],
-        assumed=tuple(assumed),
+        assumed=(*wishes.assumed, *assumed),
+        dates=wishes.dates,
+        beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if title not in read),
     )
+
+
+def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, Meaning], dict[str, list[str]]] | None:
+    """Return the time, the columns by axis and the cells of a file of the own platform, None without one."""
+    if platform is None:
+        return None
+    if isinstance(path, FrameTable) or platform.resolve().parent != path.resolve().parent:
+        raise InputError(f"{platform}: must lie in the folder of the returns, for a config names one folder: copy it there")
+    titles, rows, dialect = _first_rows(platform)
+    if dialect != (COMMAS if is_columnar(path) else _first_rows(path)[2]):
+        raise InputError(f"{platform}: must have the delimiter and the decimal sign of {path.name}")
+    measured, own = chosen(titles)
+    if "time" not in measured:
+        raise InputError(f"{platform}: no column looks like a time among {listed(titles)}")
+    return measured["time"], measured | own, {title: [row[i] for row in rows] for i, title in enumerate(titles)}
 
 
 def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:

@@ -94,7 +94,7 @@ def _lines(
     yield ""
     yield "[source]"
     source = table.source()
-    for name in ("kind", "path", "delimiter", "decimal"):
+    for name in ("kind", "path", "delimiter", "decimal", "dates"):
         if name in source:
             yield f"{name} = {toml_text.value(source[name])}"
     yield f"frame = {toml_text.value(table.frame)}  # where x and y point, and from which of them bearings run"

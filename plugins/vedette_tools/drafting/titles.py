@@ -51,6 +51,9 @@ OF_REPORTS = frozenset(
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
 """Words that say a column is of the sensors' own platform."""
 
+CENTRES = ("pos", "position", "center", "centre")
+"""Words before an axis of a position, as of the middle of a box."""
+
 AXES: dict[str, tuple[str, ...]] = {
     "time": ("time", "timestamp", "t", "utc", "datetime", "date", "ts", "epoch", "stamp", "when", "clock"),
     "scan": ("scan", "sweep", "rotation", "turn", "frame"),
@@ -71,9 +74,8 @@ AXES: dict[str, tuple[str, ...]] = {
     "speed": ("speed", "sog", "velocity"),
     "east": ("east", "easting", "e"),
     "north": ("north", "northing", "n"),
-    "x": ("x",),
-    "y": ("y",),
-    "z": ("z", "up", "height"),
+    **{axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c") for axis in "xy"},
+    "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc"),
 }
 """The words for each axis, the surest first."""
 

@@ -7,7 +7,9 @@ from collections.abc import Iterator
 import numpy as np
 
 from vedette.space import Array
+from vedette.types import LazyScans
 from vedette.units import say
+from vedette_report.rehearsal import rehearsed
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
 from vedette_tools.explaining.parameters import in_seconds
@@ -137,6 +139,15 @@ def confirmation(it: Situation) -> Iterator[Finding]:
             yield Finding("lifecycle", text, "below 5 %")
 
 
+def rehearsal(it: Situation) -> Iterator[Finding]:
+    """Find births whose tracks are never confirmed, and confirmed tracks that their targets often lose."""
+    recording = it.opened.recording
+    if recording is None or isinstance(recording.scans, LazyScans) or any(seen.lives is not None for seen in it.sensors):
+        return
+    for place, text, better in rehearsed(it.experiment.tracker, recording.scans):
+        yield Finding(place, text, better)
+
+
 def _false_starts(seen: Seen) -> float | None:
     """Return the number of false returns a scan: in the view, if that ends, or where returns come from."""
     if seen.boxed is not None and seen.stated is not None:
@@ -168,5 +179,5 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    slow_prior, fast_prior, wide_prior, frozen_prior, short_life, confirmation, judge_against_errors,
+    slow_prior, fast_prior, wide_prior, frozen_prior, short_life, confirmation, rehearsal, judge_against_errors,
 )  # fmt: skip

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from support.mutants import apart
 from support.mutants.associators import ASSOCIATORS
 from support.mutants.births import BIRTHS
+from support.mutants.declared import DECLARED
 from support.mutants.estimators import ESTIMATORS
 from support.mutants.formats import FORMATS
 from support.mutants.hypotheses import HYPOTHESES
@@ -27,7 +28,7 @@ MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *apart.ASSOCIATORS, *HYPOTHESES, *DETECTORS, *FORMATS)),
     *((*row, {}) for row in (*LIFECYCLES, *apart.LIFECYCLES)),
     *((*row, SPREAD) for row in (*BIRTHS, *apart.BIRTHS)),
-    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED,
 ]  # fmt: skip
 
 

@@ -104,10 +104,11 @@ def equals_brute_force(associator: Associator, drawn: Scores) -> None:
 
 
 def settles_ties(associator: Associator, drawn: Scores) -> None:
-    """Where scores are equal, the rows still sum to one, and no exclusive return is claimed twice."""
+    """Where scores are equal, the rows sum to one, calls give the same again, and no exclusive return is claimed twice."""
     for scores in (np.zeros_like(drawn.scores), np.round(drawn.scores.clip(-3.0, 3.0))):
         weights = _weights(associator, scores, drawn.evidence)
         same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
+        same("weights of equal scores, called again", _weights(associator, scores, drawn.evidence), weights, 0.0)
         claimed = weights[..., 1:].sum(axis=-2).max(initial=0.0)
         demand(not associator.exclusive or claimed <= 1 + 1e-9, f"weights: a return is claimed {claimed:.6g} times")
 
@@ -153,6 +154,19 @@ def crowds_are_shared(associator: Associator, drawn: Scores) -> None:
     demand(not associator.exclusive or claimed <= 1 + 1e-4, f"weights: of 8 tracks, a return is claimed {claimed:.6g} times")
 
 
+def every_return_counts(associator: Associator, drawn: Scores) -> None:
+    """Of one track and twelve returns, the order is free, whichever is best; of 8 tracks and 30 it takes no long time."""
+    rng = np.random.default_rng(drawn.scores.shape[-1] + 7 * drawn.scores.shape[-2])
+    scores, evidence = rng.standard_normal((1, 1, 13)), rng.standard_normal((1, 1, 12))
+    weights = _weights(associator, scores, evidence)
+    for shift in (1, 6, 11):
+        columns = np.concatenate([[0], 1 + np.roll(np.arange(12), shift)])
+        moved = _weights(associator, scores[..., columns], evidence[..., columns[1:] - 1])
+        same("weights of twelve returns in another order", moved, weights[..., columns], 1e-7, 1.0)
+    crowd = _weights(associator, rng.standard_normal((1, 8, 31)), np.zeros((1, 1, 30)))
+    same("sum of a row, of 8 tracks and 30 returns", crowd.sum(axis=-1), np.ones((1, 8)), 1e-6)
+
+
 def one_track_is_a_softmax(associator: Associator, drawn: Scores) -> None:
     """If it solves marginals, or approximates them: one track alone has them exactly."""
     if associator.solves != "marginals":
@@ -168,8 +182,8 @@ def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
     """If it weighs scores: where pairs differ by the codes of returns alone, a track takes most of the one with its own."""
     t, k = drawn.scores.shape[-2], drawn.scores.shape[-1] - 1
     slope = np.broadcast_to(np.arange(1.0 + k), (1, 1, 1 + k))
-    rising, falling = (_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))
-    if k and np.array_equal(rising, falling):
+    up, down = (_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))
+    if k and np.array_equal(up, down):
         raise Closed("it weighs returns by their evidence alone")
     names = Names(np.stack([np.arange(t), *2 * [np.full(t, -1)]], axis=-1), np.tile([0.9, 0.0, 0.0], (t, 1)))
     scores = weighed(Identity(wrong=0.1, codes=50), names, drawn.returns, np.zeros((1, t, 1 + k)))
@@ -214,6 +228,7 @@ LAWS = (
     Law(needs_no_evidence),
     Law(surely_detected_tracks_are_held),
     Law(crowds_are_shared),
+    Law(every_return_counts),
     Law(one_track_is_a_softmax),
     Law(names_tell_pairs_apart),
     *hypotheses.LAWS,

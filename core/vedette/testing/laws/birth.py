@@ -36,11 +36,17 @@ def newborn_tracks_are_whole(birth: Birth, drawn: Returns) -> None:
 
 
 def claimed_returns_start_nothing(birth: Birth, drawn: Returns) -> None:
-    """A return that a track surely claims starts none, and one that is claimed less is no less likely to start one."""
+    """A return that a track surely claims starts none, and the less it is claimed the surer is the track that it starts."""
     sure = begun(birth, drawn, np.ones(len(drawn.claimed)))
     demand(not len(sure.returns), "begin: a return with claimed = 1 must start no track")
     some, fewer = begun(birth, drawn), begun(birth, drawn, 0.5 * drawn.claimed)
     demand(set(some.returns) <= set(fewer.returns), f"begin: half as much claimed must start {some.returns} too")
+    free = dict(zip(fewer.returns.tolist(), fewer.existence.tolist(), strict=True))
+    for i, existence in zip(some.returns.tolist(), some.existence.tolist(), strict=True):
+        demand(
+            existence <= free[i] + 1e-9,
+            f"existence: of a track from return {i} is {free[i]:.4g}, and {existence:.4g} with twice as much claimed",
+        )
 
 
 def padding_starts_nothing(birth: Birth, drawn: Returns) -> None:

@@ -6,6 +6,7 @@ their word.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,11 +14,11 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import Closed, covariance, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
-from vedette.types import Detections, Newborn
+from vedette.types import Detections, Newborn, Recording, Scan, Trajectory
 
 
 def a_sharper_return_starts_a_surer_track(birth: Birth, drawn: Returns) -> None:
@@ -74,13 +75,41 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
 
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
-    """If it has `sensors`: returns of those start tracks, and of no others."""
+    """If it has `sensors`: returns of those start tracks, and of no others; of all if it names none."""
     sensors = getattr(birth, "sensors", None)
-    if not isinstance(sensors, tuple) or not sensors or not all(isinstance(name, str) for name in sensors):
-        raise Closed("it names no `sensors`")
+    if not isinstance(sensors, tuple) or not all(isinstance(name, str) for name in sensors):
+        raise Closed("it has no `sensors`")
+    if not sensors:
+        demand(birth.starts_from("kit_other"), "starts_from: must be true of any sensor, as `sensors` names none")
+        return
     for name in sensors:
         demand(birth.starts_from(name), f"starts_from: must be true of {name!r}, one of its sensors")
     demand(not birth.starts_from("kit_other"), "starts_from: must be false of a sensor that is none of its own")
+
+
+def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
+    """If it gives tracks: they are Gaussians over the state; `start`, `spread` and `offset`, if it has them, say where."""
+    state, rng = drawn.estimator.state, drawn.rng()
+    path = Trajectory("kit", state, np.array([0.0, 1.0]), rng.uniform(-50.0, 50.0, (2, len(state))))
+    nothing = Detections.of([], 2)
+    recording = Recording((Scan(0.0, SENSOR, nothing), Scan(1.0, SENSOR, nothing)), (path,))
+    tables = {name: getattr(birth, name, None) for name in ("start", "spread", "offset")}
+    start, spread, offset = (table if isinstance(table, Mapping) else {} for table in tables.values())
+    try:
+        prior = birth.given(state, recording)
+    except ValueError as refusal:
+        demand(not set(state.names) <= {*start, *spread}, f"given: every axis is stated, and it refuses: {refusal}")
+        raise Closed(f"it gives no tracks there: {refusal}") from None
+    if prior is None:
+        raise Closed("it gives no tracks")
+    t, n = prior.mean.shape[0], len(state)
+    demand(prior.mean.shape == (t, n) and prior.cov.shape == (t, n, n), f"given: is of shape {prior.mean.shape}")
+    covariance("given", prior.cov, definite=False)
+    for i, name in enumerate(state.names if isinstance(tables["start"], Mapping) else ()):
+        mean, deviation = start.get(name, (path.states[0, i] + offset.get(name, 0.0), spread.get(name)))
+        same(f"given: mean of {name}", prior.mean[:, i], np.full(t, float(mean)), 1e-9, 1.0 + abs(mean))
+        if deviation is not None:
+            same(f"given: variance of {name}", prior.cov[:, i, i], np.full(t, float(deviation) ** 2), 1e-9)
 
 
 def _unseen(birth: Birth) -> None:
@@ -212,6 +241,7 @@ LAWS = (
     Law(spread_as_stated),
     Law(exists_as_stated),
     Law(starts_from_its_sensors),
+    Law(given_tracks_start_as_stated),
     Law(a_look_thins_the_unseen),
     Law(the_unseen_come_and_go_with_time),
     Law(the_unseen_move),

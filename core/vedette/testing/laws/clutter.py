@@ -142,6 +142,16 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     demand(
         np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3 and 100 times that"
     )
+    if "z" not in sensor.observes or "range" not in sensor.measurement:
+        return
+    for row, factor in enumerate((1.05, 3.0, 100.0)):  # over the sensor: near it in the plane
+        far[row, places] = station + 0.1 * limit
+        far[row, sensor.observes.names.index("z")] = factor * limit
+    beyond = sensor.measure(far)[:, sensor.measurement.names.index("range")] > limit
+    p = full(sensor.detects(far), far, ())[beyond]
+    demand(
+        np.all(p == 0), f"detects: must be 0 above max_range, {limit:g} m, where it measures such a range, got {p.tolist()}"
+    )
 
 
 def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:

@@ -16,6 +16,7 @@ from vedette.testing.comparisons import Closed, Misuse, covariance, demand, fini
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import (
     Scene,
+    forget,
     free_axes,
     holdable,
     not_if_it_draws,
@@ -119,8 +120,8 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         judge_run_means("NEES", np.mean(errors, axis=0) / n, low, high, drawn.alpha / 2)
 
 
-def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If it draws: one return moves the mean and shrinks the variance as it does a Gaussian's, in the mean over draws."""
+def _one_axis(estimator: Estimator[Any], drawn: Scene) -> tuple[Any, Watch, Gaussian, float, int]:
+    """Many equal beliefs, a sensor of an axis as sharp as they are, their moments, 1.5 deviations and which axis it is."""
     if not estimator.traits.draws:
         raise Closed("it does not draw: other laws are sharper")
     rng, state = drawn.rng(), estimator.state
@@ -131,18 +132,40 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
     watch = Watch(observes, cov[i : i + 1, i : i + 1], 1.0)
     shape = (drawn.runs, 1, len(state))
     belief = estimator.start(Gaussian(np.broadcast_to(mean, shape), np.broadcast_to(cov, (*shape, len(state)))), state, rng)
-    before, step = estimator.moments(belief), 1.5 * np.sqrt(cov[i, i])
+    return belief, watch, estimator.moments(belief), 1.5 * float(np.sqrt(cov[i, i])), i
+
+
+def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it draws: one return moves the mean and shrinks the variance as it does a Gaussian's, in the mean over draws."""
+    belief, watch, before, step, i = _one_axis(estimator, drawn)
+    state, rng, cov, mean = estimator.state, drawn.rng(), drawn.prior.cov[0, 0], drawn.prior.mean[0, 0]
     z = watch.measurement.canonical(watch.measure(mean[i : i + 1]) + step)
     detections = Detections(np.broadcast_to(z, (drawn.runs, 1, 1)), np.ones((drawn.runs, 1), dtype=bool))
     innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
-    after = estimator.moments(estimator.update(belief, innovation, sure(innovation.loglik, 1)))
-    moved = state.difference(after.mean, before.mean)[:, 0, i] / (step / 2)
-    judge_run_means("mean, moved", moved, *EQUIVALENCE, drawn.alpha / 2)
-    judge_run_means("variance", after.cov[:, 0, i, i] / (cov[i, i] / 2), *EQUIVALENCE, drawn.alpha / 2)
+    belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+    for when in ("", ", a moment later"):
+        after = estimator.moments(belief)
+        moved = state.difference(after.mean, before.mean)[:, 0, i] / (step / 2)
+        judge_run_means(f"mean, moved{when}", moved, *EQUIVALENCE, drawn.alpha / 4)
+        judge_run_means(f"variance{when}", after.cov[:, 0, i, i] / (cov[i, i] / 2), *EQUIVALENCE, drawn.alpha / 4)
+        for _ in range(0 if when else 2):
+            belief = forget(estimator, belief, drawn, rng)
+
+
+def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it draws: two returns of equal weight, one on either side, leave the variance of their mixture, on average."""
+    belief, watch, before, step, i = _one_axis(estimator, drawn)
+    z = watch.measurement.canonical(watch.measure(before.mean[:, 0, i : i + 1])[:, None] + step * np.array([[1.0], [-1.0]]))
+    innovation = estimator.evaluate(belief, watch, Detections(z, np.ones(z.shape[:2], dtype=bool)), 1.0 - 1e-12)
+    halves = (sure(innovation.loglik, 1) + sure(innovation.loglik, 2)) / 2
+    after = estimator.moments(estimator.update(belief, innovation, halves))
+    wanted = drawn.prior.cov[0, 0, i, i] / 2 + step**2 / 4
+    judge_run_means("variance", after.cov[:, 0, i, i] / wanted, *EQUIVALENCE, drawn.alpha)
 
 
 LAWS = (
     Law(covariances_survive_a_long_run, effort="long"),
     Law(a_return_counts_once, effort="statistical"),
+    Law(soft_weights_mix_what_is_drawn, effort="statistical"),
     Law(nees_and_nis_fit_matched_truth, effort="statistical"),
 )

@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.roles import MotionModel
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand
+from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.motion_cases import Moves
 
@@ -63,8 +63,29 @@ def turn_rates_turn(model: MotionModel, drawn: Moves) -> None:
         demand(False, f"move: a turn_rate of {rate[i]:.6g} rad/s must turn it that fast, turns it by {found[i]:.6g} rad/s")
 
 
+def headings_lead_the_way(model: MotionModel, drawn: Moves) -> None:
+    """Axes `heading` and `speed` beside x and y: it moves by speed * dt, and its way turns as the heading does."""
+    state = model.state
+    names = state.names
+    if not {"x", "y", "heading", "speed"} <= {*names} or state.axes[names.index("heading")].unit != "rad":
+        raise Closed("it has no `heading` and `speed` beside x and y")
+    places, h, v = [names.index("x"), names.index("y")], names.index("heading"), names.index("speed")
+    x = np.where([name in ("x", "y", "heading", "speed") for name in names], drawn.x, 0.0)
+    turned = np.array(x)
+    turned[:, h] += 0.5
+    ways = [state.difference(model.move(each, STEP), each)[:, places] for each in (x, state.canonical(turned))]
+    fast = np.abs(x[:, v]) > 1e-3
+    far = np.hypot(*ways[0].T)[fast]
+    same("way of a step, in m", far, STEP * np.abs(x[fast, v]), 0.05)
+    turn = np.arctan2(np.cross(ways[0], ways[1]), np.sum(ways[0] * ways[1], axis=-1))[fast]
+    demand(
+        np.all(np.abs(np.abs(turn) - 0.5) < 0.02) and len(set(np.sign(turn).tolist())) < 2,
+        f"move: a heading turned by .5 rad must turn the way by that, turns it by {turn.tolist()}",
+    )
+
+
 def _told(values: Array) -> str:
     return f"[{', '.join(f'{value:.3g}' for value in values)}]"
 
 
-LAWS = (Law(paths_bend_with_their_velocities), Law(turn_rates_turn))
+LAWS = (Law(paths_bend_with_their_velocities), Law(turn_rates_turn), Law(headings_lead_the_way))

@@ -19,6 +19,7 @@ from vedette.testing.laws.estimator_cases import (
     after_scan,
     ahead,
     alike,
+    forget,
     holdable,
     innovation_of,
     linear_motion,
@@ -176,14 +177,29 @@ def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
-    """A prediction over no time returns the belief as it is."""
+    """A prediction over no time returns the belief as it is, before a scan and after: the next return is as likely."""
     belief = ahead(estimator, drawn, drawn.rng())
+    for _ in range(2):
+        again = predicted(estimator, belief, 0.0, drawn.rng())
+        alike(estimator, again, estimator.moments(belief), 1e-12)
+        probability, before = estimator.mode_prob(again), estimator.mode_prob(belief)
+        if probability is not None and before is not None:
+            same("mode probabilities", probability, before, 1e-12, 1.0)
+        found, innovation = (innovation_of(estimator, one, drawn) for one in (again, belief))
+        same("log-likelihood", found.loglik, innovation.loglik, 1e-9, 1.0 + np.abs(innovation.loglik))
+        belief = estimator.update(belief, innovation, soft(innovation.loglik, drawn.seed))
+
+
+def a_short_time_forgets_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
+    """After a scan, steps of .1 us and scans that miss leave the belief as it is."""
+    not_if_it_draws(estimator, "`a_return_counts_once` asks it in the mean")
+    if estimator.traits.conservative:
+        raise Closed("it is conservative, and may lose something at each scan")
+    belief = after_scan(estimator, ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
     wanted = estimator.moments(belief)
-    again = predicted(estimator, belief, 0.0, drawn.rng())
-    alike(estimator, again, wanted, 1e-12)
-    probability, before = estimator.mode_prob(again), estimator.mode_prob(belief)
-    if probability is not None and before is not None:
-        same("mode probabilities", probability, before, 1e-12, 1.0)
+    for _ in range(3):
+        belief = forget(estimator, belief, drawn, drawn.rng())
+    alike(estimator, belief, wanted, 1e-3, "after three times .1 us and no returns: ")
 
 
 def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -269,6 +285,7 @@ LAWS = (
     Law(tracks_come_and_go),
     Law(starts_at_its_prior),
     Law(no_time_changes_nothing),
+    Law(a_short_time_forgets_nothing),
     Law(a_missed_scan_equals_prediction),
     Law(returns_of_weight_zero_change_nothing),
     Law(order_of_returns_is_free),

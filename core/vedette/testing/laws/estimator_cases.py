@@ -129,6 +129,14 @@ def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections:
     return estimator.update(belief, innovation, sure(innovation.loglik, column))
 
 
+def forget(estimator: Estimator[Any], belief: Any, scene: Scene, rng: np.random.Generator) -> Any:
+    """The belief .1 us later, after a scan without returns: nothing that a right estimator would forget by."""
+    b, t = estimator.moments(belief).mean.shape[:2]
+    none = Detections(np.zeros((b, 0, scene.watch.R.shape[-1])), np.zeros((b, 0), dtype=bool))
+    later = predicted(estimator, belief, 1e-7, rng)
+    return estimator.update(later, estimator.evaluate(later, scene.watch, none, P_GATE), np.ones((b, t, 1)))
+
+
 def in_either_order(estimator: Estimator[Any], scene: Scene) -> list[Any]:
     """The beliefs after scans of both sensors at one time, of which every track takes the first return, in either order."""
     scans = ((scene.watch, scene.seen), (scene.other, scene.others))

@@ -18,6 +18,7 @@ from vedette.space import Array, Indices, Mask, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
+from vedette.testing.laws.lifecycle_cases import still
 from vedette.tracking import pytrees
 from vedette.types import Gaussian
 
@@ -183,7 +184,9 @@ def keeping_all_changes_nothing(associator: Associator, drawn: Scores) -> None:
     same("rows kept of living leaves", np.asarray(rows, dtype=float), np.arange(count, dtype=float), 0.0)
     same("probability kept", np.asarray(kept.probability(hypotheses)), scan.probability, 1e-9, 1.0)
     alive = np.random.default_rng(int(drawn.tracks[0]) + count).random(count) < 0.6
-    hypotheses, rows = kept.keep(scan.branching.hypotheses, alive)
+    before = still(scan.branching.hypotheses)  # it is part of a state, which somebody may have kept
+    hypotheses, rows = kept.keep(before, alive)
+    same("probability of what was passed in", np.asarray(kept.probability(before)), scan.probability, 1e-12, 1.0)
     same("rows kept", np.asarray(rows, dtype=float), np.flatnonzero(alive).astype(float), 0.0)
     left = np.asarray(kept.probability(hypotheses))
     demand(left.shape == rows.shape, f"probability: of {len(rows)} leaves, got {left.shape}")

@@ -1,4 +1,7 @@
-"""Laws of cameras, on pictures of noise with a bright spot."""
+"""Laws of cameras, on pictures of a bright spot, and on those that a camera draws of its own target.
+
+Every camera that observes x and y has them: its other axes are of usual size by their names and units.
+"""
 
 from __future__ import annotations
 
@@ -6,14 +9,23 @@ import numpy as np
 from attrs import evolve
 
 from vedette.roles import Sensor
+from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
+from vedette.testing.bands import judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks
 from vedette.types import Frame
 
-COLUMN, ROW, SIDE = 13.2, 9.4, 24
+COLUMN, ROW, SHAPE = 21.23, 12.41, (25, 34)
+"""Where the target is, in a picture of more columns than rows: its column is no row."""
+LIT = 40.0
+LOOKS = {"amplitude": LIT, "background": 0.1, "width": 8.0, "height": 8.0}
+SIZES = {"px": 2.0, "rad": 0.3, "1": 0.2}
+"""Usual values of the axes beyond the position: by name, else by unit, else 0."""
+PLAIN = {"x", "y", *LOOKS, "spread"}
+"""A camera of no other axes looks for a round spot, such as the kit draws."""
 STANDS_OUT = 72.0
 """Log ratio of a spot without noise from which on noise makes none negative: its variance is twice that, so 6 sigma."""
 
@@ -23,106 +35,229 @@ def _camera(sensor: Sensor) -> ImagingSensor:
         raise Closed("it is no camera")
     if not all(name in sensor.observes for name in ("x", "y")) or len(sensor.measurement) != 2:
         raise Closed("it does not observe x and y in a picture")
-    if set(sensor.observes.names) != {"x", "y", "amplitude", "spread", "background"}:
-        raise Closed("it does not look for a spot with amplitude, spread and background, which the kit draws")
     return sensor
 
 
+def _where(camera: ImagingSensor) -> list[int]:
+    return [camera.observes.names.index(name) for name in ("x", "y")]
+
+
+def _steps(camera: ImagingSensor, x: Array) -> Array:
+    """Return how x and y change with the apparent position (2, 2)."""
+    slope = np.broadcast_to(camera.jacobian(x), (*x.shape[:-1], 2, x.shape[-1]))[..., 0, :, :][:, _where(camera)]
+    if abs(np.linalg.det(slope)) < 1e-6:
+        raise Closed("where its target appears does not follow from x and y")
+    return np.linalg.inv(slope)
+
+
+def _moved(camera: ImagingSensor, x: Array, by: Array) -> Array:
+    """Return states (*b, n) whose apparent position is moved by px (*b, 2)."""
+    out = np.array(x)
+    out[..., _where(camera)] += by @ _steps(camera, np.reshape(x, (-1, x.shape[-1]))).T
+    return frozen_copy(out)
+
+
+def _at(camera: ImagingSensor, column: float, row: float) -> Array:
+    """Return a state (1, n) that appears there."""
+    x = np.array([[LOOKS.get(axis.name, SIZES.get(axis.unit, 0.0)) for axis in camera.observes.axes]])
+    x[:, _where(camera)] = column, row
+    return _moved(camera, x, np.array([column, row]) - camera.measure(x))
+
+
+def _pair(camera: ImagingSensor, column: float, row: float) -> Array:
+    """Return two states (2, n), the second a little aside."""
+    return _moved(camera, np.repeat(_at(camera, column, row), 2, axis=0), np.array([[0.0, 0.0], [0.6, -0.4]]))
+
+
 def _spot() -> Array:
-    rows, columns = np.mgrid[:SIDE, :SIDE]
-    return np.asarray(40.0 * np.exp(-((columns - COLUMN) ** 2 + (rows - ROW) ** 2) / 8.0))
+    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    return np.asarray(LIT * np.exp(-((columns - COLUMN) ** 2 + (rows - ROW) ** 2) / 8.0))
 
 
-def _picture(drawn: Looks) -> Frame:
-    return Frame(frozen_copy(_spot() + np.random.default_rng(drawn.seed).normal(size=(SIDE, SIDE))))
+def _drawn_frame(camera: ImagingSensor, x: Array, rng: np.random.Generator) -> Array | None:
+    try:
+        return np.asarray(camera.draw_frame(x, SHAPE, rng))
+    except NotImplementedError:
+        return None
 
 
-def _states(camera: ImagingSensor, column: float, row: float) -> Array:
-    """Two tracks (2, n) at a place, one a little aside; other axes are of the size of the spot."""
-    usual = {"amplitude": 40.0, "spread": 2.0, "background": 0.1}
-    x = np.array([[usual.get(name, 1.0) for name in camera.observes.names]] * 2)
-    x[:, camera.observes.names.index("x")] = column + np.array([0.0, 0.6])
-    x[:, camera.observes.names.index("y")] = row + np.array([0.0, -0.4])
-    return frozen_copy(x)
+def _picture(camera: ImagingSensor, drawn: Looks) -> Frame:
+    """Return a picture of its own target, or of the kit's spot in noise; Closed if it says nothing."""
+    rng = np.random.default_rng(drawn.seed)
+    own = _drawn_frame(camera, _at(camera, COLUMN, ROW), rng)
+    pixels = _spot() + rng.normal(size=SHAPE) if own is None else own[0]
+    x = _at(camera, COLUMN, ROW)
+    if not camera.information(x, Frame(frozen_copy(pixels)), x)[0].any():
+        raise Closed("no pixel of the kit's picture informs: all are saturated, or it reads no pictures")
+    return Frame(frozen_copy(pixels))
+
+
+def _plain(camera: ImagingSensor) -> bool:
+    return set(camera.observes.names) <= PLAIN
+
+
+def _clear(camera: ImagingSensor, drawn: Looks) -> Frame:
+    """Return the kit's spot without noise for a camera that looks for one, else its own picture; Closed if none is clear."""
+    frame, x = _picture(camera, drawn), _at(camera, COLUMN, ROW)
+    if _plain(camera):
+        frame = Frame(frozen_copy(_spot()))
+    there = camera.information(x, frame, x)[2][0]
+    known = _plain(camera) and "amplitude" in camera.observes
+    demand(not known or there > 0, f"llr: must be > 0 on a target as bright as expected, got {there:.4g}")
+    if there < (0.0 if _plain(camera) else STANDS_OUT):
+        raise Closed("its target does not stand out from what the camera takes for noise")
+    return frame
 
 
 def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
     """Information is positive semi-definite, the score is the slope of the ratio, and dead pixels say nothing."""
-    camera, frame = _camera(sensor), _picture(drawn)
-    x = _states(camera, COLUMN + 0.5, ROW - 0.3)
-    at = frozen_copy(x + 0.0)
-    J, g, _ = camera.information(x, frame, at)
-    same("information again", camera.information(x, frame, at)[0], J, 0.0)
+    camera = _camera(sensor)
+    frame, x = _picture(camera, drawn), _pair(camera, COLUMN + 0.5, ROW - 0.3)
+    J, g, _ = camera.information(x, frame, x)
+    same("information again", camera.information(x, frame, x)[0], J, 0.0)
     covariance("information", J, definite=False)
-    if not J.any():
-        raise Closed("no pixel of the kit's picture informs: all are saturated, say")
-    where = [camera.observes.names.index(name) for name in ("x", "y")]
-    h, slope = 1e-3, np.zeros((2, 2))
-    for i, axis in enumerate(where):
-        ends = []
-        for sign in (-1.0, 1.0):
-            moved = np.array(at)
-            moved[:, axis] += sign * h
-            ends.append(camera.information(x, frame, moved)[2])
-        slope[:, i] = (ends[1] - ends[0]) / (2 * h)
+    h = 1e-3
+    ends = [camera.information(x, frame, _moved(camera, x, h * step))[2] for step in (*np.eye(2), *-np.eye(2))]
+    slope = np.stack([ends[0] - ends[2], ends[1] - ends[3]], axis=-1) / (2 * h)
     root = np.sqrt(np.maximum(np.trace(J, axis1=-2, axis2=-1), 1e-12))[:, None]
     demand(
-        np.all(np.abs(g - slope) <= 0.25 * np.abs(slope).max() + root),
+        np.all(np.abs(g - slope) <= 1e-2 * (np.abs(slope).max() + root)),
         f"score: must be the slope of llr, {slope.tolist()}, got {g.tolist()}",
     )
-    elsewhere = frozen_copy(_states(camera, COLUMN + 1.5, ROW + 1.0))
     demand(
-        np.any(np.abs(camera.information(x, frame, elsewhere)[1] - g) > 1e-9),
+        np.any(np.abs(camera.information(x, frame, _pair(camera, COLUMN + 1.5, ROW + 1.0))[1] - g) > 1e-9),
         "information: must be linearised at `at`, not at the expected place",
     )
-    dead = Frame(frozen_copy(np.full((SIDE, SIDE), np.nan)))
-    none = camera.information(x, dead, at)
+    dead = Frame(frozen_copy(np.full(SHAPE, np.nan)))
+    none = camera.information(x, dead, x)
     same("information of dead pixels", none[0], np.zeros_like(none[0]), 1e-12, 1.0)
     same("llr of dead pixels", none[2], np.zeros_like(none[2]), 1e-9, 1.0)
 
 
 def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
     """The ratio is largest where the target is, column first; dead pixels and the window's corner change nothing."""
-    camera, frame = _camera(sensor), _picture(drawn)
+    camera = _camera(sensor)
+    frame = _clear(camera, drawn)
 
-    def ratio(of: Frame, column: float, row: float) -> float:
-        x = _states(camera, column, row)
-        return float(camera.information(x, of, x)[2][0])
+    def seen(of: Frame, column: float = COLUMN, row: float = ROW) -> tuple[Array, Array, Array]:
+        x = _at(camera, column, row)
+        return camera.information(x, of, x)
 
-    there = ratio(frame, COLUMN, ROW)
-    if abs(ratio(Frame(frozen_copy(_spot())), COLUMN, ROW)) < STANDS_OUT:
-        raise Closed("the spot that the kit draws does not stand out from what the camera takes for noise")
-    demand(there > 0, f"llr: must be > 0 on a bright target, got {there:.4g}")
-    demand(there > ratio(frame, ROW, COLUMN), "llr: is larger at the target's row and column exchanged: x counts columns")
-    corner = np.array([100.0, 50.0])
-    window = evolve(frame, corner=corner)
-    same("llr in a window", np.array(ratio(window, COLUMN + 100.0, ROW + 50.0)), np.array(there), 1e-6, 1.0 + abs(there))
-    far = np.array(frame.pixels)
-    x = _states(camera, COLUMN, ROW)
-    live = camera.information(x, frame, x)[0]
-    far[int(ROW), ::2] = np.nan
-    dead = camera.information(x, evolve(frame, pixels=frozen_copy(far)), x)
-    demand(np.trace(dead[0][0]) < np.trace(live[0]) + 1e-9, "information: dead pixels must not add any")
-    lost = np.where(np.isnan(far), frame.pixels, 0.0).sum()
-    black = camera.information(x, evolve(frame, pixels=frozen_copy(np.nan_to_num(far))), x)
-    demand(lost <= 0 or dead[2][0] > black[2][0], "llr: a dead pixel must not count as a dark one")
+    there = seen(frame)
+    turned = Frame(frozen_copy(np.pad(frame.pixels, ((0, SHAPE[1] - SHAPE[0]), (0, 0)), mode="edge")))
+    other = seen(turned, ROW, COLUMN)[2][0]
+    demand(there[2][0] > other, "llr: is larger at the target's row and column exchanged: x counts columns")
+    moved = seen(evolve(frame, corner=np.array([100.0, 50.0])), COLUMN + 100.0, ROW + 50.0)
+    for name, got, wanted in zip(("information", "score", "llr"), moved, there, strict=True):
+        same(f"{name} in a window", got, wanted, 1e-6, 1.0 + np.abs(wanted).max())
+    holed = np.array(frame.pixels)
+    holed[int(ROW), ::2] = np.nan
+    dead = seen(evolve(frame, pixels=frozen_copy(holed)))
+    demand(np.trace(dead[0][0]) < np.trace(there[0][0]) + 1e-9, "information: dead pixels must not add any")
+    lost = np.where(np.isnan(holed), frame.pixels, 0.0).sum()
+    black = seen(evolve(frame, pixels=frozen_copy(np.nan_to_num(holed))))
+    known = "amplitude" in camera.observes  # else it does not know how bright the target is
+    demand(not known or lost <= 0 or dead[2][0] > black[2][0], "llr: a dead pixel must not count as a dark one")
+
+
+def a_step_leads_to_the_target(sensor: Sensor, drawn: Looks) -> None:
+    """J^-1 g points from near the target to it, and stays where it is: the pixel in column 3 lies around x = 3."""
+    camera = _camera(sensor)
+    frame, own = _clear(camera, drawn), _plain(camera)
+    for off, allowed in ((np.zeros(2), 0.25), (np.array([0.6, -0.4]), 0.5), (np.array([-0.5, 0.5]), 0.5)):
+        x = _moved(camera, _at(camera, COLUMN, ROW), off)
+        J, g, _ = (part[0] for part in camera.information(x, frame, x))
+        if np.linalg.eigvalsh(J)[0] < 1e-9:
+            raise Closed("its frame says nothing along some direction")
+        doubt = 0.0 if own else 6.0 / np.sqrt(np.linalg.eigvalsh(J)[0])
+        left = float(np.linalg.norm(off + np.linalg.solve(J, g)))
+        demand(
+            left <= allowed + doubt,
+            f"score: from {off.tolist()} px beside the target, J^-1 g ends {left:.3g} px beside it",
+        )
+
+
+def noise_is_what_a_frame_leaves(sensor: Sensor, drawn: Looks) -> None:
+    """The noise is about the inverse of the information in a frame of a target that looks as expected."""
+    camera = _camera(sensor)
+    frame, x = _picture(camera, drawn), _at(camera, COLUMN, ROW)
+    J = camera.information(x, frame, x)[0][0]
+    share = np.linalg.eigvalsh(psd_root(J) @ np.broadcast_to(camera.noise(x), (1, 2, 2))[0] @ psd_root(J).T)
+    demand(
+        share[-1] >= LEAST_SHARE and share[0] <= 1 / LEAST_SHARE,
+        f"noise: must be the inverse of the information in a frame, is {share.tolist()} times that",
+    )
+
+
+LEAST_SHARE = 0.35
+"""Of the inverse information: pixels of finite size, windows and correlated noise make the frame's own larger or smaller."""
+
+
+def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
+    """If it draws frames: at the truth the score has mean 0 and covariance J, so that 1 / J is what an estimate is worth."""
+    camera = _camera(sensor)
+    count = min(drawn.runs, 250)
+    x = np.repeat(_at(camera, COLUMN, ROW)[None], count, axis=0)
+    pixels = _drawn_frame(camera, x[:, 0], np.random.default_rng(drawn.seed))
+    if pixels is None:
+        raise Closed("it draws no frames: define `draw_frame`, and J and g are tested against what it sees")
+    demand(pixels.shape == (count, *SHAPE), f"draw_frame: must have shape {(count, *SHAPE)}, got {pixels.shape}")
+    J, g, _ = camera.information(x, Frame(frozen_copy(pixels)), x)
+    J = np.mean(J[:, 0], axis=0)
+    if np.linalg.eigvalsh(J)[0] <= 1e-12 * np.trace(J) or not J.any():
+        raise Closed("no pixel of what it draws informs")
+    judge_standard_normal("score, in units of J", np.linalg.solve(np.linalg.cholesky(J), g[:, 0].T).T, drawn.alpha)
+
+
+def a_known_level_changes_nothing(sensor: Sensor, drawn: Looks) -> None:
+    """If it observes `background`: counts added to all pixels and to it change neither J, g nor llr."""
+    camera = _camera(sensor)
+    if "background" not in camera.observes:
+        raise Closed("it observes no `background`")
+    frame, x = _picture(camera, drawn), _pair(camera, COLUMN, ROW)
+    brighter = np.array(x)
+    brighter[..., camera.observes.names.index("background")] += 7.0
+    found = camera.information(brighter, Frame(frozen_copy(frame.pixels + 7.0)), frozen_copy(brighter))
+    if not found[0].any():
+        raise Closed("brighter pixels are saturated")
+    for name, got, wanted in zip(("J", "g", "llr"), found, camera.information(x, frame, x), strict=True):
+        same(f"{name} of a brighter frame", got, wanted, 1e-6, 1.0 + np.abs(wanted).max())
 
 
 def learning_leaves_the_place(sensor: Sensor, drawn: Looks) -> None:
-    """A frame teaches how the target looks, not where it is."""
-    camera, frame = _camera(sensor), _picture(drawn)
-    x = _states(camera, COLUMN, ROW)
+    """A frame teaches how the target looks, not where it is, and if it draws frames, no look becomes more wrong."""
+    camera = _camera(sensor)
+    frame, x, where = _picture(camera, drawn), _pair(camera, COLUMN, ROW), _where(camera)
     learnt = camera.learn(x, frame)
-    where = [camera.observes.names.index(name) for name in ("x", "y")]
     same("place after learning", learnt[:, where], x[:, where], 0.0)
+    if np.array_equal(learnt, x):
+        return
+    truth = np.repeat(_at(camera, COLUMN, ROW)[None], 24, axis=0)
+    pixels = _drawn_frame(camera, truth[:, 0], np.random.default_rng(drawn.seed))
+    if pixels is None:
+        return
+    for i in sorted({*range(truth.shape[-1])} - {*where}):
+        off = 0.1 * max(abs(truth[0, 0, i]), 0.5)
+        start = np.array(truth)
+        start[..., i] += off
+        learnt = camera.learn(frozen_copy(start), Frame(frozen_copy(pixels)))[:, 0]
+        apart = camera.observes.difference(learnt, truth[:, 0])[:, i]
+        most = off + 5.0 * float(np.std(apart)) / np.sqrt(len(apart)) + 1e-9
+        axis = camera.observes.names[i]
+        demand(
+            abs(np.mean(apart)) <= most,
+            f"learn: from {off:.3g} off, {axis} becomes {np.mean(apart):.3g} off on average over {len(apart)} frames",
+        )
 
 
 def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
-    """The noise of a frame does not grow with the amplitude of its target."""
+    """If it observes `amplitude`: the noise of a frame does not grow with it."""
     camera = _camera(sensor)
-    x, i = _states(camera, COLUMN, ROW), camera.observes.names.index("amplitude")
+    if "amplitude" not in camera.observes:
+        raise Closed("it observes no `amplitude`")
+    x, i = _pair(camera, COLUMN, ROW), camera.observes.names.index("amplitude")
     traces = []
-    for amplitude in (10.0, 40.0):
+    for amplitude in (10.0, LIT):
         lit = np.array(x)
         lit[:, i] = amplitude
         traces.append(float(np.trace(np.broadcast_to(camera.noise(frozen_copy(lit)), (2, 2, 2))[0])))
@@ -135,6 +270,10 @@ def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
 LAWS = (
     Law(pictures_inform),
     Law(pictures_show_where),
+    Law(a_step_leads_to_the_target),
+    Law(noise_is_what_a_frame_leaves),
+    Law(frames_inform_as_stated, effort="statistical"),
+    Law(a_known_level_changes_nothing),
     Law(learning_leaves_the_place),
     Law(a_brighter_target_is_seen_no_worse),
 )

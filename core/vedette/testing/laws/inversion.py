@@ -112,4 +112,22 @@ def the_usual_noise_is_the_sensors(sensor: Sensor, drawn: Looks) -> None:
     same("invert: mean without a noise", apart, np.zeros(apart.shape), near, 1.0)
 
 
-LAWS = (Law(a_sharp_return_inverts_exactly), Law(the_usual_noise_is_the_sensors))
+def inverts_in_batches(sensor: Sensor, drawn: Looks) -> None:
+    """Returns over two batch axes stand for what each stands for alone, with its own noise or without."""
+    x = regular(sensor, drawn.x)
+    z = sensor.measure(x)
+    R = noise_of(sensor, x) * np.array([1.0, 2.0, 0.5])[:, None, None]
+    block, order = np.stack([z, z[::-1]]), np.array([2, 1, 0])
+    for own in (None, R):
+        alone = inverted(sensor, z, own)
+        both = inverted(sensor, block, None if own is None else np.stack([own, own[order]]))
+        spread = np.sqrt(np.diagonal(alone.cov, axis1=-2, axis2=-1))
+        pairs = ((both.mean / spread.max(), alone.mean / spread.max()), (both.cov, alone.cov))
+        for name, (got, wanted) in zip(("mean", "cov"), pairs, strict=True):
+            if got.shape == (2, *wanted.shape):
+                same(f"invert: {name} over two batch axes", got, np.stack([wanted, wanted[order]]), 1e-9)
+            else:
+                demand(False, f"invert: {name} of returns {block.shape} must be {(2, *wanted.shape)}, is {got.shape}")
+
+
+LAWS = (Law(inverts_in_batches), Law(a_sharp_return_inverts_exactly), Law(the_usual_noise_is_the_sensors))

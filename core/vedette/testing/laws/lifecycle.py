@@ -116,18 +116,19 @@ def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """A track that no sensor covers any more, or covers but in name, ends, unless tracks are permanent."""
+    """A track that no sensor covers any more, or covers but in name, or never detects, ends, unless tracks are permanent."""
     if lifecycle.permanent:
         raise Closed("its tracks are permanent")
     ones, none = np.ones(2), np.zeros(2)
     found = lifecycle.start(ones)
     for _ in range(3):
         found, _, _ = lifecycle.review(found, Review(drawn.dt, ones, ones, ones, none + 1.0))
-    for chance in (0.0, 1e-6):
+    for chance in (0.0, 1e-6, 0.9):
         memory, alive = found, ones > 0
-        existence: Array = ones
+        existence: Array = 0.999 * ones
         for _ in range(40):
             existence = lifecycle.predict(existence, 6 * 3600.0)
+            existence = existence * (1.0 - chance) / (1.0 - existence * chance)  # Bayes: it was not detected
             memory, _, alive = lifecycle.review(memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
             if not alive.any():
                 break

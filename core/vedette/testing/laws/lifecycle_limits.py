@@ -188,6 +188,22 @@ def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:
         demand(not confirmed.any(), f"review: fewer than {wanted} detections confirm a track")
 
 
+def ends_below_its_least_existence(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it states `least_existence`: a track that stays below ends, and one that is detected lives above."""
+    least = lifecycle.least_existence
+    if lifecycle.certain or not 0 < least < 1:
+        raise Closed("it states no `least_existence`")
+    for share, lives in ((1.1, True), (0.9, False)):
+        existence = float(least * share)
+        if existence >= 1:
+            continue
+        _, _, alive = after(lifecycle, [scan(0.01, 1.0, 0.9, existence)] * 8, lifecycle.start(existence * ONES))
+        demand(
+            bool(alive.all()) if lives else not alive.any(),
+            f"review: a track with existence {existence:g} {'ended' if lives else 'lives'}, least_existence is {least:g}",
+        )
+
+
 def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `lifetime`: existence fades as exp(-dt / lifetime)."""
     limit = _limit(lifecycle, "lifetime")
@@ -227,6 +243,7 @@ LAWS = (
     Law(keeps_to_max_spread),
     Law(misses_in_a_row),
     Law(confirms_after_hits),
+    Law(ends_below_its_least_existence),
     Law(survives_its_lifetime),
     Law(falls_by_its_drop),
 )

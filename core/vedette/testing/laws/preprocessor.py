@@ -175,6 +175,26 @@ def placed_scans_are_placed(preprocessor: Preprocessor, drawn: Raw) -> None:
     demand(np.all(distance < 9.0), f"returns: of a placed scan are off by {np.sqrt(distance).tolist()} of their deviations")
 
 
+def evidence_is_passed_on(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it makes positions of one sensor's returns: what says that one is of a target goes with it."""
+    x, made = _exact(preprocessor, drawn)
+    if len(made.z) != 3:
+        raise Closed("it does not make one return of each")
+    ((name, sensor),) = preprocessor.sensors.items()
+    own = np.array([1.0, -2.0, 4.0])
+    full = np.zeros((3, len(sensor.observes)))
+    full[:, [sensor.observes.names.index(axis) for axis in preprocessor.measurement.names]] = x
+    z = sensor.measure(full)
+    with_it = _made(preprocessor, {name: Scan(5.0, name, Detections(frozen_copy(z), np.ones(3, dtype=bool), own))})
+    demand(with_it.evidence is not None, "evidence: the returns have some, and what is made of them has none")
+    assert with_it.evidence is not None
+    order = [int(np.argmin(np.linalg.norm(with_it.z - one, axis=-1))) for one in made.z]
+    demand(
+        bool(np.all(np.diff(with_it.evidence[order][np.argsort(own)]) > 0)),
+        f"evidence: of returns with {own.tolist()} nats becomes {with_it.evidence[order].tolist()}",
+    )
+
+
 LAWS = (
     Law(pure),
     Law(makes_finite_returns),
@@ -184,4 +204,5 @@ LAWS = (
     Law(returns_lie_where_they_were_seen),
     Law(sharper_returns_make_sharper_ones),
     Law(placed_scans_are_placed),
+    Law(evidence_is_passed_on),
 )

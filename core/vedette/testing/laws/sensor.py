@@ -29,7 +29,9 @@ Method = Callable[[Array], Array]
 def _methods(sensor: Sensor) -> dict[str, tuple[Method, tuple[int, ...]]]:
     """Each method of a state, and the shape of its result beyond the batch axes."""
     m, n = len(sensor.measurement), len(sensor.observes)
+    coarse = sensor.unresolved(np.zeros((1, n))) is not None
     return {
+        **({"unresolved": (lambda x: np.asarray(sensor.unresolved(x)), (m, m))} if coarse else {}),
         "measure": (sensor.measure, (m,)),
         "jacobian": (sensor.jacobian, (m, n)),
         "noise": (sensor.noise, (m, m)),
@@ -70,6 +72,8 @@ def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
     """The noise, and its mean over a belief, are symmetric and positive definite; that of a sure belief is the noise."""
     stated, n, m = noise_of(sensor, drawn.x), drawn.x.shape[-1], len(sensor.measurement)
     covariance("noise", stated, definite=True)
+    if (cells := sensor.unresolved(drawn.x)) is not None:
+        covariance("unresolved", full(cells, drawn.x, (m, m)), definite=True)
     for doubt in (0.0, 1.0):
         cov = np.broadcast_to(doubt * np.eye(n), (*drawn.x.shape, n))
         mean = full(sensor.mean_noise(drawn.x, cov), drawn.x, (m, m))
@@ -84,8 +88,8 @@ def variances_are_squares(sensor: Sensor, drawn: Looks) -> None:
 
 
 def noise_has_its_units(sensor: Sensor, drawn: Looks) -> None:
-    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
-    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
+    """In half the unit of length, or of time, with all parameters and states in it, variances are what their units say."""
+    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x, time: other.noise(x))
 
 
 def deviations_count(sensor: Sensor, drawn: Looks) -> None:
@@ -220,7 +224,7 @@ def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
 
 
 def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
-    """What is measured under the name of an observed axis grows with that axis."""
+    """What is measured under the name of an observed axis grows with that axis, and not as much with another one of them."""
     both = [name for name in sensor.measurement.names if name in sensor.observes]
     if not both:
         raise Closed("it measures under names of its own")
@@ -228,6 +232,11 @@ def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
     for name in both:
         slope = H[:, sensor.measurement.names.index(name), sensor.observes.names.index(name)]
         demand(np.all(slope > 0), f"jacobian: {name} must grow with {name}, its slope is {slope.tolist()}")
+        for other in {*both} - {name}:
+            across = H[:, sensor.measurement.names.index(name), sensor.observes.names.index(other)]
+            demand(
+                np.all(np.abs(across) < slope), f"jacobian: {name} grows with {other} as with {name}, by {across.tolist()}"
+            )
 
 
 def angles_wrap(sensor: Sensor, drawn: Looks) -> None:

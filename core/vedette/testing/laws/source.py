@@ -16,13 +16,13 @@ from scipy.special import ndtri
 from vedette import fields
 from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import Source
+from vedette.space import Array, Space
+from vedette.supporting import ImagingSensor, Source
 from vedette.testing.comparisons import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual
-from vedette.types import Recording
+from vedette.types import Frame, Recording, Scan, Trajectory
 from vedette.wrapping import WrappedSensor
 
 OTHER = "kit_other"
@@ -49,11 +49,43 @@ class Altered(WrappedSensor):
         return np.array(self.density)
 
 
+@final
+@frozen
+class Sight(ImagingSensor):
+    """A camera that reads nothing off its pictures."""
+
+    kind: ClassVar[str] = "kit_sight"
+    observes: ClassVar[Space] = Space.of(x="px", y="px")
+    measurement: ClassVar[Space] = observes
+
+    def measure(self, x: Array) -> Array:
+        """Return the position."""
+        return x
+
+    def noise(self, x: Array) -> Array:
+        """Return R (2, 2)."""
+        return np.eye(2)
+
+    def detects(self, x: Array) -> Array:
+        """Return 1."""
+        return np.ones(())
+
+    def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
+        """Return none."""
+        return np.zeros((*at.shape, 2)), np.zeros(at.shape), np.zeros(at.shape[:-1])
+
+
+def told(scan: Scan) -> Array:
+    """Return what a scan brings: its pixels, or its returns."""
+    return np.asarray(scan.detections.z if scan.frame is None else scan.frame.pixels)
+
+
 @frozen(eq=False)
 class Opened:
-    """The tracker's sensor, and the seed of everything random."""
+    """The tracker's sensor, one of positions, and the seed of everything random."""
 
     sensor: Sensor
+    plain: Sensor
     seed: int
     scans: int
     alpha: float
@@ -63,21 +95,36 @@ class Opened:
         return evolve(self, seed=self.seed + k, sensor=self.sensor if sensor is None else sensor)
 
     def open(self, source: Source) -> Recording:
-        """All scans, drawn afresh from the seed; Closed if there is nothing to open where the source points."""
+        """All scans, drawn afresh from the seed, for the sensor, or for a camera if the source refuses that one.
+
+        Closed if there is nothing to open where the source points.
+        """
         try:
             return source.open({SENSOR: self.sensor}, np.random.default_rng(self.seed))
         except (ConfigError, InputError) as refusal:
+            with suppress(ConfigError, InputError):
+                return source.open({SENSOR: Sight()}, np.random.default_rng(self.seed))
             raise Closed(f"nothing to open: {refusal}") from None
 
 
 def drawn(source: Source, profile: Profile) -> st.SearchStrategy[Opened]:
     """What every law of a source is given: one sensor named `radar`."""
-    return st.builds(Opened, _sensors(), SEEDS, st.just(profile.runs), st.just(profile.alpha))
+    plain = _plain()
+    return st.builds(Opened, _sensors(), plain, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+
+
+@cache
+def _plain() -> st.SearchStrategy[Sensor]:
+    return components(usual("sensor", "cartesian_position"))
 
 
 @cache
 def _sensors() -> st.SearchStrategy[Sensor]:
-    return components(usual("sensor", "cartesian_position"))
+    plain = _plain()
+    others = [
+        components(usual("sensor", kind)) for kind in ("range_bearing", "range_bearing_rate", "range_bearing_elevation")
+    ]
+    return st.one_of(plain, *others)
 
 
 def the_seed_decides(source: Source, drawn: Opened) -> None:
@@ -86,7 +133,7 @@ def the_seed_decides(source: Source, drawn: Opened) -> None:
     demand(len(first.scans) == len(again.scans), f"scans: {len(first.scans)} at first, then {len(again.scans)}")
     for one, other in zip(first.scans, again.scans, strict=True):
         same("time again", np.array(other.time), np.array(one.time), 0.0)
-        same("returns again", other.detections.z, one.detections.z, 0.0)
+        same("returns again", told(other), told(one), 0.0)
     for path, same_path in zip(first.truth, again.truth, strict=True):
         same(f"truth of {path.name} again", same_path.states, path.states, 0.0)
 
@@ -99,7 +146,7 @@ def draws_as_declared(source: Source, drawn: Opened) -> None:
     demand(len(one.scans) == len(other.scans), f"draws: scans are {len(one.scans)}, then {len(other.scans)}; declare it")
     for first, second in zip(one.scans, other.scans, strict=True):
         same("draws: time with another generator", np.array(second.time), np.array(first.time), 0.0)
-        same("draws: returns with another generator", second.detections.z, first.detections.z, 0.0)
+        same("draws: returns with another generator", told(second), told(first), 0.0)
 
 
 def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
@@ -120,14 +167,20 @@ def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
 
 
 def scans_are_the_sensors(source: Source, drawn: Opened) -> None:
-    """Scans name one of the tracker's sensors, and their returns are finite and over what it measures."""
+    """Scans name one of the tracker's sensors, and their returns are finite, canonical and over what it measures."""
     m = len(drawn.sensor.measurement)
     for scan in drawn.open(source).scans:
         demand(scan.sensor == SENSOR, f"sensor: must be one of the tracker's, {SENSOR!r}, got {scan.sensor!r}")
+        if scan.frame is not None:
+            pixels = told(scan)
+            demand(pixels.ndim in (2, 3) and pixels.size, f"frame: must be (h, w) or (3, h, w), got {pixels.shape}")
+            demand(not np.any(np.isinf(pixels)), "frame: has infinite pixels")
+            continue
         z, valid = scan.detections.z, scan.detections.valid
         demand(z.ndim == 2 and z.shape[-1] == m, f"returns: must have shape (k, {m}), got {z.shape}")
         demand(valid.shape == z.shape[:-1], f"valid: must have shape {z.shape[:-1]}, got {valid.shape}")
         finite("returns", z[valid])
+        same("returns, canonical", z[valid], drawn.sensor.measurement.canonical(z[valid]), 1e-9, 1.0 + np.abs(z[valid]))
 
 
 def scans_last_as_stated(source: Source, drawn: Opened) -> None:
@@ -150,17 +203,74 @@ def truth_is_in_order(source: Source, drawn: Opened) -> None:
         same(f"{path.name}: states", path.states, path.space.canonical(path.states), 1e-12)
 
 
+def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
+    """If it gives pictures and truth in px: where a target is, counted from the corner, pixels differ from the others."""
+    recording = drawn.open(source)
+    paths = [path for path in recording.truth if all(f"{axis}: px" in _units(path) for axis in "xy")]
+    if not paths or not any(scan.frame is not None for scan in recording.scans):
+        raise Closed("it gives no pictures with truth in px")
+    contrast: list[float] = []
+    for scan in recording.scans:
+        if scan.frame is None:
+            continue
+        pixels, corner = told(scan), np.zeros(2) if scan.frame.corner is None else scan.frame.corner
+        rows, columns = np.indices(pixels.shape[-2:])
+        for path in paths:
+            state = path.at(scan.time)
+            if state is None:
+                continue
+            named = dict(zip(path.space.names, state.tolist(), strict=True))
+            x, y = named["x"] + named.get("jx", 0.0) - corner[0], named["y"] + named.get("jy", 0.0) - corner[1]
+            near = np.hypot(columns - x, rows - y) < 1.5
+            rest = pixels[..., ~near]
+            if near.any() and np.isfinite(pixels[..., near]).any():
+                spread = float(np.nanstd(rest)) + 1e-9
+                contrast.append((float(np.nanmean(pixels[..., near])) - float(np.nanmean(rest))) / spread)
+    if not contrast:
+        raise Closed("no target is within a picture")
+    demand(
+        abs(np.mean(contrast)) > 1.0,
+        f"frame: at the truth pixels are {np.mean(contrast):.3g} deviations from the others on average, must differ",
+    )
+
+
+def _units(path: Trajectory) -> list[str]:
+    return [f"{axis.name}: {axis.unit}" for axis in path.space.axes]
+
+
+def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
+    """If its truth has vx beside x: x gains what vx adds up to, give or take a half, along the whole of a path."""
+    judged = False
+    for path in drawn.open(source).truth:
+        names, dt = path.space.names, np.diff(path.times)[:, None]
+        pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
+        if not pairs or len(path.times) < 3:
+            continue
+        judged = True
+        places, speeds = (list(each) for each in zip(*pairs, strict=True))
+        moved, v = path.states[-1, places] - path.states[0, places], path.states[:, speeds]
+        steps = dt * (v[1:] + v[:-1]) / 2
+        off, far = np.linalg.norm(moved - steps.sum(axis=0)), np.sum(np.linalg.norm(steps, axis=-1))
+        rough = np.sum(dt[:, 0] * np.linalg.norm(np.diff(v, axis=0), axis=-1))  # how much the velocity changes between
+        demand(
+            off <= 0.5 * far + rough + 1e-6,
+            f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}",
+        )
+    if not judged:
+        raise Closed("it has no truth with velocities")
+
+
 def every_generator_its_own(source: Source, drawn: Opened) -> None:
     """One that draws gives other scans from another generator."""
     if not source.draws:
         raise Closed("it says that it draws nothing")
     one, other = drawn.open(source), drawn.again(1).open(source)
     pairs = list(zip(one.scans, other.scans, strict=False))
-    if not any(np.any(scan.detections.valid) for scan, _ in pairs):
+    if not any(told(scan).size for scan, _ in pairs):
         raise Closed("it gives no returns")
     demand(
         len(one.scans) != len(other.scans)
-        or any(a.time != b.time or not np.array_equal(a.detections.z, b.detections.z) for a, b in pairs),
+        or any(a.time != b.time or not np.array_equal(told(a), told(b), equal_nan=True) for a, b in pairs),
         "open: gives the same scans from another generator, and says that it draws",
     )
 
@@ -169,9 +279,9 @@ def scans_come_once(source: Source, drawn: Opened) -> None:
     """No scan of a sensor comes twice."""
     scans = drawn.open(source).scans
     for one, other in zip(scans, list(scans)[1:], strict=False):
-        twice = one.sensor == other.sensor and one.time == other.time and len(one.detections.z) > 0
+        twice = one.sensor == other.sensor and one.time == other.time and told(one).size > 0
         demand(
-            not (twice and np.array_equal(one.detections.z, other.detections.z)),
+            not (twice and np.array_equal(told(one), told(other))),
             f"scans: the one at {one.time:g} s comes twice",
         )
 
@@ -183,11 +293,13 @@ def scans_come_unseen(source: Source, drawn: Opened) -> None:
     demand(2 * blind >= seen, f"scans: {seen}, but {blind} of a sensor that detects nothing: one without returns is a scan")
 
 
-def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, NDArray[np.int64], float]]:
-    """Yield for each target in each scan the number of returns, those near it, and how surely it is detected."""
+def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, int, NDArray[np.int64], float]]:
+    """Yield for each target in each scan: which scan, how many returns, those near it, and how surely it is detected."""
     if any(scan.pose is not None for scan in recording.scans):
         raise Closed("its sensor is on a moving platform")
-    for scan in recording.scans:
+    if any(scan.frame is not None for scan in recording.scans):
+        raise Closed("its scans are pictures")
+    for number, scan in enumerate(recording.scans):
         z = scan.detections.z[scan.detections.valid]
         for path in recording.truth:
             state = path.at(scan.time)
@@ -197,7 +309,7 @@ def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, NDArray[n
             root = np.linalg.cholesky(np.broadcast_to(sensor.noise(x), (z.shape[-1],) * 2))
             off = np.linalg.solve(root, sensor.measurement.difference(z, sensor.measure(x)).T)
             near = np.flatnonzero(np.sum(off**2, axis=0) < 20.0) if len(z) else np.zeros(0, dtype=int)
-            yield len(z), near, float(sensor.detects(x))
+            yield number, len(z), near, float(sensor.detects(x))
 
 
 def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
@@ -208,10 +320,41 @@ def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
     own = getattr(source, "sensors", None)
     sensor = own.get(SENSOR, drawn.sensor) if isinstance(own, Mapping) else drawn.sensor
     looks = [look for k in range(6) for look in _near(sensor, drawn.again(k).open(source))]
-    hits, chances = sum(len(near) > 0 for _, near, _ in looks), sum(chance for _, _, chance in looks)
+    hits, chances = sum(len(near) > 0 for _, _, near, _ in looks), sum(chance for *_, chance in looks)
     if chances < 20:
         raise Closed("it has too little truth for that")
     demand(hits > 0.8 * chances - 3 * np.sqrt(chances), f"returns: {hits} lie at the truth, {chances:.0f} should")
+
+
+def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
+    """If it draws and has truth: of a sensor that detects half, half are seen, and returns come in no order of targets."""
+    if not source.draws:
+        raise Closed("it says that it draws nothing")
+    if SENSOR in (getattr(source, "sensors", None) or ()) or hasattr(source, "detection_probability"):
+        raise Closed("its scene has a sensor of its own")
+    sensor = Altered(drawn.plain, 0.5, 0.0)
+    seen, looks, first, both = 0, 0, 0, 0
+    for k in range(drawn.scans):
+        by_scan: dict[int, list[int]] = {}
+        for scan, count, near, _ in _near(sensor, drawn.again(k, sensor).open(source)):
+            seen, looks = seen + (len(near) > 0), looks + 1
+            if count == 2 and len(near) == 1:
+                by_scan.setdefault(scan, []).append(int(near[0]))
+        firsts = [rows[0] for rows in by_scan.values() if sorted(rows) == [0, 1]]
+        first, both = first + firsts.count(0), both + len(firsts)
+        if looks > 300 and (both > 100 or not both):
+            break
+    if looks < 50:
+        raise Closed("it has too little truth for that")
+    reach = -ndtri(drawn.alpha / 4)
+    demand(
+        abs(seen - looks / 2) < reach * np.sqrt(looks) / 2 + 0.02 * looks,
+        f"returns: targets are seen {seen} times in {looks} looks of a sensor that detects half",
+    )
+    demand(
+        both < 30 or abs(first - both / 2) < reach * np.sqrt(both) / 2,
+        f"returns: that of the first target stands first in {first} of {both} scans with both",
+    )
 
 
 def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
@@ -221,14 +364,14 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
     places: list[float] = []
     variance = 0.0
     for k, density in enumerate(np.append(1e-8 * 4.0 ** np.arange(12), 0.0)):
-        sensor = Altered(drawn.sensor, 0.9, float(density))
+        sensor = Altered(drawn.plain, 0.9, float(density))
         counts = [len(scan.detections.z) for scan in drawn.again(k, sensor).open(source).scans]
         if counts and np.mean(counts) > 3:
             break
     else:
         raise Closed("it draws no false returns")
     for k in range(drawn.scans):
-        for count, near, _ in _near(sensor, drawn.again(k, sensor).open(source)):
+        for _, count, near, _ in _near(sensor, drawn.again(k, sensor).open(source)):
             if count > 1 and len(near) == 1:
                 places.append(near[0] - (count - 1) / 2)
                 variance += (count**2 - 1) / 12
@@ -254,5 +397,8 @@ LAWS = (
     Law(scans_come_once),
     Law(scans_come_unseen),
     Law(returns_are_of_the_truth),
+    Law(truth_moves_as_its_velocities),
+    Law(pictures_show_the_truth),
+    Law(targets_are_missed_as_stated, effort="statistical"),
     Law(order_of_returns_tells_nothing, effort="statistical"),
 )

@@ -33,7 +33,8 @@ def wraps_are_canonical(space: Space, x: Array, step: Array) -> None:
         inside = (there[..., i] >= -axis.period / 2) & (there[..., i] < axis.period / 2)
         demand(np.all(inside), f"{axis.name}: must be in [-period/2, period/2), got {there[..., i].tolist()}")
         apart = np.abs(there[..., i] - x[..., i])
-        same(f"{axis.name} after whole turns", np.minimum(apart, axis.period - apart), np.zeros(apart.shape), 1e-9, 1.0)
+        turns = axis.period * (1.0 + np.abs(np.round(step[..., i])))
+        same(f"{axis.name} after whole turns", np.minimum(apart, axis.period - apart), np.zeros(apart.shape), 1e-9, turns)
 
 
 def plain_axes_do_not_wrap(space: Space, x: Array, step: Array) -> None:

@@ -1,0 +1,111 @@
+"""Tables as records: JSON lines, a JSON list of records, the points of a GPX file; read as the cells of a CSV file are."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import chain, islice
+from pathlib import Path
+from typing import Any
+from xml.etree.ElementTree import ParseError, iterparse
+
+from vedette.errors import InputError
+from vedette.reading import parse_json
+from vedette_files.input_files import check_regular, lines, shown, whole_text
+
+LINES, WHOLE, GPX = (".jsonl", ".ndjson"), ".json", ".gpx"
+"""How the names of such files end."""
+
+SUFFIXES = (*LINES, WHOLE, GPX)
+
+LOOKED_AT = 2000
+"""The titles are those of so many records; what only later ones hold is not read."""
+
+DEEPEST = 4
+"""Records within records are opened so far."""
+
+FORMAT = "vedette"
+"""What the header of a recording in Vedette's own format says of itself."""
+
+POINT = ("time", "latitude", "longitude", "altitude", "track_id")
+"""The columns of a GPX file."""
+
+
+def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any]]]:
+    """Return the titles of a file of records, and its records, as flat tables; InputError if it cannot be read.
+
+    A record within a record gives titles as `position.x`, a list of numbers `position.0`; a list of records, as the
+    detections of a frame, gives a row for each.
+    """
+    if path.suffix.lower() == GPX:
+        return list(POINT), _points(path)
+    given = _of_lines(path) if path.suffix.lower() in LINES else _of_list(path)
+    flat = (row for place, record in given for row in _flat(place, record))
+    first = list(islice(flat, LOOKED_AT))
+    titles = dict.fromkeys(title for row in first for title in row)
+    return list(titles), chain(first, flat)
+
+
+def _of_lines(path: Path) -> Iterator[tuple[str, Any]]:
+    for number, line in lines(path):
+        if line.strip():
+            yield f"{path}:{number}", _parsed(f"{path}:{number}", line)
+
+
+def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
+    data = _parsed(str(path), whole_text(path))
+    if isinstance(data, Mapping):  # one list below a name, as in { "detections": [...] }
+        lists = [value for value in data.values() if isinstance(value, list)]
+        data = lists[0] if len(lists) == 1 else data
+    if not isinstance(data, list):
+        raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
+    yield from ((f"{path}: record {number}", record) for number, record in enumerate(data, 1))
+
+
+def _parsed(place: str, text: str) -> Any:
+    try:
+        return parse_json(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f'{place}: must be a record in JSON, as {{ "t": 0.0, "x": 1.0 }}: {error}') from None
+
+
+def _flat(place: str, record: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a record."""
+    if not isinstance(record, Mapping):
+        raise InputError(f'{place}: must be a record, as {{ "t": 0.0, "x": 1.0 }}, got {shown(str(record))}')
+    if depth == 0 and record.get("format") == FORMAT:
+        raise InputError(f"{place}: is a recording in Vedette's own format: a source of kind 'jsonl' reads it")
+    row: dict[str, Any] = {}
+    rows: list[dict[str, Any]] | None = None
+    for name, value in record.items():
+        if isinstance(value, Mapping) and depth < DEEPEST:
+            for inner in _flat(place, value, depth + 1):
+                row |= {f"{name}.{title}": each for title, each in inner.items()}
+        elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value) and depth < DEEPEST:
+            rows = [inner for each in value for inner in _flat(place, each, depth + 1)]
+        elif isinstance(value, list):
+            row |= {f"{name}.{i}": each for i, each in enumerate(value) if not isinstance(each, list | Mapping)}
+        else:
+            row[name] = value
+    yield from [row] if rows is None else ({**row, **inner} for inner in rows)
+
+
+def _points(path: Path) -> Iterator[dict[str, Any]]:
+    """Yield the track points of a GPX file; those of each track segment bear its number."""
+    check_regular(path)
+    track, empty = 0, True
+    try:
+        with path.open("rb") as file:
+            for event, element in iterparse(file, events=("start", "end")):
+                tag = element.tag.rpartition("}")[2]
+                if event == "start":
+                    track += tag in ("trk", "rte")
+                elif tag in ("trkpt", "rtept", "wpt"):
+                    inner = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
+                    values = inner.get("time"), element.get("lat"), element.get("lon"), inner.get("ele"), str(track)
+                    yield dict(zip(POINT, values, strict=True))
+                    empty = False
+                    element.clear()
+    except (ParseError, OSError) as error:
+        raise InputError(f"{path}: cannot be read as GPX: {error}") from None
+    if empty:
+        raise InputError(f"{path}: holds no point with a latitude and a longitude")

@@ -1,0 +1,48 @@
+"""Tracks that came to lie on each other: what averaging over associations does to targets that stay close."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+from scipy.spatial import KDTree
+
+from vedette.types import Track
+
+NEAR, LONG, SAMPLED = 0.5, 10, 400
+"""Two tracks lie on each other within this part of the smaller one's standard deviation, in at least so many scans, of so
+many that are looked at, at most. Chosen by hand.
+"""
+
+
+def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
+    """Return the pairs of confirmed tracks that lay on each other, by ids, and in how many of the scans looked at.
+
+    The standard deviation is the root of the trace of the position's covariance.
+    """
+    rows = [(track, np.flatnonzero(track.confirmed)) for track in tracks]
+    where = [i for i, axis in enumerate(tracks[0].space.axes) if axis.unit == "m"] if tracks else []
+    if len(tracks) < 2 or not where:
+        return []
+    time = np.concatenate([track.times[own] for track, own in rows])
+    ids = np.concatenate([np.full(len(own), track.id) for track, own in rows])
+    at = np.concatenate([track.mean[own][:, where] for track, own in rows])
+    sigma = np.sqrt(
+        np.concatenate([np.trace(track.cov[own][:, where][:, :, where], axis1=-2, axis2=-1) for track, own in rows])
+    )
+    good = np.isfinite(at).all(axis=-1) & np.isfinite(sigma)
+    times = np.unique(time)
+    times = times[np.unique(np.linspace(0, len(times) - 1, SAMPLED).astype(int))] if len(times) > SAMPLED else times
+    order = np.argsort(time, kind="stable")
+    edges = np.searchsorted(time[order], times), np.searchsorted(time[order], times, side="right")
+    met = Counter[tuple[int, int]]()
+    for begin, end in zip(*edges, strict=True):
+        own = order[begin:end][good[order[begin:end]]]
+        if len(own) < 2:
+            continue
+        pairs = KDTree(at[own]).query_pairs(NEAR * float(np.median(sigma[own])), output_type="ndarray")
+        a, b = own[pairs[:, 0]], own[pairs[:, 1]]
+        near = np.linalg.norm(at[a] - at[b], axis=-1) < NEAR * np.minimum(sigma[a], sigma[b])
+        met.update(zip(np.minimum(ids[a], ids[b])[near].tolist(), np.maximum(ids[a], ids[b])[near].tolist(), strict=True))
+    return [(*pair, number) for pair, number in met.items() if number >= LONG]

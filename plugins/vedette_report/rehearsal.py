@@ -1,0 +1,90 @@
+"""What a tracker makes of a target as its own config describes it: whether its track is begun, confirmed, and kept."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from vedette.errors import VedetteError
+from vedette.tracking import State, Tracker
+from vedette.types import Detections, Scan
+
+SCANS, PLACES = 20, 10
+"""Scans in which a target is played, and returns of the recording in whose places it is."""
+OFTEN = 0.5
+"""The probability of a loss, within SCANS, from which on it is told."""
+
+
+def rehearsed(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, str, str]]:
+    """Yield what becomes of a target that gives a return in the same place in each scan, if that is nothing.
+
+    Each is the place in the config, a sentence, and what would be better. The places are those of returns of `scans`, of
+    each sensor that starts tracks, and the time from scan to scan is theirs.
+    """
+    for name in sorted(tracker.starters):
+        own = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
+        gaps = np.diff([scan.time for scan in scans if scan.sensor == name])
+        if not own or not np.any(gaps > 0) or own[0].detections.noise is not None:
+            continue
+        dt = float(np.median(gaps[gaps > 0]))
+        chosen = [own[i] for i in np.unique(np.linspace(0, len(own) - 1, PLACES).astype(int))]
+        try:
+            yield from _of_sensor(tracker, name, [_played(tracker, scan, dt, scan.detections.z[:1]) for scan in chosen], dt)
+        except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
+            return  # another part of the run says what is wrong
+
+
+def _played(tracker: Tracker, scan: Scan, dt: float, z: np.ndarray) -> list[State]:
+    """Return the states over scans that hold a return in the same place each, and nothing else."""
+    states = [tracker.start()]
+    for i in range(SCANS):
+        states.append(tracker.step(states[-1], Scan(i * dt, scan.sensor, Detections.of(z), scan.pose)))
+    return states[1:]
+
+
+def _of_sensor(tracker: Tracker, name: str, plays: list[list[State]], dt: float) -> Iterator[tuple[str, str, str]]:
+    """Yield what is wrong with all plays of one sensor."""
+    if any(state.confirmed.any() for play in plays for state in play):
+        yield from _kept(tracker, name, next(play for play in plays if play[-1].confirmed.any() or play is plays[-1]), dt)
+        return
+    if not any(len(state.ids) for play in plays for state in play):
+        return
+    weights = [
+        float(np.max(play[1].hit[np.isin(play[1].ids, play[0].ids)], initial=0.0)) for play in plays if len(play[0].ids)
+    ]
+    if weights and max(weights) < 0.5:
+        said = (
+            f"{name}: of a new track's second return, exactly where the first was, at most {100 * max(weights):.2g} % is "
+            "taken to be the target's: clutter and the chance of a miss outweigh it"
+        )
+        yield "birth", said, "births with more existence, a smaller spread of velocities, or less clutter"
+        return
+    most = max(float(np.max(state.existence, initial=0.0)) for play in plays for state in play)
+    said = (
+        f"{name}: a target that gives a return in the same place in each of {SCANS} scans is not confirmed; its existence "
+        f"rises to {most:.3g} at most"
+    )
+    yield "lifecycle", said, "a lower threshold, or births with more existence"
+
+
+def _kept(tracker: Tracker, name: str, play: list[State], dt: float) -> Iterator[tuple[str, str, str]]:
+    """Yield that a confirmed track ends by as many misses in a row as its target often has."""
+    state, numbers = play[-1], play[-1].ids[play[-1].confirmed]
+    sensor = tracker.sensors[name]
+    if not len(numbers) or sensor.measurement.axes == ():
+        return
+    mean = tracker.estimate(state).mean[state.confirmed][:, tracker.state.locate(sensor.observes)]
+    detects, nothing = float(np.mean(sensor.detects(mean))), Detections.of([], len(sensor.measurement))
+    for misses in range(1, SCANS + 1):
+        state = tracker.step(state, Scan(state.time + dt, name, nothing))
+        if not np.isin(numbers, state.ids[state.confirmed]).any():
+            often = 1.0 - math.exp(-SCANS * max(detects, 0.0) * (1.0 - detects) ** misses)
+            if often > OFTEN:
+                said = (
+                    f"{name}: a confirmed track is lost after {misses} misses in a row, and a target that is detected with "
+                    f"probability {detects:.3g} has so many within {SCANS} scans with probability {often:.2g}"
+                )
+                yield "lifecycle", said, "a lower threshold of ending, or a longer wait"
+            return

@@ -1,0 +1,63 @@
+"""Joint probabilistic data association that does not let tracks run together."""
+
+from __future__ import annotations
+
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Associator, Indices, Mask, fields
+from vedette.hypotheses import LOST, LeafScores, best_associations, best_marginals_of_table, marginals
+
+
+@final
+@frozen
+class JpdaStar(Associator):
+    """Returns the marginal probabilities of joint associations, but of those that differ by an exchange only, of the best.
+
+    Associations that detect the same tracks by the same returns, in any order, say the same of where targets are. `jpda`
+    averages over them, so that the tracks of targets that stay close come to lie between these (coalescence). Here the
+    likeliest order stands for all:
+    P(a) ~ prod_t exp(score of t's part in a), if a is the best of its tracks and returns, or else 0.
+    It is taken among the `m` best associations of each cluster of tracks that share returns; a track counts as approximated
+    if the others are too probable. 20 cover 300 targets 15 m apart, sigma 5 m, as well as 200 do, in a fifth of the time.
+    Blom, Bloem, Probabilistic Data Association Avoiding Track Coalescence, IEEE Trans. Automatic Control 45, 2000.
+    """
+
+    kind: ClassVar[str] = "jpda_star"
+    by_cluster: ClassVar[bool] = True
+    exclusive: ClassVar[bool] = True
+
+    m: int = fields.integer("number of joint associations of a cluster that are found", default=20, at_least=1)
+
+    @property
+    def approximates(self) -> bool:
+        """Whether it approximates: associations beyond the `m` best are left out."""
+        return True
+
+    def approximated(self, scores: Array) -> Mask:
+        """Return the tracks (*b, t) of clusters whose other associations are too probable."""
+        if np.max(np.prod(1.0 + np.isfinite(scores[..., 1:]).sum(axis=-1), axis=-1), initial=0.0) <= self.m:
+            return np.zeros(scores.shape[:-1], dtype=bool)
+        return best_marginals_of_table(scores, self.m)[1] > LOST
+
+    def associate(self, scores: Array, evidence: Array | None) -> Array:
+        """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
+        return best_marginals_of_table(scores, self.m, _best_of_each_exchange)[0]
+
+
+def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
+    """Return the marginals over the best associations of each set of tracks that are detected and of their returns."""
+    found = best_associations(scores, most)
+    hit = found.choice > 0
+    code = np.where(hit, _mixed(2 * found.parent) + _mixed(2 * found.choice + 1), 0)
+    return marginals(scores, found, found.hypotheses.first_of_each(code))
+
+
+def _mixed(numbers: Indices) -> Indices:
+    """Return whole numbers of 64 bits whose sums over different sets differ but by the rarest chance: SplitMix64."""
+    x = (numbers.astype(np.uint64) + np.uint64(1)) * np.uint64(0x9E3779B97F4A7C15)
+    x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
+    x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
+    return (x ^ (x >> np.uint64(31))).view(np.int64)

@@ -1,0 +1,71 @@
+"""Clusters in which two tracks may give one return, associated by themselves; all others as if there were none."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette import Array, Indices, kernels
+from vedette.tracking import Expected, Pairs, Part, by_cluster
+from vedette_standard.unresolved.close import Close
+from vedette_standard.unresolved.events import Events
+
+MOST_TRACKS, MOST_RETURNS = 6, 10
+"""Clusters with more are associated as if all were resolved, and counted as approximated: their events are too many."""
+
+
+def associate_close(
+    it: Expected, pairs: Pairs, part: Part, places: tuple[Indices, tuple[Indices, Indices]]
+) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
+    """Return what `by_cluster` does, of pairs among which those at `places` are the part's, some with partners."""
+    close: Close = part.close
+    plan, prior, t, k = it.plan, it.existence, len(it.existence), pairs.k
+    assert close.columns is not None
+    index = np.full(part.returns.shape, -1)
+    index[places[1]] = places[0]
+    row_of = np.full(t, -1)
+    row_of[part.rows] = np.arange(len(part.rows))
+    together = np.zeros(len(pairs.tracks), dtype=bool)
+    together[index[:, k:][index[:, k:] >= 0]] = True
+    labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, k)[:t]
+    apart = np.zeros(t, dtype=bool)
+    weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(t), 0
+    hit, existence, p_detect = np.zeros(t), np.array(prior), np.zeros(t)
+    for label in np.unique(labels[close.pairs[:, 0]]).tolist():
+        tracks = np.flatnonzero(labels == label)
+        own = (labels[pairs.tracks] == label) & ~together
+        returns = np.unique(pairs.returns[labels[pairs.tracks] == label])
+        if len(tracks) > MOST_TRACKS or len(returns) > MOST_RETURNS:
+            approximated += len(tracks)
+            continue
+        apart[tracks] = True
+        scores = np.full((len(tracks), 1 + len(returns)), -np.inf)
+        at = np.searchsorted(tracks, pairs.tracks[own]), np.searchsorted(returns, pairs.returns[own])
+        scores[:, 0], scores[at[0], 1 + at[1]] = pairs.miss[tracks], pairs.scores[own]
+        some = np.flatnonzero(np.all(labels[close.pairs] == label, axis=-1))
+        members = np.searchsorted(tracks, close.pairs[some])
+        joint, resolved = close.joint[np.ix_(some, returns)], close.apart[np.ix_(some, returns, returns)]
+        shares, merged = Events.of(scores, members, joint, resolved).marginals(scores.shape, joint.shape)
+        misses[tracks], weights[own] = shares[:, 0], shares[at[0], 1 + at[1]]
+        for number, pair in enumerate(some.tolist()):
+            for side, track in enumerate(close.pairs[pair].tolist()):
+                cells = index[row_of[track], k * close.columns[pair, side] + returns]
+                weights[cells[cells >= 0]] = merged[number][cells >= 0]
+        table = np.concatenate([shares, np.zeros((len(tracks), 1))], axis=-1)
+        table[:, -1] = np.maximum(1.0 - np.sum(shares, axis=-1), 0.0)
+        loglik = np.zeros((len(tracks), table.shape[-1]))
+        loglik[:, 0] = pairs.loglik[tracks]
+        asked = np.concatenate([scores, scores[:, :1]], axis=-1)
+        seen = kernels.existence(asked, table, prior[tracks], loglik, plan.p_gate, True)
+        hit[tracks], existence[tracks], p_detect[tracks] = seen
+    alone = ~together & ~apart[pairs.tracks]
+    rest = Pairs(
+        pairs.tracks[alone], pairs.returns[alone], pairs.scores[alone], pairs.distances[alone], pairs.miss, pairs.loglik, k
+    )
+    weights[alone], lone, seen_alone, more = by_cluster(
+        plan.associator, rest, prior, it.observed.evidence, plan.p_gate, plan.permanent
+    )
+    misses[~apart] = lone[~apart]
+    if not plan.permanent:
+        for to, values in zip((hit, existence, p_detect), seen_alone, strict=True):
+            to[~apart] = values[~apart]
+    return weights, misses, (hit, existence, p_detect), approximated + more

@@ -1,0 +1,127 @@
+"""What a user states of a table, so that it need not be guessed: `vedette new config --time frame --rate 30`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from attrs import evolve, field, frozen
+
+from vedette.errors import ConfigError, InputError, Problem
+from vedette.units import in_unit
+from vedette_files.csv_table import listed
+from vedette_files.csv_times import check_pattern
+from vedette_tools.drafting.titles import MEASURES, Meaning, meaning
+
+POSITIONS = (("range", "bearing"), ("latitude", "longitude"), ("x", "y"), ("east", "north"))
+"""Pairs of axes of which one tells where returns are."""
+
+OTHERS = ("z", "altitude", "range_rate")
+"""What may be measured beside a position."""
+
+PIXELS = "px"
+"""The unit of positions in images, where y goes down."""
+
+
+@frozen
+class Wishes:
+    """What is stated: the column of the time, its counts a second, columns and units by axis, how dates are written, what a
+    scan is, and the file of the own platform.
+    """
+
+    time: str = ""
+    rate: float = 0.0
+    columns: Mapping[str, str] = field(factory=dict)
+    units: Mapping[str, str] = field(factory=dict)
+    dates: str = ""
+    scan: str = ""
+    platform: Path | None = None
+
+    @classmethod
+    def of(
+        cls, time: str | None, rate: str | None, columns: str | None, units: str | None, dates: str | None,
+        scan: str | None, platform: str | None,
+    ) -> Wishes:  # fmt: skip
+        """Read the options of the command line; ConfigError for one that cannot be read."""
+        problems: list[Problem] = []
+        found = cls(
+            time or "", _rate(rate, problems), _pairs("--columns", columns, problems), _pairs("--units", units, problems),
+            dates or "", scan or "", Path(platform) if platform else None,
+        )  # fmt: skip
+        known = {axis for pair in POSITIONS for axis in pair} | {*OTHERS}
+        for option, given, axes in (("--columns", found.columns, known), ("--units", found.units, known | {"time"})):
+            problems += [
+                Problem(option, f"{axis!r} is no axis; those are {', '.join(sorted(axes))}")
+                for axis in given
+                if axis not in axes
+            ]
+        for axis, unit in found.units.items():
+            if axis in MEASURES and unit != PIXELS:
+                try:
+                    in_unit(unit if unit[:1].isdigit() else f"1 {unit}", MEASURES[axis])
+                except ValueError as error:
+                    problems.append(Problem("--units", f"{axis}: {error}"))
+        if found.dates:
+            try:
+                check_pattern(found.dates)
+            except ValueError as error:
+                problems.append(Problem("--dates", str(error).removeprefix("dates: ")))
+        if found.rate and "time" in found.units:
+            problems.append(Problem("--rate", "goes without a unit of the time: it says what a count is"))
+        if problems:
+            raise ConfigError(problems)
+        return found
+
+    def measured(self, path: object, titles: Sequence[str], found: Mapping[str, Meaning]) -> dict[str, Meaning]:
+        """Return the columns by axis, as found by their titles or stated; InputError for a stated one that is not there."""
+        stated = {**self.columns, **({"time": self.time} if self.time else {})}
+        if self.scan not in ("", "time"):
+            stated["scan"] = self.scan
+        for axis, title in stated.items():
+            if title not in titles:
+                raise InputError(
+                    f"{path}: there is no column {title!r}, asked for as {axis}; the columns are {listed(titles)}"
+                )
+        kept = dict(found)
+        if any(axis in pair for pair in POSITIONS for axis in self.columns):
+            kept = {axis: each for axis, each in found.items() if not any(axis in pair for pair in POSITIONS)}
+        if self.scan == "time":
+            kept.pop("scan", None)
+        if self.rate and "time" not in kept and not self.time and "scan" in kept:
+            kept["time"] = kept.pop("scan")
+        for axis, title in stated.items():
+            told = meaning(title)
+            kept[axis] = Meaning(title, axis, told.unit if told.axis == axis else "", False, True)
+            kept = {name: each for name, each in kept.items() if name == axis or each.title != title or name in stated}
+        if self.rate and "time" in kept:
+            kept["time"] = evolve(kept["time"], unit=f"{1 / self.rate!r} s")
+        return {axis: evolve(each, unit=self._unit(axis) or each.unit) for axis, each in kept.items()}
+
+    def _unit(self, axis: str) -> str:
+        return "m" if self.units.get(axis) == PIXELS else self.units.get(axis, "")
+
+    @property
+    def assumed(self) -> tuple[str, ...]:
+        """What a draft says of wishes that it meets in part."""
+        if PIXELS not in self.units.values():
+            return ()
+        return ("positions are in px: read m as px and m/s as px/s; y goes down in the image and up in pictures of tracks",)
+
+
+def _rate(given: str | None, problems: list[Problem]) -> float:
+    try:
+        rate = float(given.removesuffix("Hz")) if given is not None else 0.0
+    except ValueError:
+        rate = -1.0
+    if given is not None and not 0 < rate < float("inf"):
+        problems.append(Problem("--rate", f"must be counts a second, as 30, got {given!r}"))
+    return max(rate, 0.0)
+
+
+def _pairs(option: str, given: str | None, problems: list[Problem]) -> dict[str, str]:
+    """Return pairs as `x=cx,y=cy`."""
+    parts = [part.partition("=") for part in given.split(",")] if given else []
+    if any(not name.strip() or not value.strip() for name, _, value in parts):
+        problems.append(Problem(option, f"must be pairs as x=cx,y=cy, got {given!r}"))
+        return {}
+    return {name.strip(): value.strip() for name, _, value in parts}

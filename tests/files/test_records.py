@@ -1,0 +1,74 @@
+"""Files of records are read as the rows of a table are."""
+
+import json
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette.errors import InputError
+from vedette_files.columnar import header_and_rows
+
+CONFIG = {
+    "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+    "sensors": {"s": {"kind": "cartesian_position", "sigma": 1.0, "detection_probability": 0.9, "clutter_density": 1e-6}},
+    "associator": {"kind": "nearest"},
+    "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}},
+    "lifecycle": {"kind": "existence"},
+}
+
+SCANS = [[(0.0, 1.0)], [(1.0, 2.0), (5.0, 6.0)], [(2.0, 3.0)]]
+
+
+def written(path, form):
+    """Write the scans in one of the forms, and return the titles of x and y."""
+    flat = [(k, x, y) for k, scan in enumerate(SCANS) for x, y in scan]
+    if form == "lines":
+        path.write_text("".join(json.dumps({"t": k, "x": x, "y": y}) + "\n" for k, x, y in flat))
+    elif form == "frames":
+        frames = ({"t": k, "seen": [{"x": x, "y": y} for x, y in scan]} for k, scan in enumerate(SCANS))
+        path.write_text("".join(json.dumps(frame) + "\n\n" for frame in frames))
+    elif form == "list":
+        path.write_text(json.dumps({"about": "plots", "plots": [{"t": k, "x": x, "y": y} for k, x, y in flat]}))
+    else:
+        path.write_text(json.dumps([{"t": k, "at": {"xy": [x, y]}} for k, x, y in flat]))
+    return ("at.xy.0", "at.xy.1") if form == "nested" else ("x", "y")
+
+
+@pytest.mark.parametrize(
+    ("form", "name"), [("lines", "a.jsonl"), ("frames", "a.ndjson"), ("list", "a.json"), ("nested", "a.JSON")]
+)
+def test_records_are_read_as_rows(tmp_path, form, name):
+    x, y = written(tmp_path / name, form)
+    source = {"kind": "csv", "path": str(tmp_path / name), "detections": {"time": "t", "columns": {"x": x, "y": y}}}
+    experiment = vedette.load({**CONFIG, "source": source})
+    scans = experiment.source.open(experiment.tracker.sensors, np.random.default_rng(0)).scans
+    assert [scan.time for scan in scans] == [0.0, 1.0, 2.0]
+    assert [scan.detections.z.tolist() for scan in scans] == [[list(spot) for spot in scan] for scan in SCANS]
+
+
+def test_points_of_gpx_bear_the_number_of_their_track(tmp_path):
+    point = '<trkpt lat="50.8" lon="-1.1"><ele>5</ele><time>2026-11-23T10:00:{:02d}Z</time></trkpt>'
+    tracks = "".join(f"<trk><trkseg>{point.format(k)}{point.format(k + 1)}</trkseg></trk>" for k in (0, 10))
+    (tmp_path / "a.gpx").write_text(f'<gpx xmlns="http://www.topografix.com/GPX/1/1">{tracks}</gpx>')
+    titles, rows = header_and_rows(tmp_path / "a.gpx", ("time", "latitude", "track_id"))
+    assert titles == ["time", "latitude", "longitude", "altitude", "track_id"]
+    assert list(rows)[2] == ["2026-11-23T10:00:10Z", "50.8", "2"]
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "place"),
+    [
+        ("a.jsonl", '{"t": 0, "x": 1}\n{"t": 1,\n', "a.jsonl:2"),
+        ("a.jsonl", "3\n", "a.jsonl:1"),
+        ("a.jsonl", '{"format": "vedette", "version": 1}\n', "a.jsonl:1"),
+        ("a.json", '{"t": 0}', "a.json"),
+        ("a.json", '[{"t": 0}, 7]', "record 2"),
+        ("a.gpx", "<gpx></gpx>", "a.gpx"),
+        ("a.gpx", "<gpx>", "a.gpx"),
+    ],
+)
+def test_what_is_no_record_is_refused_by_its_place(tmp_path, name, text, place):
+    (tmp_path / name).write_text(text)
+    with pytest.raises(InputError, match=place):
+        list(header_and_rows(tmp_path / name, ("t",))[1])
