@@ -75,6 +75,16 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "tools/commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
         "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
     ),
+    "live/test_fuzz.py::test_a_service_takes_or_refuses_whatever_comes": ("live/test_formats.py",),
+    "live/test_store.py::test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats": (
+        "live/test_store.py::test_a_service_that_is_restarted_goes_on_to_the_last_bit",
+    ),
+    "live/test_brokers.py::test_scans_come_and_tracks_go_through_a_broker": (
+        "live/test_brokers.py::test_a_third_partys_kafka_input_reads_a_topic",
+    ),
+    "report/test_resuming.py::test_killed_at_any_moment_it_comes_to_the_same_end": (
+        "report/test_resuming.py::test_what_comes_out_is_what_an_undisturbed_run_leaves",
+    ),
     "report/test_door_out.py::test_killed_at_any_moment_nothing_is_damaged": (
         "report/test_door_out.py::test_a_killed_run_leaves_former_results_and_is_shown",
     ),
