@@ -60,6 +60,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "vts/test_matched_truth.py::test_in_another_scene_the_imm_is_better_than_single_filters_too": (
         "vts/test_reproduction.py::test_the_imm_keeps_its_gate_and_is_calmer_than_any_single_filter_that_does",
     ),
+    "standard/unresolved/test_events.py::test_two_boats_that_merge_half_of_the_time": (
+        "standard/unresolved/test_events.py::test_weights_are_sums_over_all_events",
+        "standard/unresolved/test_events.py::test_a_return_for_both_updates_each_as_the_joint_gaussian_does",
+    ),
     "tracking/test_registration.py::test_two_radars_one_of_them_misplaced": (
         "tracking/test_registration.py::test_rows_and_offsets_are_the_joint_posterior",
         "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",
@@ -121,6 +125,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_with_every_motion",
     ),
     "test_examples.py::test_autoferry_over_ten_draws": ("test_examples.py::test_autoferry", "mutants/test_cures.py"),
+    "test_examples.py::test_autoferry_where_results_may_be_late": (
+        "test_examples.py::test_a_radars_delay_is_found_without_truth",
+        "tracking/test_retroactive.py",
+    ),
     "test_examples.py::test_joyrides_bias_pays_over_ten_draws": (
         "test_examples.py::test_joyride_automatic",
         "mutants/test_cures.py",

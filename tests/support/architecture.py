@@ -46,6 +46,7 @@ PLUGINS = (
     "vedette_files",
     "vedette_files.columnar",
     "vedette_files.csv_table",
+    "vedette_files.csv_times",
     "vedette_files.image_header",
     "vedette_files.input_files",
     "vedette_files.jpeg",

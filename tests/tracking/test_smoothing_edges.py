@@ -279,7 +279,6 @@ def test_what_cannot_be_smoothed_is_told_with_its_place():
             smooth(tracker, states, lag)
     with pytest.raises(ValueError, match="states: times must not go backwards"):
         smooth(tracker, states[::-1])
-    assert smooth(tracker, []) == ()
 
 
 class Asked(float):
@@ -301,3 +300,9 @@ def test_a_state_is_looked_at_twice_however_many_there_are(lag):
     Asked.count = 0
     assert len(list(smoothed(tracker, states, lag))) == 200
     assert Asked.count <= 2 * 200
+
+
+def test_a_run_without_states_is_told_not_smoothed_to_nothing():
+    motion, sensors, _, _ = random_problem(4)
+    with pytest.raises(ValueError, match="states"):
+        smooth(tracker_of(Kalman(motion), sensors), ())

@@ -61,13 +61,16 @@ def smooth(
     Raises
     ------
     ValueError
-        For a lag that is negative or NaN, and for times that go backwards.
+        For a lag that is negative or NaN, for times that go backwards, and if there is no state.
     ConfigError
         If the estimator cannot smooth.
     """
-    history = History(tracker)
+    history, none = History(tracker), True
     for state in smoothed(tracker, states, lag, seed):
         history.add(state)
+        none = False
+    if none:
+        raise ValueError("states: must hold those of a run, got none: `Experiment.run(keep_states=True)` keeps them")
     return history.tracks()
 
 

@@ -51,6 +51,11 @@ times, which would look like a larger one, is taken for motion. Chosen by hand, 
 NOISELESS = 0.1
 """Velocities are told by returns of which the errors make less than this part of their mean square."""
 
+TRUE = 0.999
+"""The part of the positions that objects report of themselves which are of an object: nothing else sends any. By hand,
+chosen on the ships with odd numbers of one recording, in the order of their names.
+"""
+
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
 
@@ -147,7 +152,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Draf
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=_opened(resting))
     sigmas = {name: _believed(table, plausible(noise.sensor)) for name, noise in best.noise.items()}
-    facts = {name: _facts(seen, sigmas[name]) for name, seen in best.seen.items()}
+    facts = {name: _facts(seen, sigmas[name], table.reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     first = Design(max(accel, floor), _speed(best.seen.values()), found=max(accel, floor))
@@ -309,17 +314,20 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
             times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
             named = np.concatenate(codes) if codes else None
-            followed = _followed(times, places, stands, named)
+            followed = _followed(times, places, stands, named, reported=table.reported)
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
     return by_sensor
 
 
-def _followed(times: Array, spots: tuple[Array, ...], stands: Array, named: Indices | None = None) -> Seen:
+def _followed(
+    times: Array, spots: tuple[Array, ...], stands: Array, named: Indices | None = None, *, reported: bool = False
+) -> Seen:
     """Follow the returns by the names of their objects (n,), if they have any.
 
     Else twice, first within what their spacing allows, then within what the first time showed; or one by one in time, if few
-    come at once, and more can be followed so, or more steadily.
+    come at once, and more can be followed so, or more steadily. What is `reported` by the objects comes one by one unless
+    that follows less than half as much.
     """
     if named is not None and np.any(named >= 0):
         return Seen(times, spots, stands, tuple(of_owners(times, spots, named)))
@@ -331,7 +339,8 @@ def _followed(times: Array, spots: tuple[Array, ...], stands: Array, named: Indi
     if LEAST <= count < TOGETHER * len(times):
         single = evolve(seen, chains=tuple(in_turn(times, spots)))
         more = sum(len(chain.times) for chain in single.chains) - held
-        if more > 0.1 * count or (more > -0.2 * count and single.rough < 0.5 * seen.rough):
+        steadier = more > -0.2 * count and single.rough < 0.5 * seen.rough
+        if more > 0.1 * count or steadier or (reported and more > -0.5 * held):
             return single
     return seen
 
@@ -399,17 +408,19 @@ def _believed(table: Table, sigmas: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(min(sigma, REPORTED) for sigma in sigmas) if table.reported else sigmas
 
 
-def _facts(seen: Seen, sigmas: tuple[float, ...]) -> Facts:
+def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
     hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
     ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
     third = max(third_noise(seen.chains, seen.thirds), 1e-6) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
+    each = len(every) / max(len(seen.times), 1)
+    clutter = max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, each))
     return Facts(
         sigmas=sigmas,
         probability=_detected(seen, hits, looks),
-        clutter=max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, len(every) / max(len(seen.times), 1))),
+        clutter=(1 - TRUE) * each if reported and seen.in_turn else clutter,
         reach=float(np.max(np.concatenate(ranges), initial=1.0)),
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
         period=seen.period,

@@ -32,6 +32,9 @@ MOST_SENSORS = 20
 MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons."""
 
+CEILING = 20_000.0
+"""m: hardly anything that is tracked flies higher, and much does in ft."""
+
 AID, TRUTH, IGNORE = "aid", "truth", "ignore"
 """What names of objects are to a draft: known to the tracker, to judge its tracks by, or nothing."""
 
@@ -304,6 +307,9 @@ def _unit(
         largest = float(np.max(np.abs(_numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
         assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
+    elif not unit and axis == "altitude" and (most := float(np.max(_numbers(columns[given.title]), initial=0.0))) > CEILING:
+        unit = "ft"
+        assumed.append(f"{given.title} is in ft: it goes up to {most:,.0f}{_unknown(given)}")
     elif not unit:
         assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
     if unit and unit != usual:

@@ -64,7 +64,7 @@ AXES: dict[str, tuple[str, ...]] = {
     "elevation": ("elevation", "elev", "el"),
     "latitude": ("latitude", "lat"),
     "longitude": ("longitude", "lon", "lng", "long"),
-    "altitude": ("altitude", "alt"),
+    "altitude": ("altitude", "alt", "geoaltitude", "geo_altitude", "baroaltitude", "baro_altitude"),
     "heading": ("heading", "hdg", "yaw"),
     "course": ("course", "cog"),
     "vnorth": ("vnorth", "vn", "v_north", "v_n", "velocity_north", "north_velocity", "speed_north", "north_speed"),

@@ -202,7 +202,8 @@ def _batches(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any
     """Yield a file's rows, those of text with each cell as it stands; count those that have too many cells or too few."""
     pa, parquet = pyarrow()
     if is_columnar(path):
-        yield from parquet.ParquetFile(path).iter_batches(BATCH)
+        # Buffered by itself, a whole row group would be in memory, however large its writer made it.
+        yield from parquet.ParquetFile(path, pre_buffer=False, buffer_size=1 << 20).iter_batches(BATCH)
         return
     csv = needed("pyarrow.csv", "large tables need pyarrow", "data")
     number, _, _ = header_line(lines(path))

@@ -63,6 +63,16 @@ def test_positions_of_ships_are_what_is_measured_if_nothing_else_is(tmp_path):
 
 
 @pytest.mark.parametrize(
+    ("title", "height", "unit"), [("geoaltitude", 47_000, "ft"), ("alt", 12_000, None), ("alt_m", 47_000, None)]
+)
+def test_heights_that_hardly_anything_reaches_in_metres_are_in_feet(tmp_path, title, height, unit):
+    rows = "".join(f"{k},59.{k},10,{height + k}\n" for k in range(9))
+    found = table(tmp_path, f"time,lat,lon,{title}\n{rows}")
+    assert found.measured["altitude"] == title
+    assert found.units.get("altitude") == unit
+
+
+@pytest.mark.parametrize(
     ("first", "second", "unit"),
     [
         ("0", "2.5", ""),
