@@ -69,6 +69,10 @@ class DetectionRate(vedette.Lifecycle):
     )
     patience: float = vedette.fields.quantity("s", "time without a look after which a track ends", default=30, above=0)
 
+    def __attrs_post_init__(self):
+        if (1 - self.half) ** 10 >= self.end:  # nine misses are remembered at most
+            raise ValueError(f"end: a track that is never detected would not end, at {self.end}")
+
     def start(self, existence):
         return Rate(np.ones(existence.shape), np.zeros(existence.shape), np.zeros(existence.shape))
 

@@ -15,7 +15,7 @@ from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.limits import TooLong, at_most
 from vedette.tracking.identity import Identity, Names, weighed
 
-CROWDED = 2.0
+CROWDED = 0.5
 """CPU time in s that 8 tracks and 30 returns may take; one that enumerates is told so, not failed."""
 
 

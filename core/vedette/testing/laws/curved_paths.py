@@ -77,7 +77,9 @@ def headings_lead_the_way(model: MotionModel, drawn: Moves) -> None:
     fast = np.abs(x[:, v]) > 1e-3
     far = np.hypot(*ways[0].T)[fast]
     same("way of a step, in m", far, STEP * np.abs(x[fast, v]), 0.05)
-    turn = np.arctan2(np.cross(ways[0], ways[1]), np.sum(ways[0] * ways[1], axis=-1))[fast]
+    (one, other) = ways
+    across = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
+    turn = np.arctan2(across, np.sum(one * other, axis=-1))[fast]
     demand(
         np.all(np.abs(np.abs(turn) - 0.5) < 0.02) and len(set(np.sign(turn).tolist())) < 2,
         f"move: a heading turned by .5 rad must turn the way by that, turns it by {turn.tolist()}",

@@ -36,7 +36,7 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
     Such as sigma * dt for sigma^2 dt. `space` holds the axes of the noise, `states` those of `x`.
     """
     known = {p.name: p for p in parameters(type(component))}
-    if any(holds_parts(p.shape) for p in known.values()):
+    if any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items()):
         raise Closed("it holds other components, whose parameters count too")
     numbers = {
         name: value for name in known if isinstance(value := getattr(component, name), float) and 0 < abs(value) < np.inf
