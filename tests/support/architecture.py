@@ -65,6 +65,7 @@ PLUGINS = (
     "vedette_report.identity",
     "vedette_report.output",
     "vedette_report.page",
+    "vedette_report.rehearsal",
     "vedette_report.series",
     "vedette_report.summary",
     "vedette_report.warnings",
