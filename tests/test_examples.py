@@ -106,6 +106,28 @@ def test_autoferry_over_ten_draws():
     assert 0 < gospa.error < 0.2
 
 
+@pytest.mark.nightly("recordings, ten draws")
+def test_autoferry_where_results_may_be_late():
+    """The issue's bounds: GOSPA 10.75 m, coverage .92, false tracks .04; the delay that is found gives 7.0 m at most."""
+    sweep = {"source.scenario": [2, 5, 13, 16], "retroactive": [True], "lifecycle.confirm": [0.99999]}
+    path = f"source.path={recording('autoferry')}"
+    alone = studied("autoferry_late_study.toml", path, sweep=sweep).means(0)
+    assert alone["gospa"].value < 10.75
+    assert alone["coverage"].value > 0.92
+    assert alone["false_tracks"].value < 0.04
+    corrected = studied("autoferry_late_study.toml", path, "source.lag.radar=1.62", sweep=sweep).means(0)
+    assert corrected["gospa"].value < 7.0
+
+
+def test_a_radars_delay_is_found_without_truth():
+    """One scenario's lag by the truth is 2.2 s; it depends on the bearing, so that a constant is found to some tenths."""
+    path = f"source.path={recording('autoferry')}"
+    result = vedette.load(EXAMPLES / "autoferry_delay.toml", overrides=[path, "source.scenario=2"]).run()
+    (mean,), ((variance,),) = result.offsets.mean, result.offsets.cov
+    assert abs(mean - 2.2) < 0.6
+    assert variance < 0.3**2
+
+
 @pytest.mark.parametrize(
     "name", sorted(path.name for path in EXAMPLES.glob("*.toml") if "experiment" not in read_file(path))
 )

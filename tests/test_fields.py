@@ -178,3 +178,16 @@ def test_numbers_are_said_with_their_unit():
     assert say(2.0) == say(2.0, "") == "2"
     assert spellings("1") == ()
     assert spellings("1/m^2") == ("1/m^2",)
+
+
+@frozen
+class Squares:
+    none: np.ndarray = fields.array("1", "of none", ndim=2, default=np.zeros((0, 0)))
+    one: np.ndarray = fields.array("1", "of one", ndim=2, default=np.ones((1, 1)))
+
+
+def test_an_empty_matrix_comes_back_from_plain_data():
+    """A list of no rows does not say how many axes it has; once the config.json of no run could be read."""
+    assert Squares(none=Squares().none.tolist()).none.shape == (0, 0)
+    with pytest.raises(ValueError, match="2 axes"):
+        Squares(one=[])

@@ -7,7 +7,6 @@ Exit codes: 0 done; 1 a law failed (`check`);
 from __future__ import annotations
 
 import gc
-import inspect
 import os
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from vedette import display
 from vedette.commands.exit_codes import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
 from vedette.errors import VedetteError
@@ -107,7 +107,7 @@ def _parser() -> Parser:
     for entry in registry.of_role("command"):
         command: Any = entry.cls()
         summary = entry.summary.rstrip(".").replace("%", "%%")
-        about = inspect.cleandoc(entry.cls.__doc__ or "").replace("%", "%%")
+        about = display.about(entry.cls).replace("%", "%%")
         below = commands.add_parser(entry.kind, help=summary[:1].lower() + summary[1:], description=about)
         try:
             command.options(below)

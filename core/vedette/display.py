@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import ast
+import inspect
 import re
+import sys
+import textwrap
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from html import escape
 from typing import Any
 
@@ -19,6 +24,16 @@ _IN_ADDRESS = re.compile(r"(?<=://)([^\s/?#:@]*):[^\s/?#]*@")
 
 _IN_QUERY = re.compile(r"(?<=[?&/])((?:pass(?:word|wd)?|pwd|token|secret|api_?key)=)[^\s&\"'#]+", re.IGNORECASE)
 """A password among the parameters of an address: many cameras take it so."""
+
+
+def about(cls: type) -> str:
+    """Return what the docstring of a class says; where Python drops docstrings, as -OO does, its source has it."""
+    if cls.__doc__ or sys.flags.optimize < 2:
+        return inspect.cleandoc(cls.__doc__ or "")
+    with suppress(OSError, TypeError, SyntaxError, IndexError):
+        (found,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+        return ast.get_docstring(found) or ""  # type: ignore[arg-type]
+    return ""
 
 
 def without_passwords(text: str) -> str:

@@ -179,6 +179,8 @@ def array(
             numbers = np.array(value, dtype=float)
         except (TypeError, ValueError, OverflowError):
             raise ValueError(f"must be {wanted}, got {value!r}") from None
+        if not numbers.size and not np.size(default) and isinstance(default, np.ndarray):
+            numbers = default.copy()  # a list does not say that there are no rows of no numbers
         if numbers.ndim != ndim and ndim == 1:
             raise ValueError(f"must be {wanted}, got {value!r}")
         if numbers.ndim != ndim:

@@ -22,7 +22,7 @@ def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
         given = np.asarray(value)
         if given.dtype.kind != "c":
             return given.astype(dtype, copy=False)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pass
     raise ValueError(f"{name}: must be numbers in rows of equal length, got {short(value)}") from None
 

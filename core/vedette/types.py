@@ -36,7 +36,7 @@ class Detections:
     evidence  (*b, k)      log-likelihood ratio of target to clutter by the detector, given that it reported
     noise     (*b, k, m, m) a return's own covariance; otherwise the sensor's applies
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
-    identity  (*b, k)      the code by which a return names its object, as an MMSI; -1 or None where it names none
+    identity  (*b, k)      the code by which a return names its object, or its class, as an MMSI; -1 or None for none
     """
 
     z: Array = field(converter=given.z)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import fields
-from vedette.space import Array, Axis, Space
+from vedette.space import Array, Axis, Mask, Space
 from vedette_files.libraries import needed
 from vedette_files.readers import NORTH_EAST
 
@@ -63,6 +63,11 @@ class Origin:
         across = np.radians(np.asarray(longitude) - self.longitude)
         half = np.sin((there - own) / 2) ** 2 + np.cos(own) * np.cos(there) * np.sin(across / 2) ** 2
         return _floats(2 * RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0))))
+
+    def reaches(self, latitude: Array | float, longitude: Array | float) -> Mask:
+        """Return which of some places (*b) in deg are no farther than FARTHEST."""
+        within: Mask = self.on_ground(latitude, longitude) <= FARTHEST
+        return within
 
     def check_reach(self, latitude: Array | float, longitude: Array | float) -> None:
         """Raise ValueError for a place beyond FARTHEST."""

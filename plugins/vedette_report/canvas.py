@@ -5,6 +5,8 @@ Sizes of letters, lines and marks are those of a screen, where letters have 10 p
 
 from __future__ import annotations
 
+import sys
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import files
@@ -237,6 +239,21 @@ _NAMES = {"png": ("Title", "Description"), "svg": ("Title", "Description"), "pdf
 """What the file calls the title and the facts of a picture."""
 
 
+@contextmanager
+def _without_glyphs(path: Path) -> Iterator[None]:
+    """Tell in a line that a picture's font lacks characters, in place of a warning for each of them."""
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        yield
+    lacking = [warning for warning in told if "missing from" in str(warning.message)]
+    if lacking:
+        cure = "boxes stand for them; a --style with another font.family shows them"
+        print(f"vedette: note: {path.name}: the font lacks {len(lacking)} characters: {cure}", file=sys.stderr)
+    for warning in told:
+        if warning not in lacking:
+            warnings.warn_explicit(warning.message, warning.category, warning.filename, warning.lineno)
+
+
 def save(made: Figure, path: Path) -> None:
     """Write a PNG, SVG or PDF, by the path's suffix; the same figure gives the same bytes."""
     from matplotlib import rc_context
@@ -245,7 +262,10 @@ def save(made: Figure, path: Path) -> None:
     title, _, facts = str(made.get_label()).partition("\n")
     named = {name: text for name, text in zip(_NAMES[form], (title, facts), strict=True) if text}
     settings: dict[Any, Any] = {"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}
-    with rc_context(settings | {"figure.autolayout": False, "figure.constrained_layout.use": False}):
+    with (
+        _without_glyphs(path),
+        rc_context(settings | {"figure.autolayout": False, "figure.constrained_layout.use": False}),
+    ):
         if (layout := made.get_layout_engine()) is not None:
             # savefig draws twice while there is a layout engine: once for the layout alone
             layout.execute(made)

@@ -21,6 +21,7 @@ except ModuleNotFoundError:
 
 TWINS: Mapping[str, Mapping[str, Any]] = _module.twins() if _module else {}
 """By instruction set, best last, the function of each kind that has one."""
+_BEST = [*TWINS.values()][-1] if TWINS else {}
 
 
 def twin(kind: str, *parameters: float) -> Twin | None:
@@ -37,9 +38,7 @@ def placed(kind: str, pose: Pose, *parameters: float | Array) -> Twin | None:
 
 
 def _twin(kind: str, parameters: Array) -> Twin | None:
-    for functions in [*TWINS.values()][::-1]:
-        return Twin(functions[kind], parameters)
-    return None
+    return Twin(_BEST[kind], parameters) if _BEST else None
 
 
 def fastest(reference: F) -> F:

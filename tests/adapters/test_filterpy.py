@@ -133,3 +133,9 @@ def test_fading_and_what_is_not_linear():
     assert config_of(fading, ["x", "vx"])["estimator"]["alpha"] == pytest.approx(1.05)
     with pytest.raises(InputError, match="a UnscentedKalmanFilter is not made of matrices"):
         config_of(unscented(4, 2), ["x", "y", "vx", "vy"])
+
+
+@pytest.mark.parametrize("axes", [["x", "vx"], [], "xyvw", ["x", "y", "z", "u", "v"]])
+def test_axes_must_name_all_numbers_of_the_state(axes):
+    with pytest.raises(InputError, match="axes: must name the 4 numbers"):
+        config_of(KalmanFilter(dim_x=4, dim_z=2), axes)

@@ -100,7 +100,7 @@ def test_a_counterexample_has_four_lines_and_warnings_are_counted(
     assert main(["check", "vedette_test_noisy"]) == 1
     told = capsys.readouterr()
     lines = told.out.splitlines()
-    (row,) = (i for i, line in enumerate(lines) if "zero_step_changes_nothing" in line)
+    (row,) = (i for i, line in enumerate(lines) if line.startswith("  zero_step_changes_nothing"))
     assert "failed  move(x, 0)[0, 0]: must be 0, got 0.5" in lines[row]
     assert lines[row + 1].strip().startswith("after move(x [[0.], [0.], [0.]], dt 0) -> [[0.5]")
     assert lines[row + 2].strip() == "with Noisy()"
@@ -113,7 +113,7 @@ def test_a_counterexample_has_four_lines_and_warnings_are_counted(
 
 
 def test_what_cannot_be_drawn_is_told_with_its_cure(capsys: pytest.CaptureFixture[str]) -> None:
-    for kind in ("cfar", "template_filter"):
+    for kind in ("csv", "template_filter"):
         assert main(["check", kind]) == 1
         told = capsys.readouterr().out
         assert "cannot be drawn" in told

@@ -2,6 +2,8 @@
 
 import json
 import re
+import subprocess
+import sys
 
 import vedette
 from support.commands import in_json
@@ -87,3 +89,12 @@ def test_what_is_no_kind_gets_a_question(capsys):
     assert "EFK: is no role and no kind; did you mean 'ekf'?" in capsys.readouterr().err
     assert main(["components", "Gates"]) == 2
     assert "did you mean 'gate'?" in capsys.readouterr().err
+
+
+def test_without_docstrings_the_descriptions_are_read_from_the_source():
+    """`python -OO` drops them, and the list once had names alone."""
+    plain, bare = (
+        subprocess.run([sys.executable, *options, "-m", "vedette", "components"], capture_output=True, text=True, check=True)
+        for options in ([], ["-OO"])
+    )
+    assert bare.stdout == plain.stdout

@@ -143,3 +143,19 @@ def test_an_altered_byte_costs_one_scan_and_not_the_run(tmp_path, place):
     recording, _ = read_recording(path)
     assert len(recording.refused) == 1
     assert "clip_frames/000000.npz" in str(recording.refused[0])
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no picture", "cut", "flipped"])
+def test_one_corrupt_frame_is_one_refused_scan(tmp_path, content):
+    """Once it ended the whole run as the fault of a plugin."""
+    config, short = str(EXAMPLES / "flir.toml"), ["--set", "source.frames=12", "--set", "source.dead=0.02"]
+    assert main(["run", config, "--out", str(tmp_path / "first"), *short, "--stream"]) == 0
+    frame = sorted((tmp_path / "first" / "recording_frames").iterdir())[5]
+    data = bytearray(frame.read_bytes())
+    data[len(data) // 2] ^= 255
+    frame.write_bytes(content if isinstance(content, bytes) else data[: len(data) // 2] if content == "cut" else data)
+    source = f'source={{ kind = "jsonl", path = "{tmp_path / "first" / "recording.jsonl"}" }}'
+    assert main(["run", config, "--out", str(tmp_path / "second"), "--set", source, "--stream"]) == 0
+    first, second = (json.loads((tmp_path / name / "summary.json").read_text()) for name in ("first", "second"))
+    assert (second["scans_taken"], second["refused"]) == (first["scans_taken"] - 1, first["refused"] + 1)
+    assert frame.name in second["first_refused"][0]

@@ -13,7 +13,21 @@ pytest.importorskip("pyais")
 pytest.importorskip("pyarrow")
 pytest.importorskip("pandas")
 
-from fuzz import cases, configs, faulty, inputs, kernel_calls, plugins, readers, results, tables
+from fuzz import (
+    adapters,
+    cases,
+    commands,
+    configs,
+    faulty,
+    folders,
+    inputs,
+    kernel_calls,
+    live,
+    plugins,
+    readers,
+    results,
+    tables,
+)
 from vedette import kernels
 from vedette.config import plugins as loading
 from vedette.config.contract import check_version, described
@@ -30,6 +44,10 @@ FUZZERS = {
     "methods": (faulty.case, 60),
     "tables": (tables.case, 12),
     "results": (results.case, 400),
+    "live": (live.case, 100),
+    "adapters": (adapters.case, 100),
+    "commands": (commands.case, 12),
+    "folders": (folders.case, 8),
 }
 
 
@@ -157,6 +175,19 @@ def test_the_fuzzer_of_results_bites(monkeypatch, tmp_path):
     """Without what archives raise that are not whole, it is found."""
     monkeypatch.setattr("vedette.reading._WRONG", (OSError,))
     assert " at reading.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
+
+
+def test_the_fuzzer_of_folders_bites(monkeypatch, tmp_path):
+    """What a page is made of once ended in a traceback where it was no JSON."""
+    monkeypatch.setattr("vedette_report.page.frames.parse_json", lambda text: json.loads(text + "}"))
+    monkeypatch.setattr("vedette_report.page.frames.VedetteError", KeyError)
+    monkeypatch.setattr("vedette_report.page.run.read_table", lambda path: json.loads(path.read_text()))
+    assert "Error at" in (hunt(folders.case, tmp_path, 60) or "nothing found")
+
+
+def test_the_fuzzer_of_live_calls_bites(monkeypatch, tmp_path):
+    monkeypatch.setattr("vedette_live.formats.json_lines._message", lambda line: json.loads(line)["z"])
+    assert "KeyError at" in (hunt(live.case, tmp_path, 300) or "nothing found")
 
 
 def test_the_fuzzer_of_configs_bites(monkeypatch, tmp_path):

@@ -1,5 +1,6 @@
 """What the fuzzers have found, kept: each case as it was."""
 
+import shutil
 import struct
 from functools import reduce
 from operator import xor
@@ -7,13 +8,14 @@ from operator import xor
 import numpy as np
 import pytest
 
-from fuzz import cases, samples
+from fuzz import cases, folders, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
 from vedette import InputError, Problem
 from vedette_files import read_tracks
 from vedette_files.png import check_png
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
+from vedette_study.plan import by_point
 
 pytest.importorskip("cv2")
 
@@ -93,3 +95,19 @@ def test_a_picture_of_a_name_that_no_disk_takes(tmp_path):
     files = samples.radar_pictures()
     files["frames.csv"] = files["frames.csv"].replace(b"1.png", b"x" * 10_000)
     read_radar_pictures(written(tmp_path, files), files, False)
+
+
+@pytest.mark.parametrize("name", ["config.json", "summary.txt"])
+@pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[1]"])
+def test_what_a_page_shows_besides_series_may_be_anything(tmp_path, monkeypatch, name, content):
+    """Found by the fuzzer of folders: tracebacks of JSON and of UTF-8."""
+    folders.made()
+    shutil.copytree(folders.made() / "run", tmp_path / "run")
+    (tmp_path / "run" / name).write_bytes(content)
+    code, told = folders.quiet(["report", str(tmp_path / "run")])
+    assert code == 0 or (code == 2 and name in told)
+
+
+def test_a_study_of_one_point_has_a_table():
+    """Found by the fuzzer of folders: numpy reshapes to no axes only if it is told of them as one."""
+    assert by_point(np.ones(1), {}).shape == ()

@@ -64,7 +64,7 @@ def check(function):
 
 @pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 def test_a_function_in_c(tmp_path):
-    (tmp_path / "depth.c").write_text(re.search(r"```c\n(.*?)```", PAGE, re.S)[1])
+    (tmp_path / "depth.c").write_text(re.search(r"```c title=.depth.c.\n(.*?)```", PAGE, re.S)[1])
     flags = ["-O2", "-shared", "-fPIC", "-o", str(tmp_path / "depth.so"), str(tmp_path / "depth.c"), "-lm"]
     subprocess.run([COMPILER, *flags], check=True)
     D = ctypes.POINTER(ctypes.c_double)

@@ -274,3 +274,16 @@ def test_recorded_sentences_are_all_accounted_for():
     told = {problem.place for problem in refused}
     assert len(told) == len(refused)
     assert all(place.startswith("nmea_data_sample.txt:") for place in told)
+
+
+@pytest.mark.parametrize("place", [(-59.0, -170.0), (45.0, 10.0), (59.0, -170.0)])
+def test_a_place_that_no_plane_reaches_is_refused(place):
+    """The far side of the earth once folded over: 59 S 170 W was 38 km from 59 N 10 E."""
+    latitude = np.array([59.0, place[0], 59.0005])
+    longitude = np.array([10.0, place[1], 10.0])
+    known = np.zeros(3)
+    ship = Reports(257000000, 10.0 * np.arange(3), latitude, longitude, known, known, known, known)
+    kept, (told,) = without_outliers(ship, (59.0, 10.0), "x.csv")
+    assert kept.time.tolist() == [0.0, 20.0]
+    assert "time 10" in told.place
+    assert "too far" in told.text

@@ -164,6 +164,13 @@ def test_what_cannot_be_judged_is_said_before_the_run():
         RunningJudge((path("boat", [0.0, 1.0], np.zeros((2, 2))),), Space.of(vx="m/s", vy="m/s"), Judge())
 
 
+def test_tracks_that_lack_axes_are_refused_by_their_name(run):
+    result = run[1]
+    track = attrs.evolve(result.tracks[0], mean=result.tracks[0].mean[:, :1], cov=result.tracks[0].cov[:, :1, :1])
+    with pytest.raises(InputError, match=f"track {track.id}:"):
+        judge([track], result.recording.truth, result.scans, Judge())
+
+
 def test_what_is_known_of_tracks_that_ended_is_forgotten(run, monkeypatch):
     monkeypatch.setattr(judging_module, "_REMEMBERED", 0)
     monkeypatch.setattr(judging_module, "RETURNS", 5)

@@ -1,11 +1,42 @@
-"""The frozen mutants are many of each role."""
+"""The frozen mutants are many of each role; those that were measured stay caught, and those that lived were judged."""
 
+import json
 from collections import Counter
+from pathlib import Path
 
-from mutants.automatic.draw import COUNTS, frozen
+import numpy as np
+import pytest
+from attrs import evolve
+
+from mutants.automatic import measure
+from mutants.automatic.draw import COUNTS, FROZEN, frozen
+from vedette.testing import FAST
+
+MEASURED = json.loads(Path(FROZEN).with_name("measured.json").read_text())
+"""Verdicts by name on those that were measured: the first of each role."""
+
+JUDGED = json.loads(Path(FROZEN).with_name("judged.json").read_text())
+"""Those that live, with a word and why: judged by reading the code."""
 
 
 def test_there_are_at_least_fifty_of_each_role_and_no_site_twice():
     mutants = frozen()
     assert Counter(mutant.role for mutant in mutants) == COUNTS
     assert len({(mutant.role, mutant.file, mutant.function, mutant.site) for mutant in mutants}) == len(mutants) == 570
+
+
+def test_each_that_lives_is_judged():
+    assert {name for name, verdict in MEASURED.items() if verdict == "lives"} == set(JUDGED)
+    assert {word for word, _ in JUDGED.values()} <= {"alike", "below power", "gap"}
+
+
+@pytest.mark.nightly("96 mutants, each of which costs 2 s")
+@pytest.mark.parametrize("role", COUNTS)
+def test_those_that_were_caught_are(role):
+    from testing.test_conformance import GIVEN
+
+    np.seterr(all="ignore")
+    caught = [one for one in frozen() if one.role == role and MEASURED.get(one.name) == "caught"]
+    assert caught
+    found = {one.name: measure.apart(one, evolve(FAST, shrink=False), GIVEN, [])["verdict"] for one in caught}
+    assert {name for name, verdict in found.items() if verdict not in ("caught", "gone")} == set()

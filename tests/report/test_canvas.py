@@ -192,3 +192,13 @@ def test_commands_that_draw_take_format_columns_and_style(tmp_path, monkeypatch)
         file = "study.json" if command == "study" else "config.json"
         assert main([command, str(tmp_path / file), *look, "--out", str(tmp_path / command)]) == 0
     assert looks == [canvas.Look("svg", "two", tmp_path / "mine.mplstyle")] * 3
+
+
+def test_characters_that_the_font_lacks_are_told_in_a_line(tmp_path, capsys):
+    """Once each of them was a warning of the plotting library."""
+    (tmp_path / "config.json").write_text(json.dumps(config(title="\u8239\u8236")), encoding="utf-8")
+    assert main(["run", str(tmp_path / "config.json"), "--out", str(tmp_path / "out")]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "font" in line]
+    assert told
+    assert all("picture" in line or "errors" in line for line in told)
+    assert len(told) <= 2

@@ -208,6 +208,18 @@ def test_an_underlay_in_metres_stays_where_it_is_and_one_in_degrees_goes_round_t
     np.testing.assert_allclose(turned["points"][2], [0.0, 11_145.0], atol=20.0)
 
 
+def test_of_an_underlay_of_the_whole_earth_the_page_has_what_a_plane_reaches(tmp_path):
+    around = [[float(east), 63.4] for east in range(-180, 180, 2)]
+    data = {"type": "Polygon", "coordinates": [around, [[-170, -63.4], [-169, -63.4], [-170, -63.0], [-170, -63.4]]]}
+    (tmp_path / "coast.geojson").write_text(json.dumps(data))
+    (line,) = read_underlay(tmp_path / "coast.geojson", Origin(63.4, 10.4))
+    points = np.array(line["points"])
+    assert not line["closed"]
+    assert 25 < len(points) < 40
+    assert np.all(np.diff(points[:, 0]) > 0)
+    assert np.all(np.hypot(*points.T) < 1500e3)
+
+
 @pytest.mark.parametrize("text", ["63.4", "north,east", "91,10", "10,181"])
 def test_a_bad_origin_is_refused(text):
     with pytest.raises(ValueError, match="latitude"):

@@ -260,13 +260,35 @@ def files_of(folder):
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.is_file() and path.name in FILES}
 
 
-@pytest.mark.parametrize(("kills", "seed"), [(3, 1), pytest.param(100, 2, marks=pytest.mark.nightly("kills many runs"))])
-def test_killed_at_any_moment_it_comes_to_the_same_end(kills, seed):
+def all_files(folder):
+    """Return the content of a file, or of each file in a folder; how long something took is left out."""
+    paths = [path for path in folder.rglob("*") if path.is_file()] if folder.is_dir() else [folder]
+    return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
+
+
+@pytest.mark.parametrize(
+    ("command", "name", "kills"),
+    [
+        (["run", "config.json", "--stream"], "out", 3),
+        pytest.param(["run", "config.json", "--stream"], "out", 100, marks=pytest.mark.nightly("kills many runs")),
+        pytest.param(["study", "study.json", "--threads", "1"], "out", 60, marks=pytest.mark.nightly("kills many studies")),
+        pytest.param(["export", "whole"], "a.kml", 60, marks=pytest.mark.nightly("kills many exports")),
+    ],
+)
+def test_killed_at_any_moment_it_comes_to_the_same_end(command, name, kills):
     write()
-    line = [sys.executable, "-m", "support.killing", kills, seed, "out", "run", "config.json", "--stream"]
+    Path("study.json").write_text(json.dumps({"experiment": config(), "runs": 6, "chunk": 1}))
+    if command[0] == "export":
+        assert main(["run", "config.json", "--out", "whole", "--set", "source.ships.near.speed=3"]) == 0
+        command = [*command, "--origin", "59,10", "--epoch", "2026-01-01T00:00:00Z"]
+    line = [sys.executable, "-m", "support.killing", kills, 1, name, *command]
     where = os.environ | {"PYTHONPATH": str(Path(killing.__file__).parents[1])}
-    done = subprocess.run([str(each) for each in line], env=where, capture_output=True, text=True, check=True, timeout=900)
+    done = subprocess.run([str(each) for each in line], env=where, capture_output=True, text=True, check=False, timeout=1800)
+    assert done.returncode == 0, done.stderr[-2000:]
     killed_runs, chains = map(int, done.stdout.split())
     assert killed_runs >= kills
+    place = Path(name)
+    wanted = all_files(place.with_name(f"{place.stem}-whole{place.suffix}"))
     for i in range(chains):
-        assert files(Path(f"out-{i}")) == files(Path("out-whole"))
+        found = all_files(place.with_name(f"{place.stem}-{i}{place.suffix}"))
+        assert {each for each in found.keys() | wanted.keys() if found.get(each) != wanted.get(each)} == set()

@@ -140,3 +140,10 @@ def test_an_estimate_cannot_be_written_into_as_the_state_would_change(tracker, s
 def test_a_time_that_no_float_holds_is_refused():
     with pytest.raises(ValueError, match="time"):
         Scan(10**400, "radar", [[1.0, 2.0]])
+
+
+def test_numbers_that_no_float_holds_are_refused():
+    with pytest.raises(ValueError, match="time"):
+        Scan(10**400, "radar", [[1.0, 2.0]])
+    with pytest.raises(ValueError, match="z"):
+        Detections.of([[10**400, 2.0]])

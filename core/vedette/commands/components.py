@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import shorten, wrap
 from typing import Any
 
+from vedette import display
 from vedette.config.contract import Installed
 from vedette.config.parameters import APART, ROLES, Parameter, Table, parameters, tables
 from vedette.config.registry import Registry
@@ -66,7 +67,7 @@ def _top_tables() -> dict[str, type]:
 
 
 def _summary(cls: type) -> str:
-    return (cls.__doc__ or "").strip().partition("\n")[0]
+    return display.about(cls).partition("\n")[0]
 
 
 def _overview(entries: Sequence[Installed], plain: Mapping[str, type]) -> Iterator[str]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import inspect
 import re
 from collections.abc import Mapping
 from typing import Any
@@ -10,6 +9,7 @@ from typing import Any
 from attrs import NOTHING, field, frozen
 from attrs.exceptions import FrozenInstanceError
 
+from vedette import display
 from vedette.config.parameters import ROLES, Parameter, parameters, plain, role_of, tables
 from vedette.errors import PluginError
 from vedette.filters import contradiction
@@ -33,7 +33,7 @@ class Installed:
     @property
     def summary(self) -> str:
         """The first line of the class's docstring."""
-        return inspect.cleandoc(self.cls.__doc__ or "").partition("\n")[0]
+        return display.about(self.cls).partition("\n")[0]
 
     @property
     def bringer(self) -> str:

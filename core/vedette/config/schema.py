@@ -9,6 +9,7 @@ from typing import Any, get_args, get_origin
 import attrs
 import numpy as np
 
+from vedette import display
 from vedette.config.parameters import (
     ROLES,
     Leaf,
@@ -45,7 +46,7 @@ def schema(registry: Registry | None = None) -> dict[str, Any]:
         kind = {"kind": {"const": entry.kind}, **_options(entry.cls)}
         definitions[f"{entry.role}.{entry.kind}"] = _table(entry.parameters, registry, entry.summary, kind)
     for cls in tables([*top, *(parameter for entry in registry for parameter in entry.parameters)]):
-        summary = (cls.__doc__ or "").strip().partition("\n")[0]
+        summary = display.about(cls).partition("\n")[0]
         definitions[_name(cls)] = _table(parameters(cls), registry, summary, {})
     document = _table(top, registry, "A tracker, its source and its judge.", {})
     document["properties"] = {"$schema": {"type": "string"}, **document["properties"]}

@@ -23,6 +23,10 @@ class Common:
 
 def take(tree: T, index: Any, axis: int) -> T:
     """Return the entries `index` (an integer or boolean array) of the tracks' axis of every array."""
+    if isinstance(index, np.ndarray) and index.dtype == bool:
+        index = np.flatnonzero(index)  # once for all arrays
+    if isinstance(tree, np.ndarray) and isinstance(index, np.ndarray):
+        return tree.take(index, axis)  # type: ignore[return-value]
     if isinstance(tree, np.ndarray):
         return tree[(slice(None),) * axis + (index,)]  # type: ignore[return-value]
     return _rebuild(tree, [take(part, index, axis) for part in _parts(tree)])

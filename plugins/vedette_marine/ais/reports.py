@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Problem
+from vedette_files import Origin
 from vedette_files.libraries import needed
 
 KNOT = 1852.0 / 3600.0
@@ -102,7 +103,17 @@ def outliers(place: Array, time: Array) -> Mask:
 
 
 def without_outliers(reports: Reports, origin: tuple[float, float], place: str) -> tuple[Reports, list[Problem]]:
-    """Return the reports of one ship without position outliers, and a problem for each outlier."""
+    """Return the reports of one ship without those too far for a plane and position outliers, and a problem for each."""
+    around = Origin(*origin)
+    near = around.reaches(reports.latitude, reports.longitude)
+    far = [
+        Problem(
+            f"{place}, MMSI {reports.mmsi}, time {reports.time[i]:.3f} s",
+            f"the position {reports.latitude[i]:.6f}, {reports.longitude[i]:.6f} lies too far from the origin {around}",
+        )
+        for i in np.flatnonzero(~near)
+    ]
+    reports = reports.where(near)
     bad = outliers(east_north(reports.latitude, reports.longitude, origin), reports.time)
     told = [
         Problem(
@@ -111,7 +122,7 @@ def without_outliers(reports: Reports, origin: tuple[float, float], place: str) 
         )
         for i in np.flatnonzero(bad)
     ]
-    return reports.where(~bad), told
+    return reports.where(~bad), [*far, *told]
 
 
 def by_ship(rows: Sequence[Mapping[str, float]]) -> dict[int, Reports]:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from vedette.config import load
 from vedette.errors import InputError, VedetteError
+from vedette.reading import parse_json
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import open_source
@@ -69,12 +70,12 @@ def _shown(scans: Sequence[int], at: Callable[[int], Numbered | None]) -> list[d
 def _clip(config: str) -> Sequence[Scan] | None:
     """Return the scans of the clip that a run was made of; None if it had none, or it is not there any more."""
     try:
-        experiment = load(json.loads(config))
+        experiment = load(parse_json(config))
         source, sensors = experiment.source, experiment.tracker.sensors
         if source is None or source.draws or not any(isinstance(sensor, ImagingSensor) for sensor in sensors.values()):
             return None
         scans = open_source(source, experiment.preprocessors, sensors, np.random.default_rng(0)).scans
-    except (VedetteError, OSError):
+    except (VedetteError, OSError, ValueError):
         return None
     return scans if isinstance(scans, LazyScans) and not scans.once else None
 

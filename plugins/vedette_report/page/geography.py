@@ -49,6 +49,8 @@ def read_underlay(path: Path, origin: Origin | None) -> Lines:
         raise
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise InputError(f"{path}: must be GeoJSON: {' '.join(str(error).split())}") from None
+    if origin is not None:
+        lines = [part for line in lines for part in _within_reach(line, origin)]
     count = sum(len(line["points"]) for line in lines)
     if count > MOST:
         raise InputError(f"{path}: has {count:,} points, and a page takes at most {MOST:,}: simplify it first")
@@ -58,6 +60,17 @@ def read_underlay(path: Path, origin: Origin | None) -> Lines:
             line["points"] = east_north(latitude, longitude, origin)
         line["points"] = np.round(line["points"], 1).tolist()
     return lines
+
+
+def _within_reach(line: dict[str, Any], origin: Origin) -> Lines:
+    """Return the parts of a line that the plane around the origin reaches: farther away it folds over."""
+    longitude, latitude = line["points"].T
+    near = origin.reaches(latitude, longitude)
+    if near.all():
+        return [line]
+    edges = np.flatnonzero(np.diff(near)) + 1
+    parts = zip(np.split(line["points"], edges), np.split(near, edges), strict=True)
+    return [{"points": points, "closed": False} for points, own in parts if own[0] and len(points) > 1]
 
 
 def _lines(data: Any) -> Iterator[dict[str, Any]]:

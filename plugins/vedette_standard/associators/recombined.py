@@ -62,7 +62,7 @@ def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, sta
         if not open_:
             break
         gains = _gains(open_, shares, estimate, existence, state)
-        after = [_given(one, gain) for one, gain in zip(open_, gains, strict=True)]
+        after = _given(open_, gains)
         shares = [_shares(one, target) for one, target in zip(open_, after, strict=True)]
         moved = [not np.array_equal(one, other) for one, other in zip(targets, after, strict=True)]
         settled += [_in_rows(open_[i], shares[i]) for i, more in enumerate(moved) if not more]
@@ -113,11 +113,29 @@ def _shares(cluster: Several, target: Indices) -> Array:
     return shares
 
 
-def _given(cluster: Several, gains: Array) -> Indices:
-    """Return the target (h, t) that each hypothesis gives each of its leaves to, by gains (l, t)."""
-    scores = np.concatenate([np.full((len(gains), 1), -np.inf), gains], axis=1)
-    taken = kernels.best_joint(scores, cluster.table, np.ones(len(cluster.table), dtype=np.int64))[1]
-    return np.where(cluster.table >= 0, taken - 1, -1)
+def _given(clusters: list[Several], gains: list[Array]) -> list[Indices]:
+    """Return the target (h, t) that each hypothesis of each cluster gives each of its leaves to, by gains (l, t).
+
+    Clusters of as many tracks are asked at once.
+    """
+    given: list[Indices] = [one.table for one in clusters]
+    sizes = np.array([len(one.tracks) for one in clusters])
+    for size in np.unique(sizes).tolist():
+        own = np.flatnonzero(sizes == size).tolist()
+        leaves, rows = ([len(part) for part in parts] for parts in ([gains[i] for i in own], [given[i] for i in own]))
+        table = np.concatenate([given[i] for i in own])
+        first = np.repeat(np.cumsum(leaves) - leaves, rows)
+        scores = np.concatenate([gains[i] for i in own])
+        asked = np.where(table >= 0, table + first[:, None], -1)
+        taken = np.where(table >= 0, np.argmax(scores, axis=1)[asked], -1 - np.arange(size))
+        twice = np.flatnonzero(np.any(np.diff(np.sort(taken, axis=1), axis=1) == 0, axis=1))
+        if len(twice):  # elsewhere the best target of each leaf is another one
+            with_miss = np.concatenate([np.full((len(scores), 1), -np.inf), scores], axis=1)
+            one_each = np.ones(len(twice), dtype=np.int64)
+            taken[twice] = kernels.best_joint(with_miss, asked[twice], one_each)[1] - 1
+        for i, part in zip(own, np.split(np.where(table >= 0, taken, -1), np.cumsum(rows)[:-1]), strict=True):
+            given[i] = part
+    return given
 
 
 def _gains(clusters: list[Several], shares: list[Array], estimate: Gaussian, existence: Array, state: Space) -> list[Array]:

@@ -47,17 +47,24 @@ class PlacedSensor(Sensor):
     )  # fmt: skip
     _pose: Pose = field(init=False, repr=False, eq=False)
     _size: float = field(init=False, repr=False, eq=False, default=0.0)
+    _everywhere: Array | None = field(init=False, repr=False, eq=False, default=None)
 
     def __attrs_post_init__(self) -> None:
         object.__setattr__(self, "_pose", Pose(np.array([self.x, self.y]), heading=self.heading))
         if self.max_range is not None and self.max_range <= self.min_range:
             raise ValueError(f"max_range: must be > min_range, {self.min_range:g} m, got {self.max_range:g} m")
         check_apart(self.sectors)
+        if self._unlimited():
+            object.__setattr__(self, "_everywhere", np.asarray(self.detection_probability))
         if self.clutter_per_scan > 0:
             if lacking := self._unbounded():
                 raise ValueError(f"clutter_per_scan: needs {lacking}, which says over what the false returns spread")
             if power := self._summed():
                 object.__setattr__(self, "_size", self._seen(self._pose, power))
+
+    def _unlimited(self) -> bool:
+        """Return whether it detects alike everywhere."""
+        return self._sees_alike and self.max_range is None and self.min_range == 0
 
     def _unbounded(self) -> str:
         """Return the parameter without which clutter has no density, or ""."""
@@ -89,6 +96,8 @@ class PlacedSensor(Sensor):
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () if nothing limits the view."""
+        if self._everywhere is not None:  # asked at each scan
+            return self._everywhere
         limited = covers(self.detection_probability, self.min_range, self.max_range, x[..., :2], self._pose)
         return limited if self._sees_alike else limited * self._share(x[..., :2])
 

@@ -31,6 +31,9 @@ class ViewedSensor(PlacedSensor, DirectSensor):
                 raise ValueError(f"view.{name}: must be one of {', '.join(self.observes.names)}")
         super().__attrs_post_init__()
 
+    def _unlimited(self) -> bool:
+        return not self.view and super()._unlimited()
+
     def _unbounded(self) -> str:
         bounded = self.max_range is not None or bool(self.polygons)
         lacking = [name for name in self.observes.names[2 if bounded else 0 :] if name not in self.view]
@@ -62,6 +65,8 @@ class ViewedSensor(PlacedSensor, DirectSensor):
 
     def detects(self, x: Array) -> Array:
         """Return the detection probability: (*b, n) -> (*b), or () where nothing limits the view."""
+        if self._everywhere is not None:
+            return self._everywhere
         around = super().detects(x)
         return around if not self.view else np.where(self._within(x), around, 0.0)
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from attrs import frozen
 
@@ -19,14 +21,15 @@ SURE = 1e-9
 class Close:
     """Pairs (p, 2) of rows that may give one return, and the k returns.
 
-    joint (p, k): the log scores of one return for both; apart (p, k, k): the log of the probability that they were
-    resolved, if each gave one of its own. z (p, 2, k, m) and noise (p, 2, 1, m, m): what a return for both says of each, as
-    a return of its own; columns (p, 2): the place of these k among those of each row, as it meets them.
+    joint (p, k): the log scores of one return for both; apart: of some pairs and returns, the log of the probability
+    (p, k, k) that they were resolved, if each gave one of its own. z (p, 2, k, m) and noise (p, 2, 1, m, m): what a return
+    for both says of each, as a return of its own; columns (p, 2): the place of these k among those of each row, as it meets
+    them.
     """
 
     pairs: Indices
     joint: Array
-    apart: Array
+    apart: Callable[[Indices, Indices], Array]
     z: Array
     noise: Array
     columns: Indices | None = None
@@ -72,7 +75,11 @@ def close_rows(it: Expected, observed: Detections, log_density: Array) -> Close 
     ]
     z = np.stack([space.displace(h[own][:, None], one[0]) for own, one in zip((i, j), told, strict=True)], axis=1)
     noise = np.stack([one[1] for one in told], axis=1)
-    return Close(pairs, joint, _apart(S, R, C, h, observed.z, pairs, space), z, noise[:, :, None])
+
+    def apart(some: Indices, returns: Indices) -> Array:
+        return _apart(S, R, C[some], h, observed.z[returns], pairs[some], space)
+
+    return Close(pairs, joint, apart, z, noise[:, :, None])
 
 
 def _log_merge(C: Array, wide: Array, d: Array) -> Array:
@@ -110,9 +117,9 @@ def _apart(S: Array, R: Array, C: Array, h: Array, z: Array, pairs: Indices, spa
     """Return the log of the probability (p, k, k) that rows which took returns of their own were resolved."""
     gain = S @ np.linalg.inv(S + R)
     cov = S - gain @ S
-    moved = (gain[:, None] @ space.difference(z[None], h[:, None])[..., None])[..., 0]
     i, j = pairs.T
-    d = space.difference(h[j], h[i])[:, None, None] + moved[j][:, None] - moved[i][:, :, None]
+    there, here = ((gain[at][:, None] @ space.difference(z[None], h[at][:, None])[..., None])[..., 0] for at in (j, i))
+    d = space.difference(h[j], h[i])[:, None, None] + there[:, None] - here[:, :, None]
     merged = _log_merge(C, C + cov[i] + cov[j], np.moveaxis(d, 0, -2))
     apart: Array = np.log1p(-np.minimum(np.exp(np.moveaxis(merged, -1, 0)), 1.0 - SURE))
     return apart

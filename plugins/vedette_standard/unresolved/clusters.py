@@ -43,7 +43,7 @@ def associate_close(
         scores[:, 0], scores[at[0], 1 + at[1]] = pairs.miss[tracks], pairs.scores[own]
         some = np.flatnonzero(np.all(labels[close.pairs] == label, axis=-1))
         members = np.searchsorted(tracks, close.pairs[some])
-        joint, resolved = close.joint[np.ix_(some, returns)], close.apart[np.ix_(some, returns, returns)]
+        joint, resolved = close.joint[np.ix_(some, returns)], close.apart(some, returns)
         shares, merged = Events.of(scores, members, joint, resolved).marginals(scores.shape, joint.shape)
         misses[tracks], weights[own] = shares[:, 0], shares[at[0], 1 + at[1]]
         for number, pair in enumerate(some.tolist()):

@@ -10,6 +10,7 @@ from typing import Any
 import attrs
 import numpy as np
 
+from vedette import display
 from vedette.config import Maybe, holds_parts, parameters
 from vedette.display import shown
 from vedette.supporting import ImagingSensor
@@ -141,7 +142,7 @@ def round_(value: float) -> float:
 
 def _first(part: Any) -> str:
     """Return the first line of what a part's class says of itself."""
-    return (type(part).__doc__ or "").strip().partition("\n")[0]
+    return display.about(type(part)).partition("\n")[0]
 
 
 def _told(part: Any) -> Iterator[tuple[str, str, str]]:

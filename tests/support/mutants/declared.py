@@ -234,7 +234,6 @@ DECLARED = [
      {"detects": lambda s, x: s.detection_probability * (np.hypot(x[..., 0] - s.x, x[..., 1] - s.y) <= s.max_range)},
      {"max_range": st.just(5000.0)}),
     ("a sum for each axis", CP, "names_mean_the_same", {"jacobian": lambda s, x: np.ones((2, 2))}, {}),
-    ("noise by the square of time", CV, "noise_has_its_units", {"noise": lambda s, x, dt: dt * CV.noise(s, x, dt)}, {}),
     ("turns by half", Sails, "headings_lead_the_way", {"move": reversed_turn}, {}),
     ("twice the way", Sails, "headings_lead_the_way",
      {"move": lambda s, x, dt: Sails.move(s, x, 2 * dt)}, {}),

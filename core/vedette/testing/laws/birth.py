@@ -41,11 +41,14 @@ def claimed_returns_start_nothing(birth: Birth, drawn: Returns) -> None:
     demand(not len(sure.returns), "begin: a return with claimed = 1 must start no track")
     some, fewer = begun(birth, drawn), begun(birth, drawn, 0.5 * drawn.claimed)
     demand(set(some.returns) <= set(fewer.returns), f"begin: half as much claimed must start {some.returns} too")
-    free = dict(zip(fewer.returns.tolist(), fewer.existence.tolist(), strict=True))
     for i, existence in zip(some.returns.tolist(), some.existence.tolist(), strict=True):
+        less = drawn.claimed.copy()
+        less[i] /= 2
+        other = begun(birth, drawn, less)
+        free = other.existence[other.returns == i]
         demand(
-            existence <= free[i] + 1e-9,
-            f"existence: of a track from return {i} is {free[i]:.4g}, and {existence:.4g} with twice as much claimed",
+            len(free) and existence <= free[0] + 1e-9,
+            f"existence: of a track from return {i} is {existence:.4g}, and {free} with half as much claimed",
         )
 
 

@@ -88,8 +88,8 @@ def variances_are_squares(model: MotionModel, drawn: Moves) -> None:
 
 
 def noise_has_its_units(model: MotionModel, drawn: Moves) -> None:
-    """In half the unit of length, or of time, with all parameters and states in it, variances are what their units say."""
-    demand_units(model, model.state, model.state, drawn.x, lambda other, x, time: other.noise(x, time * drawn.dt))
+    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
+    demand_units(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
 
 
 def deviations_count(model: MotionModel, drawn: Moves) -> None:

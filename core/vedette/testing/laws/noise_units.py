@@ -15,8 +15,7 @@ from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand
 
 _LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
-_TIMES = ("s",)
-_PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|s|1)(?:\^([\d.]+))?$")
+_PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
 Noise = Callable[[Any, Array], Array]
 
 
@@ -67,43 +66,35 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
         raise Closed("no parameter is a length or an angle")
 
 
-def demand_units(component: Any, space: Space, states: Space, x: Array, noise: Callable[[Any, Array, float], Array]) -> None:
-    """Broken if in half the unit of length, or of time, a variance becomes another whole power of 2 than its unit says.
+def demand_units(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
+    """Broken if in half the unit of length a variance becomes another whole power of 2 than its axis' unit says.
 
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
-    `noise` takes the factor of all times, too.
     """
     known = {p.name: p for p in parameters(type(component))}
     if any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items()):
         raise Closed("it holds other components, whose parameters count too")
-    judged = False
-    for what, words in (("length", _LENGTHS), ("time", _TIMES)):
-        powers = {name: power(p.unit, words) for name, p in known.items()}
-        values = {name: getattr(component, name) for name, p in powers.items() if p}
-        values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
-        if not values or not all(isinstance(value, float | int) for value in values.values()):
+    powers = {name: power(p.unit, _LENGTHS) for name, p in known.items()}
+    values = {name: getattr(component, name) for name, p in powers.items() if p}
+    values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
+    if not values or not all(isinstance(value, float | int) for value in values.values()):
+        raise Closed("no parameter is a length, or not each is a number")
+    other = _changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
+    if other is None:
+        raise Closed("it refuses parameters twice as large")
+    scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
+    usual, there = _variances(component, x, noise), _variances(other, x * scale, noise)
+    for i, axis in enumerate(space.axes):
+        wanted = 2 * power(axis.unit, _LENGTHS)
+        if not wanted or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
             continue
-        other = _changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
-        if other is None:
-            continue
-        judged = True
-        scale = np.array([2.0 ** power(axis.unit, words) for axis in states.axes])
-        factor = 2.0 if words is _TIMES else 1.0
-        usual = _variances(component, x, lambda one, at: noise(one, at, 1.0))
-        there = _variances(other, x * scale, lambda one, at, factor=factor: noise(one, at, factor))  # type: ignore[misc]
-        for i, axis in enumerate(space.axes):
-            wanted = 2 * power(axis.unit, words)
-            if not np.all((usual[:, i] > 0) & (there[:, i] > 0)) or (words is _LENGTHS and not wanted):
-                continue
-            found = np.log2(there[:, i] / usual[:, i])
-            k = float(np.round(np.mean(found)))
-            demand(
-                k in (0.0, wanted) or not np.all(np.abs(found - k) < 1e-6),
-                f"noise: the variance of {axis.name} must be {2.0**wanted:g} times as large in half the unit of {what}, "
-                f"is {2.0**k:g} times",
-            )
-    if not judged:
-        raise Closed("no parameter is a length or has a unit of time, or not each is a number that may be doubled")
+        found = np.log2(there[:, i] / usual[:, i])
+        k = float(np.round(np.mean(found)))
+        demand(
+            k in (0.0, wanted) or not np.all(np.abs(found - k) < 1e-6),
+            f"noise: the variance of {axis.name} must be {2.0**wanted:g} times as large in half the unit of length, "
+            f"is {2.0**k:g} times",
+        )
 
 
 def demand_deviations(component: Any, names: tuple[str, ...], x: Array, noise: Noise) -> None:

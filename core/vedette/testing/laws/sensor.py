@@ -88,8 +88,8 @@ def variances_are_squares(sensor: Sensor, drawn: Looks) -> None:
 
 
 def noise_has_its_units(sensor: Sensor, drawn: Looks) -> None:
-    """In half the unit of length, or of time, with all parameters and states in it, variances are what their units say."""
-    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x, time: other.noise(x))
+    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
+    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
 
 
 def deviations_count(sensor: Sensor, drawn: Looks) -> None:
