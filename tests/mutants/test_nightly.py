@@ -85,6 +85,11 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "report/test_resuming.py::test_killed_at_any_moment_it_comes_to_the_same_end": (
         "report/test_resuming.py::test_what_comes_out_is_what_an_undisturbed_run_leaves",
     ),
+    "tracking/test_horizons.py::test_horizons_on_the_crossing": ("tracking/test_retelling.py",),
+    "tracking/test_horizons.py::test_the_figures_of_the_crossing_are_those_of_the_page": (
+        "tracking/test_clusters_of_hypotheses.py",
+        "standard/associators/test_hypotheses.py",
+    ),
     "report/test_door_out.py::test_killed_at_any_moment_nothing_is_damaged": (
         "report/test_door_out.py::test_a_killed_run_leaves_former_results_and_is_shown",
     ),

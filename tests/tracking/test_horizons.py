@@ -11,7 +11,7 @@ from support.paths import recording
 RUNS = 20
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("twenty runs of the crossing, at four horizons: minutes")
 def test_horizons_on_the_crossing():
     """On draws that no constant was chosen on: seed 3."""
     recording("mtt")
@@ -30,7 +30,7 @@ def test_horizons_on_the_crossing():
         assert max(abs(row[3]) for row in rows) < 3.0, (horizon, rows)
 
 
-@pytest.mark.nightly
+@pytest.mark.nightly("a hundred runs of the crossing: minutes")
 def test_the_figures_of_the_crossing_are_those_of_the_page():
     recording("mtt")
     runs = [crossing.judged(2018, run) for run in range(100)]
