@@ -35,7 +35,7 @@ PAIRED = {
     "id_switches": ("identity switches less jpda's", 2),
 }
 
-KINDS = ("nearest", "gnn", "pda", "jpda", "m_best_jpda", "variational", "k_best", "n_scan", "lmb")
+KINDS = ("nearest", "gnn", "pda", "jpda", "jpda_star", "m_best_jpda", "variational", "k_best", "n_scan", "lmb")
 JOINT = ("jpda", "variational", "k_best", "n_scan", "lmb")
 POISSON = {
     "kind": "poisson",

@@ -15,7 +15,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 _module: ModuleType | None
 try:
-    from vedette_standard import _compiled as _module
+    import vedette_standard._compiled as _module
 except ModuleNotFoundError:
     _module = None
 

@@ -85,12 +85,12 @@ def _client(address: str, seconds: float) -> Any:
 
 
 def _threads(client: Any) -> int:
-    """Return the threads of the workers that are there now; 0 where the scheduler has just gone away."""
+    """Return the threads of the workers that are there now; 1 where the scheduler is gone, as the work itself will tell."""
     try:
         told = client.scheduler_info(n_workers=-1)
     except TypeError:  # older Dask has no such argument
         told = client.scheduler_info()
-    return sum(worker["nthreads"] for worker in told.get("workers", {}).values())
+    return sum(worker["nthreads"] for worker in told["workers"].values()) if "workers" in told else 1
 
 
 @contextmanager

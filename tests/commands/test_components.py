@@ -73,7 +73,7 @@ def test_the_overview_has_each_kind_once_in_a_line_and_the_tables_without_kinds(
             named = [line.split()[0] for line in own[: own.index("")]]
             assert named.count(entry.kind) == 1
     tables = lines[lines.index("tables") + 1 :]
-    assert [line.split()[0] for line in tables[: tables.index("")]] == ["gate", "identity", "judge"]
+    assert [line.split()[0] for line in tables[: tables.index("")]] == ["gate", "identity", "registration", "judge"]
     assert "studies to reproduce: bayes_risk" in text
 
 

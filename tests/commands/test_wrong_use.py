@@ -83,7 +83,7 @@ def test_a_file_that_cannot_be_written_is_told(config, tmp_path, capsys, undrawn
     assert [path.name for path in (tmp_path / "results").rglob("*")] == ["tracks.csv", "mine.txt"]
 
 
-@pytest.mark.parametrize("arguments", [[], ["fly"], ["run"], ["run", "a.toml", "--sed", "1"]])
+@pytest.mark.parametrize("arguments", [[], ["fly"], ["explain"], ["run", "a.toml", "--sed", "1"]])
 def test_wrong_use_shows_the_usage(arguments, capsys):
     with pytest.raises(SystemExit) as ended:
         main(arguments)

@@ -135,6 +135,7 @@ def test_an_associator_that_takes_no_return_flips_what_was_reproduced(boats, who
 def test_a_turn_to_the_other_side_flips_the_gain(boats, whole, monkeypatch):
     right, mirror = CoordinatedTurn.move, np.array([1.0, 1, 1, 1, -1])
     monkeypatch.setattr(CoordinatedTurn, "move", lambda self, x, dt: right(self, x * mirror, dt) * mirror)
+    monkeypatch.setattr(CoordinatedTurn, "twin", None)
     assert broken(boats, whole)[GAIN] == "not reproduced"
 
 

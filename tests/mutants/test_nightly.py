@@ -72,6 +72,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
     ),
+    "tools/commands/test_new.py::test_two_sensors_get_a_table_each": (
+        "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
+    ),
     "tools/commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
         "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
     ),

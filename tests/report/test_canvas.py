@@ -74,7 +74,7 @@ def test_the_measure_finds_colours_that_they_confuse():
 def test_the_style_and_the_pages_have_these_colours():
     assert tuple(canvas.colour(i) for i in range(12)) == canvas.TRACKS
     script = (files("vedette_report.page") / "compare.js").read_text()
-    looks = re.findall(r'colour: "(#\w+)", fill: .*, dash: \[(.*)\]', script)
+    looks = re.findall(r'legible\("(#\w+)"\), fill: .*, dash: \[(.*)\]', script)
     assert tuple(colour for colour, _ in looks) == canvas.TRACKS[:4]
     assert len({dash for _, dash in looks}) == 4
 

@@ -2,7 +2,7 @@
 // The page of several runs: their tracks on one map, their figures in the same charts, and one cursor over all.
 
 const LOOKS = [
-  { colour: BLUE, fill: "rgba(0, 114, 178, 0.13)", dash: [] },
+  { colour: legible("#0072b2"), fill: "rgba(0, 114, 178, 0.13)", dash: [] },
   { colour: legible("#d55e00"), fill: "rgba(213, 94, 0, 0.13)", dash: [7, 4] },
   { colour: legible("#009e73"), fill: "rgba(0, 158, 115, 0.13)", dash: [2, 3] },
   { colour: legible("#cc79a7"), fill: "rgba(204, 121, 167, 0.13)", dash: [9, 3, 2, 3] },

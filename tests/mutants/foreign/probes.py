@@ -219,4 +219,4 @@ PROBES: dict[str, Callable[[Any], Iterator[list[Any]]]] = {
 def declarations(component: vedette.Component, role: type) -> list[Any]:
     """Return what a component declares."""
     names = [name for name in dir(role) if not name.startswith("_") and not callable(getattr(role, name))]
-    return [getattr(component, name, None) for name in names if name not in ("kind", "sensors")]
+    return [getattr(component, name, None) for name in names if name not in ("kind", "sensors", "twin")]

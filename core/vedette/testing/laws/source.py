@@ -103,7 +103,9 @@ class Opened:
             return source.open({SENSOR: self.sensor}, np.random.default_rng(self.seed))
         except (ConfigError, InputError) as refusal:
             with suppress(ConfigError, InputError):
-                return source.open({SENSOR: Sight()}, np.random.default_rng(self.seed))
+                seen = source.open({SENSOR: Sight()}, np.random.default_rng(self.seed))
+                if all(scan.frame is not None for scan in seen.scans[:1]):
+                    return seen  # of a camera
             raise Closed(f"nothing to open: {refusal}") from None
 
 
