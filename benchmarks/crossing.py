@@ -24,10 +24,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 import vedette
-from vedette import Detections, Scan
+from vedette import Detections, Scan, Tracker
 from vedette.metrics import covering, switches
 from vedette.metrics.gospa import distances, gospa
-from vedette.space import Array
+from vedette.space import Array, Indices
+from vedette.tracking import State
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "crossing.toml"
 SCANS, P_DETECT, SIGMA, FALSE, WIDTH = 81, 0.9, 1.0, 10.0, 300.0
@@ -83,27 +84,34 @@ def drawn_with_sources(
     return scans, sources
 
 
+def compared(tracker: Tracker, state: State, targets: Mapping[str, Mapping[float, Array]]) -> tuple[float, Array, Indices]:
+    """Return the square of GOSPA, how far shown tracks are from targets (k, t), inf from absent ones, and their ids (t,)."""
+    order = [tracker.state.names.index(axis) for axis in ("x", "y")]
+    is_shown = state.existence > SHOWN
+    shown = tracker.estimate(state).mean[is_shown][:, order]
+    there = np.array([state.time in track for track in targets.values()])
+    real = np.array([track[state.time] for track in targets.values() if state.time in track]).reshape(-1, 2)
+    far = np.full((len(there), len(shown)), np.inf)
+    far[there] = distances(real, shown)
+    return gospa(far[there], CUTOFF).value ** 2, far, state.ids[is_shown]
+
+
 def judged(seed: int, run: int) -> dict[str, tuple[float, float, int]]:
     """Return of each tracker the mean square of GOSPA in m^2 over a run, the mean CPU time of a step in ms, and switches."""
     targets, found = truth(), {}
     scans = drawn(targets, seed, run)
     for name, associator in TRACKERS.items():
         tracker = vedette.load(EXAMPLE, overrides=[f"associator={associator}"]).tracker
-        state, order = tracker.start(), [tracker.state.names.index(axis) for axis in ("x", "y")]
+        state = tracker.start()
         total, spent, apart, present = 0.0, 0.0, [], []
         for scan in scans:
             begin = process_time()
             state = tracker.step(state, scan)
             spent += process_time() - begin
-            is_shown = state.existence > SHOWN
-            shown = tracker.estimate(state).mean[is_shown][:, order]
-            there = np.array([scan.time in track for track in targets.values()])
-            real = np.array([track[scan.time] for track in targets.values() if scan.time in track]).reshape(-1, 2)
-            far = np.full((len(there), len(shown)), np.inf)
-            far[there] = distances(real, shown)
-            total += gospa(far[there], CUTOFF).value ** 2
+            square, far, ids = compared(tracker, state, targets)
+            total += square
             apart.append(far)
-            present.append(state.ids[is_shown])
+            present.append(ids)
         cover = covering(apart, present, CUTOFF)
         found[name] = (total / SCANS, 1000 * spent / SCANS, sum(map(switches, cover.T)))
     return found

@@ -19,10 +19,9 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 import vedette
-from benchmarks.crossing import CUTOFF, EXAMPLE, SCANS, SHOWN, drawn_with_sources, truth
+from benchmarks.crossing import CUTOFF, EXAMPLE, SCANS, compared, drawn_with_sources, truth
 from vedette import Tracker, smoothed
 from vedette.metrics import covering, switches
-from vedette.metrics.gospa import distances, gospa
 from vedette.space import Array
 from vedette.tracking import State, take
 from vedette.tracking.branching import MOST_RETURNS
@@ -59,19 +58,9 @@ def along_first_links(tracker: Tracker, states: Sequence[State]) -> Iterator[Sta
 
 def figures(tracker: Tracker, states: Sequence[State]) -> tuple[float, int]:
     """Return the mean square of GOSPA in m^2 and the identity switches of all targets."""
-    targets, order = truth(), [tracker.state.names.index(axis) for axis in ("x", "y")]
-    total, apart, present = 0.0, [], []
-    for state in states:
-        is_shown = state.existence > SHOWN
-        shown = tracker.estimate(state).mean[is_shown][:, order]
-        there = np.array([state.time in track for track in targets.values()])
-        real = np.array([track[state.time] for track in targets.values() if state.time in track]).reshape(-1, 2)
-        far = np.full((len(there), len(shown)), np.inf)
-        far[there] = distances(real, shown)
-        total += gospa(far[there], CUTOFF).value ** 2
-        apart.append(far)
-        present.append(state.ids[is_shown])
-    return total / SCANS, sum(map(switches, covering(apart, present, CUTOFF).T))
+    targets = truth()
+    squares, apart, present = zip(*(compared(tracker, state, targets) for state in states), strict=True)
+    return sum(squares) / SCANS, sum(map(switches, covering(apart, present, CUTOFF).T))
 
 
 def links(states: Sequence[State], sources: Sequence[Array]) -> Array:

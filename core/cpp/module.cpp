@@ -7,6 +7,7 @@
 #include "entries.hpp"
 #include "existing.hpp"
 #include "hypotheses.hpp"
+#include "instruction_sets.hpp"
 #include "streams.hpp"
 
 namespace vedette {
@@ -72,34 +73,24 @@ PyObject* bind(PyObject*, Args args, Py_ssize_t count) {
     return PyErr_Occurred() ? nullptr : PyErr_Format(PyExc_KeyError, "bind takes the name of a kernel, a function and types");
 }
 
-struct InstructionSet {
-    const char* name;
-    const Table* kernels;
-    bool (*runs)();
-};
-
 // What was built, best last.
-const InstructionSet kBuilt[] = {
-    {"baseline", &baseline::table, [] { return true; }},
+const InstructionSet<Table> kBuilt[] = {
+    {"baseline", &baseline::table, runs_baseline},
 #ifdef VEDETTE_AVX2
-    {"avx2", &avx2::table, [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
+    {"avx2", &avx2::table, runs_avx2},
 #endif
 #ifdef VEDETTE_AVX512
-    {"avx512", &avx512::table,
-     [] {
-         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-     }},
+    {"avx512", &avx512::table, runs_avx512},
 #endif
 };
 
-void take(const InstructionSet& set) { table = set.kernels, chosen = set.name; }
+void take(const InstructionSet<Table>& set) { table = set.code, chosen = set.name; }
 
 // Takes the named instruction set; ValueError if this processor or this build has it not. For tests.
 PyObject* use(PyObject*, PyObject* given) {
     const char* name = PyUnicode_AsUTF8(given);
     if (name == nullptr) return nullptr;
-    for (const InstructionSet& set : kBuilt)
+    for (const InstructionSet<Table>& set : kBuilt)
         if (std::strcmp(name, set.name) == 0 && set.runs()) {
             take(set);
             Py_RETURN_NONE;
@@ -111,7 +102,7 @@ PyObject* instruction_set(PyObject*, PyObject*) { return PyUnicode_FromString(ch
 
 PyObject* instruction_sets(PyObject*, PyObject*) {
     PyObject* all = PyList_New(0);
-    for (const InstructionSet& set : kBuilt) {
+    for (const InstructionSet<Table>& set : kBuilt) {
         if (all == nullptr || !set.runs()) continue;
         PyObject* text = PyUnicode_FromString(set.name);
         if (text == nullptr || PyList_Append(all, text) < 0) Py_CLEAR(all);
@@ -142,7 +133,7 @@ PyModuleDef module = {PyModuleDef_HEAD_INIT, "_compiled", nullptr, -1, methods, 
 
 PyMODINIT_FUNC PyInit__compiled() {
     import_array();
-    for (const vedette::InstructionSet& set : vedette::kBuilt)
+    for (const vedette::InstructionSet<vedette::Table>& set : vedette::kBuilt)
         if (set.runs()) vedette::take(set);
     return PyModule_Create(&vedette::module);
 }

@@ -13,7 +13,7 @@ from vedette.fields import ABSURD
 from vedette.streams import Decoded, Format, Message
 from vedette.units import in_unit
 from vedette_files.input_files import shown
-from vedette_live.formats.text import LONGEST, Rest, split
+from vedette_live.formats.text import Rest, decoded, ended
 
 SI = ("m", "rad", "s", "m/s", "deg")
 
@@ -57,21 +57,17 @@ class CsvLines(Format):
         return Rest()
 
     def decode(self, memory: Rest, data: bytes) -> Decoded:
-        memory, lines, too_long = split(memory, data)
-        messages, refused = [], [f"a line is longer than {LONGEST:,} bytes"] * too_long
-        for line in lines:
-            text = line.decode(errors="replace").strip("\r\n")
-            if not text.strip() or [cell.strip() for cell in text.split(self.separator)] == list(self.columns):
-                continue
-            try:
-                messages.append(self._message(text))
-            except ValueError as error:
-                refused.append(str(error))
-        return Decoded(memory, messages, refused)
+        return decoded(memory, data, self._read)
 
     def end(self, memory: Rest) -> Decoded:
-        left = self.decode(memory, b"\n") if memory.data else Decoded(Rest())
-        return Decoded(self.start(), left.messages, left.refused)
+        return ended(memory, self._read)
+
+    def _read(self, line: bytes) -> Message | None:
+        """Return a line's message; None for an empty one and for a header."""
+        text = line.decode(errors="replace").strip("\r\n")
+        if not text.strip() or [cell.strip() for cell in text.split(self.separator)] == list(self.columns):
+            return None
+        return self._message(text)
 
     def _message(self, text: str) -> Message:
         try:

@@ -13,7 +13,7 @@ from vedette.streams import Decoded, Format, Message, TrackReport
 from vedette.types import Pose
 from vedette_files import code
 from vedette_files.json_values import number, parse, short, vector
-from vedette_live.formats.text import LONGEST, Rest, split
+from vedette_live.formats.text import Rest, decoded, ended
 
 FIELDS = ("time", "sensor", "z", "axes", "times", "evidence", "noise", "identity", "pose", "marker", "angle", "n")
 POSE = ("position", "velocity", "heading")
@@ -44,19 +44,10 @@ class JsonLines(Format):
         return Rest()
 
     def decode(self, memory: Rest, data: bytes) -> Decoded:
-        memory, lines, too_long = split(memory, data)
-        messages, refused = [], [f"a line is longer than {LONGEST:,} bytes"] * too_long
-        for line in lines:
-            if line.strip():
-                try:
-                    messages.append(_message(line))
-                except ValueError as error:
-                    refused.append(str(error))
-        return Decoded(memory, messages, refused)
+        return decoded(memory, data, _read)
 
     def end(self, memory: Rest) -> Decoded:
-        left = self.decode(memory, b"\n") if memory.data else Decoded(Rest())
-        return Decoded(self.start(), left.messages, left.refused)
+        return ended(memory, _read)
 
     def encode(self, report: TrackReport) -> bytes:
         names = [axis.name for axis in report.space.axes]
@@ -77,6 +68,11 @@ class JsonLines(Format):
             for track, north, east in zip(tracks, latitude.tolist(), longitude.tolist(), strict=True):
                 track |= {"latitude": north, "longitude": east}
         return json.dumps({"number": report.number, "time": report.time, "tracks": tracks}).encode() + b"\n"
+
+
+def _read(line: bytes) -> Message | None:
+    """Return a line's message; None for an empty one."""
+    return _message(line) if line.strip() else None
 
 
 def _message(line: bytes) -> Message:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
-from vedette.hypotheses import LOST, best_marginals_of_table
+from vedette.hypotheses import best_marginals_of_table
+from vedette_standard.associators.left_out import left_out
 
 
 @final
@@ -35,9 +35,7 @@ class MBestJpda(Associator):
 
     def approximated(self, scores: Array) -> Mask:
         """Return the tracks (*b, t) of clusters whose other associations are too probable."""
-        if np.max(np.prod(1.0 + np.isfinite(scores[..., 1:]).sum(axis=-1), axis=-1), initial=0.0) <= self.m:
-            return np.zeros(scores.shape[:-1], dtype=bool)
-        return best_marginals_of_table(scores, self.m)[1] > LOST
+        return left_out(scores, self.m)
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""

@@ -4,6 +4,7 @@
 
 #include <cstring>
 
+#include "instruction_sets.hpp"
 #include "twins.hpp"
 
 namespace vedette {
@@ -24,24 +25,14 @@ extern const Twins twins;
 
 namespace {
 
-struct InstructionSet {
-    const char* name;
-    const Twins* twins;
-    bool (*runs)();
-};
-
 // What was built, best last.
-const InstructionSet kBuilt[] = {
-    {"baseline", &baseline::twins, [] { return true; }},
+const InstructionSet<Twins> kBuilt[] = {
+    {"baseline", &baseline::twins, runs_baseline},
 #ifdef VEDETTE_AVX2
-    {"avx2", &avx2::twins, [] { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }},
+    {"avx2", &avx2::twins, runs_avx2},
 #endif
 #ifdef VEDETTE_AVX512
-    {"avx512", &avx512::twins,
-     [] {
-         return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-                __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-     }},
+    {"avx512", &avx512::twins, runs_avx512},
 #endif
 };
 
@@ -72,9 +63,9 @@ PyObject* functions_of(const Twins& twins) {
 // By instruction set, best last, the capsule of each kind.
 PyObject* all_twins(PyObject*, PyObject*) {
     PyObject* all = PyDict_New();
-    for (const InstructionSet& set : kBuilt) {
+    for (const InstructionSet<Twins>& set : kBuilt) {
         if (all == nullptr || !set.runs()) continue;
-        PyObject* table = functions_of(*set.twins);
+        PyObject* table = functions_of(*set.code);
         if (table == nullptr || PyDict_SetItemString(all, set.name, table) < 0) Py_CLEAR(all);
         Py_XDECREF(table);
     }
