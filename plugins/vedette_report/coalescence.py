@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
-from scipy.spatial import KDTree
 
+from vedette.space import Array, Indices
 from vedette.types import Track
 
 NEAR, LONG, SAMPLED = 0.5, 10, 400
 """Two tracks lie on each other within this part of the smaller one's standard deviation, in at least so many scans, of so
 many that are looked at, at most. Chosen by hand.
 """
+FEW = 100
+"""So many tracks are compared pair by pair."""
 
 
 def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
@@ -41,8 +43,17 @@ def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
         own = order[begin:end][good[order[begin:end]]]
         if len(own) < 2:
             continue
-        pairs = KDTree(at[own]).query_pairs(NEAR * float(np.median(sigma[own])), output_type="ndarray")
-        a, b = own[pairs[:, 0]], own[pairs[:, 1]]
+        i, j = _pairs(at[own], NEAR * float(np.median(sigma[own])))
+        a, b = own[i], own[j]
         near = np.linalg.norm(at[a] - at[b], axis=-1) < NEAR * np.minimum(sigma[a], sigma[b])
         met.update(zip(np.minimum(ids[a], ids[b])[near].tolist(), np.maximum(ids[a], ids[b])[near].tolist(), strict=True))
     return [(*pair, number) for pair, number in met.items() if number >= LONG]
+
+
+def _pairs(at: Array, reach: float) -> Iterable[Indices]:
+    """Return the rows of pairs of positions (t, n) in m: all pairs of a few, of many those within `reach`."""
+    if len(at) <= FEW:
+        return np.triu_indices(len(at), 1)
+    from scipy.spatial import KDTree  # takes an eighth of a small run's time to load
+
+    return KDTree(at).query_pairs(reach, output_type="ndarray").T

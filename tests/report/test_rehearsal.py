@@ -60,3 +60,5 @@ def test_tracks_that_lie_on_each_other_are_counted():
     assert coalesced([track(1, 0.0), track(2, 1.0)]) == []
     assert coalesced([track(1, 0.0), track(2, 0.1, count=9)]) == []
     assert coalesced([]) == []
+    crowd = [track(i, 10.0 * i) for i in range(150)]
+    assert coalesced([*crowd, track(200, 70.4)]) == [(7, 200, 30)]
