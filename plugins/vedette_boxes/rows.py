@@ -9,8 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Indices, InputError, Mask, Problem
-from vedette.writing import whole_file
 from vedette_files.input_files import lines, shown
+from vedette_files.writing import whole_file
 
 FEWEST, MOST = 6, 12
 """Numbers that a line has: a score, a class and the rest may be left out."""

@@ -10,10 +10,10 @@ import numpy as np
 
 from vedette.reading import open_arrays
 from vedette.types import Frame, LazyScans, Recording
-from vedette.writing import write_arrays
 from vedette_files.image_header import check_pixels
 from vedette_files.input_files import check_regular, inside
 from vedette_files.json_values import short, vector
+from vedette_files.writing import write_arrays
 
 ENTRY = "pixels"
 LARGEST = 2**29

@@ -13,11 +13,11 @@ from attrs import frozen
 
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette.writing import whole_file
 from vedette_files.codes import labels
 from vedette_files.csv_times import DATED, EPOCH
 from vedette_files.geodesy import Origin
 from vedette_files.readers import NORTH_EAST
+from vedette_files.writing import whole_file
 
 
 @frozen

@@ -13,12 +13,12 @@ from attrs import frozen
 from vedette.errors import InputError, Problem
 from vedette.space import Space, SpaceError
 from vedette.types import Detections, Pose, Recording, Rows, Scan, Trajectory
-from vedette.writing import whole_file
 from vedette_files.codes import code, label
 from vedette_files.frames import FrameFiles, read_frame
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short, vector
 from vedette_files.readers import Sample, in_time_order, offer_sorting
+from vedette_files.writing import whole_file
 
 FORMAT = "vedette"
 VERSION = 1

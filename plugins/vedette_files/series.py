@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 
 from vedette.errors import InputError
 from vedette.reading import Arrays, open_arrays, parse_json
-from vedette.writing import UNFINISHED
 from vedette_files.growing_zip import append, mended
+from vedette_files.writing import UNFINISHED
 
 FORMAT = "vedette series"
 VERSION = 1

@@ -10,10 +10,10 @@ from typing import Any
 
 from vedette.space import Space
 from vedette.types import Track
-from vedette.writing import whole_bytes, whole_file
 from vedette_files.columnar import pyarrow
 from vedette_files.georeference import Terms, geometry, points_of, properties_of
 from vedette_files.track_table import arrow_table, table_of
+from vedette_files.writing import whole_bytes, whole_file
 
 Write = Callable[[Sequence[Track]], None]
 """Takes the next pieces of all tracks that go on, and of those that have ended."""

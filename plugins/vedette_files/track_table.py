@@ -11,10 +11,10 @@ import numpy as np
 
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette.writing import whole_bytes
 from vedette_files.columnar import pyarrow
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.track_rows import EXTRA, mode_count
+from vedette_files.writing import whole_bytes
 
 
 def columns_of(space: Space, modes: int, terms: Terms = PLAIN, extra: Sequence[str] = ()) -> list[str]:

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from vedette.errors import InputError
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette.writing import whole_file
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short
 from vedette_files.jsonl import identity_code, space_of
 from vedette_files.track_lines import FORMAT, VERSION, chunks, csv_head, jsonl_head
 from vedette_files.track_rows import EXTRA, TrackRows
+from vedette_files.writing import whole_file
 
 
 def write_tracks_csv(path: Path | str, tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> None:

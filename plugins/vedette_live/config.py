@@ -16,9 +16,9 @@ from vedette.roles import Sensor
 from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
 from vedette.tracking import raw_sensors
-from vedette.writing import Inputs
 from vedette_files import Origin
 from vedette_files.input_files import user_path
+from vedette_files.writing import Inputs
 from vedette_live.grouping import Grouping
 
 FULL = ("drop", "wait")

@@ -18,9 +18,9 @@ from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.space import Space
 from vedette.types import Recording
-from vedette.writing import growing, open_growing
 from vedette_files import left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
+from vedette_files.writing import growing, open_growing
 from vedette_live.grouping import Formed
 from vedette_live.window import Taken
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING
 
 from vedette import Component, Recording, Sensor, plugin
-from vedette_report.commands import Export, Report, Run, Watch
+from vedette_report.commands import Consistency, Export, Report, Run, Watch
 from vedette_report.pictures import Errors, Map, OfRecording, Simulated, Strip
 
 if TYPE_CHECKING:
@@ -18,7 +18,7 @@ VEDETTE_CONTRACT = 2
 @plugin
 def vedette_components() -> Iterable[type[Component]]:
     """Return the commands and pictures."""
-    return [Run, Watch, Report, Export, Map, Errors, Strip, Simulated, OfRecording]
+    return [Run, Watch, Report, Export, Consistency, Map, Errors, Strip, Simulated, OfRecording]
 
 
 @plugin

@@ -11,8 +11,8 @@ from vedette.config import load_plugins, to_config
 from vedette.errors import Problem, VedetteError
 from vedette.experiment import Experiment, Result
 from vedette.types import Recording
-from vedette.writing import whole_bytes, whole_file
 from vedette_files import Terms, write_recording
+from vedette_files.writing import whole_bytes, whole_file
 from vedette_report.series import Recorded
 from vedette_report.track_files import TrackFiles
 

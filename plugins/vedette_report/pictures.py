@@ -10,7 +10,8 @@ from attrs import frozen
 from vedette import Picture, Result
 
 if TYPE_CHECKING:
-    from vedette.testing import Recorded, Report
+    from vedette.testing import Report
+    from vedette_report.recorded import Recorded
 
 
 @final
@@ -79,6 +80,6 @@ class OfRecording(Picture):
     of: ClassVar[str] = "consistency of a recording"
 
     def draw(self, subject: tuple[str, Sequence[Recorded]]) -> Any:
-        from vedette_report.consistency_recorded import drawn
+        from vedette_report.recorded.picture import drawn
 
         return drawn(*subject)

@@ -24,9 +24,9 @@ from vedette.reading import parse_json, read_table
 from vedette.space import Space
 from vedette.tracking import without_bad_returns
 from vedette.types import LazyScans, Scan
-from vedette.writing import unfinished_runs, whole_file
 from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
+from vedette_files.writing import unfinished_runs, whole_file
 from vedette_report.files import SERIES
 from vedette_report.identity import Code, check, tell
 

@@ -16,8 +16,8 @@ from vedette.metrics import Score
 from vedette.tracking import from_the_start, smooth, smoothed
 from vedette.types import Track
 from vedette.units import in_unit
-from vedette.writing import whole_bytes
 from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
+from vedette_files.writing import whole_bytes
 from vedette_report.series import Recorded, Recorder, SmoothedSteps
 from vedette_report.smoothed_series import smoothed_series
 

@@ -19,8 +19,8 @@ from vedette.progress import Progress, silent
 from vedette.space import Array
 from vedette.tracking import State, Tracker, check_again
 from vedette.types import Gaussian, Scan
-from vedette.writing import NOTHING_READ, Inputs, Results, results_in
 from vedette_files import FrameFiles, Tables, recording_head, scan_line
+from vedette_files.writing import NOTHING_READ, Inputs, Results, results_in
 from vedette_report.figures import figures
 from vedette_report.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
 from vedette_report.resuming import Checkpoints, Former

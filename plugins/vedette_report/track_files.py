@@ -10,7 +10,6 @@ from types import TracebackType
 from typing import Self, TextIO, final
 
 from vedette.space import Space
-from vedette.writing import whole_file
 from vedette_files import (
     PARQUET,
     Terms,
@@ -22,6 +21,7 @@ from vedette_files import (
     jsonl_head,
     parquet_pieces,
 )
+from vedette_files.writing import whole_file
 
 
 @final

@@ -12,7 +12,7 @@ import attrs
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.reading import open_arrays, read_table
-from vedette.writing import whole_file, write_arrays
+from vedette_files.writing import whole_file, write_arrays
 
 R = TypeVar("R")
 FOLDER, ABOUT = "parts", "study.json"

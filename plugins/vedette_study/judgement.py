@@ -18,7 +18,7 @@ from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.space import Array
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 from vedette_study.plan import Plan

@@ -12,7 +12,7 @@ import numpy as np
 
 from vedette.reproduction import Curve, Panel, Table
 from vedette.space import Array
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 from vedette_report import canvas
 from vedette_report.page import page
 from vedette_study.chunk import study_figures

@@ -15,7 +15,7 @@ from attrs import frozen
 from vedette import kernels
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
 from vedette.reading import open_arrays, read_table
-from vedette.writing import whole_file, write_arrays
+from vedette_files.writing import whole_file, write_arrays
 from vedette_report.identity import Code, check, tell
 from vedette_study.chunk import Chunk
 from vedette_study.plan import Plan

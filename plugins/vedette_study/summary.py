@@ -13,7 +13,7 @@ from attrs import evolve
 
 from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette.space import Array
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 from vedette_report.files import write_texts
 from vedette_study.chunk import study_figures
 from vedette_study.grid import short_names, spaced_evenly_in_log, told, unit_at

@@ -10,7 +10,7 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.testing import Misuse, recorded_consistency
+from vedette_report.recorded import recorded_consistency
 
 CONFIG = """
 [source]
@@ -99,7 +99,7 @@ def test_every_command_that_reads_a_recording_says_what_looks_wrong_with_it(
 
 
 def test_a_recording_that_cannot_be_judged_is_told_with_its_cause(config):
-    with pytest.raises(Misuse, match="to judge by; most"):
+    with pytest.raises(vedette.InputError, match="to judge by; most"):
         recorded_consistency(vedette.load(config(1.0, np.arange(60)[::-1])))
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from support.commands import command
 from vedette.cli import main
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 
 WRONG = {
     "no such file": (lambda path: ["run", path.with_name("none.toml")], "there is no such file"),

@@ -16,8 +16,8 @@ from support.commands import FILES, files
 from support.results import config
 from vedette.cli import main
 from vedette.errors import ConfigError
-from vedette.writing import LOCK, UNFINISHED, Inputs, locked, unfinished_runs
 from vedette_files import read_recording, read_series, read_tracks
+from vedette_files.writing import LOCK, UNFINISHED, Inputs, locked, unfinished_runs
 from vedette_report import series, streaming, track_files
 from vedette_report.commands import run as running
 
@@ -120,7 +120,7 @@ def test_a_page_or_an_export_does_not_take_the_place_of_its_run(ran, capsys, nam
     ],
 )
 def test_a_second_process_is_refused(given, capsys, command):
-    code = "import sys; from pathlib import Path; from vedette.writing import locked\n"
+    code = "import sys; from pathlib import Path; from vedette_files.writing import locked\n"
     code += "with locked(Path('out')): print('held', flush=True); sys.stdin.read()"
     with subprocess.Popen([sys.executable, "-c", code], stdin=-1, stdout=-1, text=True) as other:
         assert other.stdout.readline() == "held\n"

@@ -9,7 +9,7 @@ from support.paths import EXAMPLES
 from vedette.config.files import read_file
 from vedette.metrics import Score
 from vedette.testing import consistency
-from vedette.testing.recorded import recorded_consistency
+from vedette_report.recorded import recorded_consistency
 from vedette_study.plan import plan
 from vedette_study.study import perform
 

@@ -20,8 +20,8 @@ from support.results import config
 from vedette import Detections, Source
 from vedette.cli import main
 from vedette.tracking import State
-from vedette.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
 from vedette_files import read_series
+from vedette_files.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
 from vedette_report import identity, series, streaming
 from vedette_report.resuming import CHECKPOINT, Former
 
@@ -247,7 +247,7 @@ def test_a_run_that_was_killed_while_its_files_moved_is_whole_with_the_next(left
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", twice)
-        patch.setattr("vedette.writing.rmtree", lambda *given, **options: None)
+        patch.setattr("vedette_files.writing.rmtree", lambda *given, **options: None)
         with pytest.raises(Killed):
             main(["run", "config.json", "--out", "moving", "--stream"])
     (place,) = unfinished_runs(Path("moving"))

@@ -38,7 +38,6 @@ CORE = (
     "vedette.tracking",
     "vedette.types",
     "vedette.units",
-    "vedette.writing",
 )
 """The modules of the core that others than the core may import; docs/architecture.md names them."""
 
@@ -54,6 +53,7 @@ PLUGINS = (
     "vedette_files.libraries",
     "vedette_files.png",
     "vedette_files.readers",
+    "vedette_files.writing",
     "vedette_marine",
     "vedette_marine.ais",
     "vedette_marine.geometry",

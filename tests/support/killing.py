@@ -17,7 +17,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from vedette.cli import main
-from vedette.writing import UNFINISHED
+from vedette_files.writing import UNFINISHED
 from vedette_report import series, streaming
 
 OPTIONS = {"run": "--out", "study": "--out", "export": "--to"}

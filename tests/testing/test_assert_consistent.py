@@ -10,7 +10,8 @@ from attrs import evolve
 
 import vedette
 from vedette import Gaussian
-from vedette.testing import Misuse, assert_consistent, consistency, recorded_consistency
+from vedette.testing import Misuse, assert_consistent, consistency
+from vedette_report.recorded import recorded_consistency
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 
@@ -204,5 +205,5 @@ def test_a_recording_tells_a_filter_that_is_too_sure():
 
 def test_a_recording_without_a_track_is_misuse():
     scene = SCENE["source"] | {"drawn": {}}
-    with pytest.raises(Misuse, match="source: gives no track with enough"):
+    with pytest.raises(vedette.InputError, match="source: gives no track with enough"):
         recorded_consistency(vedette.load(LINEAR | {"source": scene}))

@@ -74,30 +74,6 @@ class Check(Command):
 
 @final
 @frozen
-class Consistency(Command):
-    """Report whether a tracker's covariances fit a recording.
-
-    Runs the tracker and prints for each object or track the size and whiteness of the innovations, how often it was detected
-    and, with truth, its errors. It gives no verdict.
-    """
-
-    kind: ClassVar[str] = "consistency"
-
-    def options(self, parser: ArgumentParser) -> None:
-        options.add_config(parser)
-        options.add_seed(parser)
-        parser.add_argument("--out", metavar="DIR", help="folder for text, JSON and picture; default: none are written")
-        options.add_pictures(parser)
-        options.add_json(parser)
-
-    def run(self, arguments: Namespace) -> int:
-        from vedette.commands import consistency
-
-        return consistency.run(arguments)
-
-
-@final
-@frozen
 class Info(Command):
     """Show which kernels, libraries and plugins are used, with their versions, and why."""
 
@@ -147,4 +123,4 @@ class Schema(Command):
 @plugin
 def vedette_components() -> Iterable[type[Component]]:
     """Return the core's commands."""
-    return [Check, Completions, Components, Consistency, Info, Schema]
+    return [Check, Completions, Components, Info, Schema]

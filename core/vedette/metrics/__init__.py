@@ -2,7 +2,17 @@
 
 from vedette.metrics.bound import Bound, bound_along, enumerated_bound, information, reduced_bound
 from vedette.metrics.clear import Clear, clear_mot
-from vedette.metrics.consistency import chi_square_band, gate_truncation, nees, rmse_over_runs
+from vedette.metrics.consistency import (
+    Credibility,
+    autocorrelation,
+    chi_square_band,
+    free_axes,
+    gate_truncation,
+    nees,
+    noncredibility,
+    pooled_nis,
+    rmse_over_runs,
+)
 from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities

@@ -17,7 +17,6 @@ _HOMES = {
     "kit": ("Outcome", "conformance", "examine", "laws_of"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
     "montecarlo": ("Errors", "World"),
-    "recorded": ("Recorded", "recorded_consistency"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

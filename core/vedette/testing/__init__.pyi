@@ -13,8 +13,6 @@ from vedette.testing.law import Law as Law
 from vedette.testing.law import Profile as Profile
 from vedette.testing.montecarlo import Errors as Errors
 from vedette.testing.montecarlo import World as World
-from vedette.testing.recorded import Recorded as Recorded
-from vedette.testing.recorded import recorded_consistency as recorded_consistency
 from vedette.testing.trackers import Report as Report
 from vedette.testing.trackers import assert_consistent as assert_consistent
 from vedette.testing.trackers import consistency as consistency

@@ -14,8 +14,8 @@ from attrs import frozen
 
 from vedette import fields
 from vedette.streams import Output
-from vedette.writing import growing, open_growing
 from vedette_files.input_files import user_path
+from vedette_files.writing import growing, open_growing
 
 
 @final

@@ -15,9 +15,9 @@ from attrs import define, frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Saved, Storage, Store, TrackReport, now
-from vedette.writing import growing
 from vedette_files import SCHEMA, keep_facts, keep_tracks
 from vedette_files.input_files import user_path
+from vedette_files.writing import growing
 
 VERSION = 2
 """Of the tables, as the database's user_version."""

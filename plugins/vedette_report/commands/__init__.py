@@ -157,3 +157,27 @@ class Export(Command):
         from vedette_report.commands import export
 
         return export.run(arguments)
+
+
+@final
+@frozen
+class Consistency(Command):
+    """Report whether a tracker's covariances fit a recording.
+
+    Runs the tracker and prints for each object or track the size and whiteness of the innovations, how often it was detected
+    and, with truth, its errors. It gives no verdict.
+    """
+
+    kind: ClassVar[str] = "consistency"
+
+    def options(self, parser: ArgumentParser) -> None:
+        options.add_config(parser)
+        options.add_seed(parser)
+        parser.add_argument("--out", metavar="DIR", help="folder for text, JSON and picture; default: none are written")
+        options.add_pictures(parser)
+        options.add_json(parser)
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_report.commands import consistency
+
+        return consistency.run(arguments)

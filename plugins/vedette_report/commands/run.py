@@ -18,7 +18,7 @@ from vedette.experiment import Experiment, Result, Steps
 from vedette.progress import on_terminal
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
-from vedette.writing import Inputs, check_folder, results_in
+from vedette_files.writing import Inputs, check_folder, results_in
 from vedette_report.drawing import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.files import NAMES, write_config, write_files, write_of_plugins

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from vedette.space import Array
 from vedette.types import Track
-from vedette.writing import unfinished
 from vedette_files import read_series
 from vedette_files.libraries import needed
+from vedette_files.writing import unfinished
 from vedette_report import canvas
 from vedette_report.exporting.run import CHI_SQUARE_95, OUTLINE, Run
 from vedette_report.page.columns import middle

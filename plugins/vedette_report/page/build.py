@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.writing import whole_file
 from vedette_files import Origin
+from vedette_files.writing import whole_file
 from vedette_report.page.metrics import metrics
 from vedette_report.page.run import Shown
 from vedette_report.page.skeleton import UPLOT, page

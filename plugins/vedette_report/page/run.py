@@ -12,8 +12,8 @@ from vedette.display import without_passwords
 from vedette.errors import InputError
 from vedette.reading import read_table
 from vedette.space import Array
-from vedette.writing import UNFINISHED
 from vedette_files import Origin, Series, Terms
+from vedette_files.writing import UNFINISHED
 from vedette_report import canvas
 from vedette_report.page.columns import columns
 from vedette_report.page.frames import frames

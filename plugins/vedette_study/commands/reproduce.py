@@ -14,7 +14,7 @@ from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
 from vedette.reproduction import Findings, Reproduction, afresh, survey
-from vedette.writing import Inputs, check_folder, locked
+from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts

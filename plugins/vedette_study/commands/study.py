@@ -15,7 +15,7 @@ import attrs
 from vedette.commands import DONE, FAILED, INTERRUPTED, options
 from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
-from vedette.writing import Inputs, check_folder, locked
+from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import can_write, write_charts

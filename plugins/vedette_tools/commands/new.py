@@ -10,7 +10,7 @@ from shlex import quote
 from vedette.commands import DONE, UNFIT
 from vedette.config import draft_of, load
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
 from vedette_tools.drafting.wishes import Wishes

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import read_file
-from vedette.writing import Inputs, check_folder, locked
+from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts

@@ -16,11 +16,11 @@ from attrs import astuple, frozen
 
 from vedette.errors import InputError
 from vedette.progress import Progress
-from vedette.writing import unfinished
 from vedette_files.columnar import SUFFIX, is_columnar, pyarrow
 from vedette_files.csv_table import header_line
 from vedette_files.input_files import check_regular, lines
 from vedette_files.libraries import needed
+from vedette_files.writing import unfinished
 from vedette_tools.drafting.table import AID, read_table
 from vedette_tools.smoothing.columns import Columns
 from vedette_tools.smoothing.noises import Model

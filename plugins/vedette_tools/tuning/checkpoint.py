@@ -11,7 +11,7 @@ import numpy as np
 
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
-from vedette.writing import whole_file
+from vedette_files.writing import whole_file
 
 ABOUT, EVALUATIONS = "tuning.json", "evaluations.jsonl"
 

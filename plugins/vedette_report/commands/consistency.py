@@ -6,15 +6,13 @@ import json
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from vedette.commands import DONE, options
 from vedette.config import load, to_config, warnings_of
-from vedette.names import look_up
 from vedette.progress import on_terminal
-from vedette.testing.objects import pooled
-from vedette.testing.recorded import Recorded, recorded
-from vedette.writing import Inputs, check_folder, locked, whole_file
+from vedette_files.writing import Inputs, check_folder, locked, whole_file
+from vedette_report.drawing import Drawing, drawing
+from vedette_report.recorded import Recorded, pooled, recorded
 
 
 def run(arguments: Namespace) -> int:
@@ -23,7 +21,7 @@ def run(arguments: Namespace) -> int:
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
-    drawing = look_up("drawing")(arguments.format, arguments.columns, arguments.style)
+    pictures = drawing(arguments.format, arguments.columns, arguments.style)
     reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
     with locked(folder, reads, ("consistency.txt", "consistency.json")):
         with on_terminal() as progress:
@@ -40,14 +38,14 @@ def run(arguments: Namespace) -> int:
         }
         print(text)
         if folder is not None:
-            print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, drawing))}")
+            print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, pictures))}")
         if arguments.json:
             print(json.dumps(figures))
         return DONE
 
 
 def _write(
-    folder: Path, title: str, told: Sequence[Recorded], text: str, figures: dict[str, object], drawing: Any
+    folder: Path, title: str, told: Sequence[Recorded], text: str, figures: dict[str, object], pictures: Drawing
 ) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
     written = []
@@ -55,8 +53,8 @@ def _write(
         with whole_file(folder / name) as file:
             file.write(content + "\n")
         written.append(name)
-    if drawing.possible():
-        written.append(drawing.look.file("consistency"))
+    if pictures.possible():
+        written.append(pictures.look.file("consistency"))
         titled = f"Consistency: {title}" if title else "Consistency"
-        drawing.save("consistency_recorded", (titled, told), folder / written[-1])
+        pictures.save("consistency_recorded", (titled, told), folder / written[-1])
     return written

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics.consistency import pooled_nis
-from vedette.testing.pairing import Followed
-from vedette.testing.recorded import Recorded
+from vedette.metrics import pooled_nis
+from vedette_report.recorded.pairing import Followed
+from vedette_report.recorded.tracks import Recorded
 
 
 @frozen(eq=False)

@@ -8,9 +8,9 @@ from attrs import evolve
 
 from vedette.cli import main
 from vedette.config import load
-from vedette.testing import recorded_consistency
 from vedette.types import Recording
 from vedette_files import write_recording
+from vedette_report.recorded import recorded_consistency
 
 SCENE = """
 title = "One boat"

@@ -14,7 +14,7 @@ from vedette_report import canvas
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from vedette.testing import Recorded
+    from vedette_report.recorded.tracks import Recorded
 
 MOST = 8
 """Number of tracks that are drawn."""

@@ -12,26 +12,16 @@ from attrs import evolve, field, frozen
 
 from vedette.config import warnings_of
 from vedette.display import figures_html
+from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics.consistency import (
-    Credibility,
-    autocorrelation,
-    free_axes,
-    nees,
-    noncredibility,
-    pooled_nis,
-)
-from vedette.metrics.noises import at_fault
+from vedette.metrics import Credibility, at_fault, autocorrelation, free_axes, nees, noncredibility, pooled_nis
 from vedette.progress import Progress, silent
 from vedette.space import Array, Mask, Space
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Misuse
-from vedette.testing.pairing import Followed, followed
-from vedette.tracking import Expected
-from vedette.tracking.state import State
-from vedette.tracking.tracker import Tracker
+from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian, Track, Trajectory
 from vedette.units import say
+from vedette_report.recorded.pairing import Followed, followed
 
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
@@ -138,8 +128,8 @@ class Recorded:
 def recorded_consistency(experiment: Experiment, progress: Progress = silent) -> tuple[Recorded, ...]:
     """Run an experiment and report the tracks that covered each object, in turn; without truth, all ever confirmed.
 
-    Of an object that no track covered, as the judge pairs them, the track that is nearest on average. Misuse if no track can
-    be compared: too few scans, or cameras alone, which give no returns.
+    Of an object that no track covered, as the judge pairs them, the track that is nearest on average. InputError if no
+    track can be compared: too few scans, or cameras alone, which give no returns.
     """
     return recorded(experiment, experiment.run(progress=progress, keep_states=True))
 
@@ -164,13 +154,15 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
         found = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
     told = tuple(one for one in found if one is not None)
     if not told and 0 < result.intake.frames == result.intake.scans:
-        raise Misuse("source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES")
+        raise InputError(
+            "source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES"
+        )
     if not told:
         clocks = (
             "do the times of the truth agree with theirs" if known and result.recording.truth else "is any ever confirmed"
         )
         odd = next(warnings_of(result.intake, result.recording, tracker.sensors), f"{clocks}?")
-        raise Misuse(f"source: gives no track with enough scans of returns to judge by; {odd}")
+        raise InputError(f"source: gives no track with enough scans of returns to judge by; {odd}")
     return told
 
 

@@ -7,8 +7,7 @@ from attrs import frozen
 
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics.coverage import NONE, Indices
-from vedette.metrics.running import RunningJudge, space_of
+from vedette.metrics import NONE, Indices, RunningJudge, space_of
 from vedette.space import Array, Mask
 from vedette.types import Track
 from vedette.units import say

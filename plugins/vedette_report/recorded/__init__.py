@@ -1,0 +1,8 @@
+"""What the tracks of a recording say of a tracker's covariances: their innovations and, with truth, their errors."""
+
+from vedette_report.recorded.objects import Pooled as Pooled
+from vedette_report.recorded.objects import pooled as pooled
+from vedette_report.recorded.tracks import Innovations as Innovations
+from vedette_report.recorded.tracks import Recorded as Recorded
+from vedette_report.recorded.tracks import recorded as recorded
+from vedette_report.recorded.tracks import recorded_consistency as recorded_consistency
