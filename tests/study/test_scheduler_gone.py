@@ -29,7 +29,8 @@ def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
                     os.kill(there.pid, signal.SIGKILL)
                     yield done
 
-            study = {"progress": progress, "chunk": 20, "out": tmp_path / "out", "scheduler": address}
+            impatient = distributed.Client(address, timeout=1, set_as_default=False)  # ours waits 10 s for its return
+            study = {"progress": progress, "chunk": 20, "out": tmp_path / "out", "scheduler": impatient}
             with pytest.raises(vedette.VedetteError) as error:
                 vedette.monte_carlo(CONFIG, 100_000, 3, **study)
         finally:

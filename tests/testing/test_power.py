@@ -24,11 +24,9 @@ EACH = {"linear": 600, "no velocity": 600, "angles that wrap": 600, "clutter": 2
 """Two thousand right problems, by what they are."""
 
 
-BY_NIGHT = pytest.mark.nightly("1,400 problems: 7 s")
-
-
+@pytest.mark.nightly("2,000 problems: 12 s")
 @pytest.mark.statistical(alpha=8e-7)
-@pytest.mark.parametrize("kind", [pytest.param(kind, marks=() if kind == "linear" else BY_NIGHT) for kind in EACH])
+@pytest.mark.parametrize("kind", EACH)
 def test_p_values_of_right_problems_are_uniform_and_alarms_as_rare_as_stated(study, kind):
     trackers = study.right_problems()[kind]
     found = study.p_values(trackers, EACH[kind], 0)
