@@ -9,10 +9,11 @@ from typing import Any, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette.metrics import Figure, hota, idf1
+from vedette.metrics import Figure
 from vedette.space import Array, Indices, Space
 from vedette_boxes.rows import Rows, overlap
 from vedette_boxes.sensors.box import BOX
+from vedette_standard.whole_tracks import hota, idf1
 
 HALF = 0.5
 """Intersection over union from which on a track is that of an object, for MOTA and IDF1."""

@@ -8,9 +8,9 @@ from itertools import permutations
 import numpy as np
 import pytest
 
-from vedette.metrics import idf1
 from vedette_boxes.figures import Frames, judged
 from vedette_boxes.rows import overlap
+from vedette_standard.whole_tracks import idf1
 
 
 def drawn(seed, frames=None):

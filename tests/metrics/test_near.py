@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 import vedette
 from support.many import problem
 from support.paths import EXAMPLES
-from vedette.metrics import clear_mot, covering, distances, gospa, hota, judge, ospa2, trajectory_gospa
-from vedette.metrics.near import hanging_together, near, near_points, one_to_one
+from vedette.metrics import covering, distances, gospa, judge
+from vedette.metrics.near_pairs import hanging_together, near, near_points, one_to_one
+from vedette_standard.whole_tracks import clear_mot, hota, ospa2, trajectory_gospa
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +33,7 @@ def judged(fleet, **changes):
 @pytest.mark.parametrize("seed", range(12))
 def test_near_points_are_those_of_all_distances_bit_for_bit(seed, monkeypatch):
     rng = np.random.default_rng(seed)
-    monkeypatch.setattr("vedette.metrics.near._AT_ONCE", 1 + 40 * (seed % 3))
+    monkeypatch.setattr("vedette.metrics.near_pairs._AT_ONCE", 1 + 40 * (seed % 3))
     truth = rng.normal(0.0, 20.0, (30, 1 + seed % 3)) + 1e5 * (seed % 2)
     tracks = truth[rng.integers(0, 30, 50)] + rng.integers(-3, 4, (50, truth.shape[1]))
     alive, reach = rng.random(30) < 0.8, (0.0, 3.0, 40.0, np.inf)[seed % 4]
@@ -52,8 +53,8 @@ def test_near_points_are_those_of_all_distances_bit_for_bit(seed, monkeypatch):
 @pytest.mark.parametrize("seed", range(30))
 def test_the_best_pairs_are_those_of_the_whole_table(seed, small, few, monkeypatch):
     """Stars, chains and knots of pairs, in one table and divided; ties and pairs that cost as much as none."""
-    monkeypatch.setattr("vedette.metrics.near._SMALL", small)
-    monkeypatch.setattr("vedette.metrics.near._FEW", few)
+    monkeypatch.setattr("vedette.metrics.near_pairs._SMALL", small)
+    monkeypatch.setattr("vedette.metrics.near_pairs._FEW", few)
     rng = np.random.default_rng(seed)
     table = np.where(rng.random((12, 9)) < (0.08, 0.15, 0.3)[seed % 3], rng.choice([0.0, 0.1, 0.5, 0.9, 1.0], (12, 9)), 1.0)
     truth, track = np.nonzero(rng.permuted(table < 1.0, axis=1) | (table < 1.0))

@@ -72,6 +72,7 @@ PLUGINS = (
     "vedette_report.watching.page",
     "vedette_report.watching.real_time",
     "vedette_standard",
+    "vedette_standard.whole_tracks",
     "vedette_study.executors",
     "vedette_study.grid",
     "vedette_study.lockstep",

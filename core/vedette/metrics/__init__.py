@@ -1,7 +1,6 @@
 """How good tracks are: errors, coverage, losses, identity switches, set distances. docs/metrics.md defines the figures."""
 
 from vedette.metrics.bound import Bound, bound_along, enumerated_bound, information, reduced_bound
-from vedette.metrics.clear import Clear, clear_mot
 from vedette.metrics.consistency import (
     Credibility,
     autocorrelation,
@@ -16,12 +15,8 @@ from vedette.metrics.consistency import (
 from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities
-from vedette.metrics.hota import Hota, hota
-from vedette.metrics.idf1 import idf1
 from vedette.metrics.matching import Match, Pairs
+from vedette.metrics.near_pairs import Near, hanging_together, near, near_in_scans, one_to_one
 from vedette.metrics.noises import at_fault
-from vedette.metrics.ospa2 import ospa2
 from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of, judge, space_of
 from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore
-from vedette.metrics.siap import Siap, siap
-from vedette.metrics.trajectory import TrajectoryGospa, trajectory_gospa

@@ -17,9 +17,11 @@ from attrs import frozen
 
 from vedette import fields
 from vedette.kernels import numerical_jacobian, propagate, symmetric
+from vedette.metrics.coverage import Indices
+from vedette.metrics.histories import positions, truth_at
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.types import Scan
+from vedette.types import Scan, Trajectory
 
 ENUMERATED = 12
 """Scans that may miss, from the first, over which sequences of detections are enumerated: 2^12 of them."""
@@ -147,3 +149,29 @@ def _informed(P: Array, info: Array) -> Array:
     """Return (P^-1 + I)^-1 = P - P I (1 + P I)^-1 P, for singular P too: (*b, n, n)."""
     eye: Array = np.eye(P.shape[-1])
     return symmetric(np.linalg.solve(eye + P @ info, P))
+
+
+def position_bound(
+    bound: Bound, sensors: Mapping[str, Sensor], truth: Sequence[Trajectory], scans: Sequence[Scan], judged: Indices
+) -> float | None:
+    """Return the root of the mean bound of the squared position error over the judged scans and objects, in m.
+
+    None where the truth lacks an axis of the bound's motion, or where none is there.
+    """
+    space = bound.motion.state
+    if any(axis not in path.space.axes for path in truth for axis in space.axes):
+        return None
+    real = truth_at(truth, np.array([scan.time for scan in scans]), space)
+    lives, life = np.unique(real.alive, axis=1, return_inverse=True)
+    spot, squares = positions(space), list[Array]()
+    for i, there in enumerate(lives.T):
+        alive_at = np.flatnonzero(there)
+        if not len(alive_at):
+            continue
+        members, looks = real.states[alive_at][:, life.reshape(-1) == i], [scans[k] for k in alive_at.tolist()]
+        P = bound_along(bound, sensors, looks, members, space)
+        if P is None:
+            return None
+        squares.append(np.sum(P[np.isin(alive_at, judged)][..., spot, spot], axis=-1).ravel())
+    every = np.concatenate([*squares, np.zeros(0)])
+    return float(np.sqrt(np.mean(every))) if every.size else None

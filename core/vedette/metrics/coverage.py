@@ -7,8 +7,8 @@ from typing import final
 
 import numpy as np
 
-from vedette.metrics.near import Indices as Indices
-from vedette.metrics.near import Near, near, one_to_one
+from vedette.metrics.near_pairs import Indices as Indices
+from vedette.metrics.near_pairs import Near, near, one_to_one
 from vedette.space import Array
 
 NONE = -1

@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics.near import Near, near, one_to_one
+from vedette.metrics.near_pairs import Near, near, one_to_one
 from vedette.space import Array
 
 

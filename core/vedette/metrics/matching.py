@@ -8,7 +8,7 @@ from attrs import evolve, frozen
 from vedette.metrics.consistency import nees
 from vedette.metrics.coverage import NONE, Held, Indices, covering
 from vedette.metrics.histories import Entries, Truth, positions
-from vedette.metrics.near import Near, near_points
+from vedette.metrics.near_pairs import Near, near_points
 from vedette.metrics.score import Judge
 from vedette.space import Array
 

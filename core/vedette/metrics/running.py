@@ -10,12 +10,13 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import PluginError
+from vedette.metrics.bound import position_bound
 from vedette.metrics.coverage import Held, Indices, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, truth_at
 from vedette.metrics.matching import Match, Pairs, matched
 from vedette.metrics.score import Collected, Figure, Judge, Score
 from vedette.metrics.tally import SETS, Errors, Fate, Nis, Total, of_all, sets
-from vedette.metrics.whole import WholeTracks, position_bound
+from vedette.names import look_up
 from vedette.roles import Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Scan, Track, Trajectory
@@ -76,7 +77,7 @@ class RunningJudge:
     ) -> None:
         self.tracks = 0
         self.space = truth_at(truth, np.zeros(0), space).space
-        self.whole = WholeTracks(len(truth), options, keep)
+        self.whole = look_up("WholeTracks")(len(truth), options, keep)
         self._truth, self._options, self._gate, self._sensors = truth, options, gate_probability, sensors
         self._part = [] if space is None else space.locate(self.space)
         self._begin = np.array([path.times[0] if len(path.times) else np.inf for path in truth])

@@ -6,9 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics.coverage import Indices
-from vedette.metrics.gospa import ospa
-from vedette.metrics.near import Near, near_in_scans
+from vedette.metrics import Indices, Near, near_in_scans, ospa
 from vedette.space import Array, Mask
 
 

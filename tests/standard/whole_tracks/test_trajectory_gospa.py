@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from support.many import Problem, as_published, problem
-from vedette.metrics import gospa, trajectory_gospa
+from vedette.metrics import gospa
+from vedette_standard.whole_tracks import trajectory_gospa
 
 
 def over_assignments(given: Problem, cutoff: float, switch: float, order: float) -> float:

@@ -7,8 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics.coverage import NONE, Indices, switches
-from vedette.metrics.near import Near, near
+from vedette.metrics import NONE, Indices, Near, near, switches
 from vedette.space import Array, Mask
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics.near import Indices, Near, near_in_scans, one_to_one
+from vedette.metrics import Indices, Near, near_in_scans, one_to_one
 from vedette.space import Array, Mask
 
 

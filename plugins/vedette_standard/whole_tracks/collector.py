@@ -2,27 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any, final
 
 import numpy as np
 from attrs import asdict, frozen
 
-from vedette.metrics.bound import Bound, bound_along
-from vedette.metrics.clear import clear_mot
-from vedette.metrics.coverage import NONE, Indices
-from vedette.metrics.histories import positions, truth_at, velocities
-from vedette.metrics.hota import hota
-from vedette.metrics.idf1 import idf1
-from vedette.metrics.matching import Match
-from vedette.metrics.near import Near
-from vedette.metrics.ospa2 import ospa2
-from vedette.metrics.score import Judge
-from vedette.metrics.siap import assigned, siap
-from vedette.metrics.trajectory import trajectory_gospa
-from vedette.roles import Sensor
+from vedette.metrics import NONE, Indices, Judge, Match, Near, positions, velocities
 from vedette.space import Array, Mask
-from vedette.types import Scan, Trajectory
+from vedette_standard.whole_tracks.clear import clear_mot
+from vedette_standard.whole_tracks.hota import hota
+from vedette_standard.whole_tracks.idf1 import idf1
+from vedette_standard.whole_tracks.ospa2 import ospa2
+from vedette_standard.whole_tracks.siap import assigned, siap
+from vedette_standard.whole_tracks.trajectory import trajectory_gospa
 
 PARTS = ("localisation", "missed", "false", "switches")
 
@@ -149,29 +142,3 @@ def _siap(looks: Sequence[_Look], present: Sequence[Indices], alive: Mask) -> di
     )
     units = {"position": "_m", "velocity": "_mps", "changes": "_per_s"}
     return {f"siap_{name}{units.get(name, '')}": value for name, value in asdict(picture).items()}
-
-
-def position_bound(
-    bound: Bound, sensors: Mapping[str, Sensor], truth: Sequence[Trajectory], scans: Sequence[Scan], judged: Indices
-) -> float | None:
-    """Return the root of the mean bound of the squared position error over the judged scans and objects, in m.
-
-    None where the truth lacks an axis of the bound's motion, or where none is there.
-    """
-    space = bound.motion.state
-    if any(axis not in path.space.axes for path in truth for axis in space.axes):
-        return None
-    real = truth_at(truth, np.array([scan.time for scan in scans]), space)
-    lives, life = np.unique(real.alive, axis=1, return_inverse=True)
-    spot, squares = positions(space), list[Array]()
-    for i, there in enumerate(lives.T):
-        alive_at = np.flatnonzero(there)
-        if not len(alive_at):
-            continue
-        members, looks = real.states[alive_at][:, life.reshape(-1) == i], [scans[k] for k in alive_at.tolist()]
-        P = bound_along(bound, sensors, looks, members, space)
-        if P is None:
-            return None
-        squares.append(np.sum(P[np.isin(alive_at, judged)][..., spot, spot], axis=-1).ravel())
-    every = np.concatenate([*squares, np.zeros(0)])
-    return float(np.sqrt(np.mean(every))) if every.size else None

@@ -8,8 +8,7 @@ from typing import Any, cast
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics.coverage import Indices
-from vedette.metrics.near import Near, hanging_together, near_in_scans
+from vedette.metrics import Indices, Near, hanging_together, near_in_scans
 from vedette.space import Array, Mask
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.many import Problem, as_published, hota_by_definition, ospa2_by_definition, problem
-from vedette.metrics import hota, ospa2, trajectory
+from vedette_standard.whole_tracks import hota, ospa2, trajectory
 
 
 def problems():

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from support.many import Problem, hota_by_definition, ospa2_by_definition, problem, there
-from vedette.metrics import clear_mot, covering, hota, ospa2, siap
-from vedette.metrics.siap import assigned
+from vedette.metrics import covering
+from vedette_standard.whole_tracks import clear_mot, hota, ospa2, siap
+from vedette_standard.whole_tracks.siap import assigned
 
 SEEDS = range(20)
 

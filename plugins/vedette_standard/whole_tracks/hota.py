@@ -8,8 +8,7 @@ from itertools import pairwise
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics.coverage import Indices
-from vedette.metrics.near import Near, near_in_scans, one_to_one
+from vedette.metrics import Indices, Near, near_in_scans, one_to_one
 from vedette.space import Array, Mask
 
 THRESHOLDS = np.arange(1, 20) / 20
