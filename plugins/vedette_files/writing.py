@@ -228,7 +228,25 @@ def _move(place: Path) -> None:
         if target.is_dir():
             target.replace(place / f".{path.name}.former")
         path.replace(target)
-    rmtree(place)
+    for rest in place.iterdir():
+        if rest.name != WHOLE:
+            rmtree(rest) if rest.is_dir() else rest.unlink()
+    (place / WHOLE).unlink()  # last: without it the run would seem to be one that did not end
+    place.rmdir()
+
+
+def settle(folder: Path) -> bool:
+    """Move the rest of what runs left that were killed while their files moved; return whether there was any.
+
+    This process must hold the folder.
+    """
+    left = [place for place in unfinished_runs(folder) if (place / WHOLE).exists()]
+    for place in left:
+        _move(place)
+    for place in folder.glob(f"{UNFINISHED}*"):
+        with suppress(OSError):  # it holds something
+            place.rmdir()
+    return bool(left)
 
 
 @contextmanager
@@ -242,10 +260,9 @@ def results_in(
     places of unfinished runs that it goes on from; nothing of them is left once it has ended.
     """
     with locked(folder, reads, names):
+        settle(folder)
         for left in unfinished_runs(folder):
-            if (left / WHOLE).exists():  # it was killed while its files moved
-                _move(left)
-            elif left not in replaces:
+            if left not in replaces:
                 told = "`vedette report` shows it, `vedette run --resume` goes on from it"
                 print(f"vedette: {folder}: holds an unfinished run, {left.name}: {told}", file=sys.stderr)
         results = Results(folder, reads, replaces)
@@ -269,7 +286,7 @@ def results_in(
 def unfinished_runs(folder: Path) -> list[Path]:
     """Return the places in a folder where runs wrote that did not come to their end, the latest last."""
     try:
-        left = [path for path in folder.iterdir() if path.name.startswith(UNFINISHED) and path.is_dir()]
+        left = [path for path in folder.glob(f"{UNFINISHED}*") if path.is_dir() and any(path.iterdir())]
         return sorted(left, key=lambda path: path.stat().st_mtime)
     except OSError:
         return []

@@ -5,29 +5,27 @@ from __future__ import annotations
 import sys
 from collections import deque
 from functools import partial
-from threading import Event, Lock, Thread
+from threading import Event, Thread
 from typing import Any, final
 
 import numpy as np
 from attrs import define, field
 
 from vedette.errors import InputError, VedetteError
-from vedette.space import Array
-from vedette.streams import Arrival, Saved, Storage, TrackReport, now
-from vedette.tracking import State, raw_sensors
+from vedette.streams import Saved, Storage, TrackReport, now
+from vedette.tracking import State
 from vedette.types import Recording
 from vedette_files import DATED
 from vedette_live import saving
-from vedette_live.acknowledging import Acknowledging
-from vedette_live.config import Feed, Service
+from vedette_live.config import Service
 from vedette_live.counters import Counters
-from vedette_live.grouping import Formed, Grouper
+from vedette_live.grouping import Formed
 from vedette_live.health import Health, notify
-from vedette_live.log import LOG, Sparing
-from vedette_live.placing import Placing
-from vedette_live.queues import BoundedQueue
+from vedette_live.listening import Listening
+from vedette_live.log import LOG
 from vedette_live.recorder import Recorder
-from vedette_live.sending import Sending, chosen
+from vedette_live.reports import chosen, report_of
+from vedette_live.sending import Sending
 from vedette_live.window import Window
 from vedette_report.watching.page import LivePage
 
@@ -48,13 +46,9 @@ class Running:
     stop: Event = field(factory=Event)
     counters: Counters = field(factory=Counters)
     ails: dict[str, str] = field(factory=dict)
-    _scans: BoundedQueue[Formed] = field(init=False)
+    listening: Listening = field(init=False)
     _window: Window | None = None
-    _groupers: list[Grouper] = field(init=False)
-    _locks: list[Lock] = field(init=False)
-    _numbers: Acknowledging = field(factory=Acknowledging)
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
-    _left_out: deque[tuple[Formed, str]] = field(factory=deque)
     _sinks: list[Sending] = field(factory=list)
     _store: Storage | None = None
     _recorder: Recorder | None = None
@@ -63,11 +57,7 @@ class Running:
     _came: float = 0.0
 
     def __attrs_post_init__(self) -> None:
-        parts, experiment = self.service.parts, self.service.experiment
-        sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
-        self._scans = BoundedQueue(parts.service.queue)
-        self._groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
-        self._locks = [Lock() for _ in parts.inputs]
+        self.listening = Listening(self.service, self.counters, self.ails)
 
     @property
     def state(self) -> State | None:
@@ -84,10 +74,7 @@ class Running:
             self._close()
             raise
         health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
-        feeds = [
-            Thread(target=self._listen, args=(i, feed), name=f"input {i}", daemon=True)
-            for i, feed in enumerate(self.service.parts.inputs)
-        ]
+        feeds = self.listening.threads(self.stop)
         self._sinks = [Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
         try:
             for thread in feeds:
@@ -98,7 +85,7 @@ class Running:
         finally:
             notify("STOPPING=1")
             self.stop.set()
-            self._scans.close()
+            self.listening.scans.close()
             for thread in feeds:
                 thread.join(2.0)
             self._finish()
@@ -118,113 +105,22 @@ class Running:
         every = self.service.parts.service.save
         saved_at = now()
         while True:
-            formed = self._scans.take(TOGETHER, _TICK)
+            formed = self.listening.scans.take(TOGETHER, _TICK)
             if formed:
                 self._take(formed)
             elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
-            if self._store is None and self._numbers.asked:
-                self._numbers.keep(self._numbers.taken())
+            if self._store is None and self.listening.numbers.asked:
+                self.listening.numbers.keep(self.listening.numbers.taken())
             if now() - saved_at >= every:
                 self._save()
                 saved_at = now()
 
-    # What inputs do, each in its thread
-
-    def _listen(self, i: int, feed: Feed) -> None:
-        """Decode and group what an input brings, until it ends."""
-        memories = dict[str, Any]()
-        log = Sparing(f"input {i}")
-        try:
-            for arrival in feed.input.listen(self.stop):
-                self._arrived(i, feed, memories, arrival, log)
-        except VedetteError as error:
-            self.ails[f"input {i}"] = f"!inputs[{i}]: {error}"
-            LOG.error("input failed", extra={"input": i, "why": str(error)})
-        except Exception as error:  # a plugin's: one input must not end the others
-            self.ails[f"input {i}"] = f"!inputs[{i}]: {type(error).__name__}: {error}"
-            LOG.exception("input failed", extra={"input": i})
-        for name, memory in memories.items():
-            self._messages(i, feed, feed.format.end(memory), Arrival(b"", now(), name), log)
-        with self._locks[i]:
-            rest = list(self._groupers[i].rest())
-        for formed in rest:
-            self._put(formed, feed)
-
-    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
-        self.counters.add("pieces_total")
-        if arrival.lost is not None:
-            self.counters.values["datagrams_lost_known"] = 1.0
-            self.counters.add("datagrams_lost_total", arrival.lost)
-        if arrival.reply is not None:
-            self._numbers.replies[f"{i} {arrival.stream}"] = arrival.reply
-        whole = feed.input.datagrams
-        memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
-        decoded = feed.format.decode(memory, arrival.data)
-        self._messages(i, feed, decoded, arrival, log)
-        if whole or arrival.ended:
-            memories.pop(arrival.stream, None)
-            self._messages(i, feed, feed.format.end(decoded.memory), arrival, log)
-        else:
-            memories[arrival.stream] = decoded.memory
-        if arrival.ended:
-            self._numbers.replies.pop(f"{i} {arrival.stream}", None)
-
-    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
-        """Group messages, and count what cannot be used."""
-        self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
-        for told in decoded.refused:
-            self._refuse(told, arrival, log)
-        for message in decoded.messages:
-            stream = f"{i} {arrival.stream}"
-            number = None if message.number is None else (stream, message.sensor, message.number)
-            if number is not None and self._numbers.came(number):
-                self.counters.add("messages_repeated_total")
-                self.counters.add("messages_taken_total")
-                continue
-            try:
-                with self._locks[i]:
-                    done = list(self._groupers[i].add(message, arrival.time, stream))
-            except ValueError as error:
-                self._refuse(str(error), arrival, log)
-                if number is not None:
-                    self._numbers.reply(number)
-                continue
-            if number is not None:
-                self._numbers.note(number)
-            if message.marker:
-                self.counters.add("messages_taken_total")
-            for formed in done:
-                self._put(formed, feed)
-
-    def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
-        self.counters.add("messages_refused_total")
-        log.warn("message refused", told, arrival.stream)
-
-    def _put(self, formed: Formed, feed: Feed) -> None:
-        full = self.service.parts.service.full
-        wait = full == "wait" or (full is None and not feed.input.datagrams)
-        for dropped in self._scans.put(formed, wait=wait):
-            self.counters.add("scans_dropped_total")
-            self.counters.add("messages_dropped_total", dropped.messages)
-            self._leave_out(dropped, "dropped")
-
-    def _leave_out(self, formed: Formed, why: str) -> None:
-        """Let the record tell of a scan that was not taken."""
-        if self.service.parts.service.record:
-            self._left_out.append((formed, why))
-
     def _close_silent(self) -> None:
         """Take the scans that silence completes."""
-        due = list[Formed]()
-        for grouper, lock in zip(self._groupers, self._locks, strict=True):
-            with lock:
-                due += grouper.due(now())
-        if due:
+        if due := self.listening.due():
             self._take(due)
-
-    # What this thread does
 
     def _take(self, formed: list[Formed]) -> None:
         """Take scans, and tell what came of them."""
@@ -236,15 +132,15 @@ class Running:
             self.counters.add("scans_refused_total")
             if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
-                self._numbers.take(one.acknowledge)
-            self._leave_out(one, "refused")
+                self.listening.numbers.take(one.acknowledge)
+            self.listening.leave_out(one, "refused")
             LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
         done = now()
         for one in came.values():
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
             self.counters.latencies.append(done - one.arrived)
-            self._numbers.take(one.acknowledge)
+            self.listening.numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
         if not came or not window.kept:
@@ -253,14 +149,14 @@ class Running:
         self._show(window, max(one.arrived for one in came.values()))
         values = self.counters.values
         values["tracks"], values["tracks_confirmed"] = len(state.ids), int(np.count_nonzero(state.confirmed))
-        values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self._scans.items)
+        values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self.listening.scans.items)
         if self._sinks:
-            report = self.report(state)
+            report = report_of(self.service, state)
             for sink in self._sinks:
-                sink.put(report, partial(self.report, state))
+                sink.put(report, partial(report_of, self.service, state))
         self._settle()
         if self._store is None:
-            self._numbers.keep(self._numbers.taken())
+            self.listening.numbers.keep(self.listening.numbers.taken())
 
     def _show(self, window: Window, came: float) -> None:
         """Show the latest scan on the page."""
@@ -285,12 +181,12 @@ class Running:
             if self._recorder is not None:
                 self._recorder.write(taken)
             if self._store is not None:
-                report = self.report(taken.state)
+                report = report_of(self.service, taken.state)
                 if report.confirmed.any():
                     self._unsaved.append(chosen(report, report.confirmed))
         if self._recorder is not None:
-            while self._left_out:
-                self._recorder.leave_out(*self._left_out.popleft())
+            while self.listening.left_out:
+                self._recorder.leave_out(*self.listening.left_out.popleft())
             if all_of_it or len(self._recorder.waiting) >= TOGETHER:
                 self._write_record(self._recorder)
 
@@ -303,23 +199,6 @@ class Running:
             if "record" not in self.ails:
                 LOG.error("not recorded", extra={"why": str(error)})
             self.ails["record"] = str(error)
-
-    def report(self, state: State, time: float | None = None) -> TrackReport:
-        """Return the tracks of a state, predicted to `time` if that is given."""
-        tracker, origin = self.service.experiment.tracker, self.service.parts.service.origin
-        at = state.time if time is None else max(time, state.time)
-        estimate = tracker.estimate(state) if at == state.time else tracker.estimate(state, at)
-        geodetic = None
-        if origin is not None:
-            names = [axis.name for axis in tracker.state.axes]
-            places = [names.index(name) for name in ("x", "y", "z") if name in names]
-
-            def geodetic(mean: Array) -> tuple[Array, Array, Array]:
-                east, north, *up = (mean[..., k] for k in places)
-                return origin.from_plane(east, north, up[0] if up else None)
-
-        known = (state.ids, estimate.mean, estimate.cov, state.existence, state.confirmed)
-        return TrackReport(state.steps, at, tracker.state, *known, geodetic)
 
     def _begun(self, time: float) -> Window:
         experiment, conduct = self.service.experiment, self.service.parts.service
@@ -355,9 +234,10 @@ class Running:
         if code:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         self._window = window
-        for grouper, clocks, feed in zip(self._groupers, saved.states["clocks"], self.service.parts.inputs, strict=False):
+        feeds = zip(self.listening.groupers, saved.states["clocks"], self.service.parts.inputs, strict=False)
+        for grouper, clocks, feed in feeds:
             grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
-        self._numbers.kept = dict(saved.acknowledged)
+        self.listening.numbers.kept = dict(saved.acknowledged)
         if self._recorder is not None and "recorded" in saved.states:
             self._recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
@@ -379,11 +259,8 @@ class Running:
             self._write_record(self._recorder)
         if self._store is None or self._window is None:
             return
-        numbers = self._numbers.taken()
-        clocks = []
-        for grouper, lock in zip(self._groupers, self._locks, strict=True):
-            with lock:
-                clocks.append(saving.clocks_data(grouper.clocks))
+        numbers = self.listening.numbers.taken()
+        clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {
             "made": self._made,
             "before": self._window.before.to_data(),
@@ -405,7 +282,7 @@ class Running:
         self.ails.pop("store", None)
         self.counters.add("saves_total")
         self._unsaved.clear()
-        self._numbers.keep(numbers)
+        self.listening.numbers.keep(numbers)
 
     def _notes(self) -> dict[str, str]:
         """Return what x, y and times mean, as a recording's notes say it."""
@@ -415,7 +292,7 @@ class Running:
 
     def _finish(self) -> None:
         """Take what waits, keep all, and close."""
-        while formed := self._scans.take(TOGETHER, 0.0):
+        while formed := self.listening.scans.take(TOGETHER, 0.0):
             self._take(formed)
         if self._window is not None:
             self._save()

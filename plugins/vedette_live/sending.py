@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from threading import Event, Thread
-from typing import Any, final
+from typing import final
 
 import numpy as np
-from attrs import evolve
 
 from vedette.streams import TrackReport, now
 from vedette_live.config import Sink
 from vedette_live.counters import Counters
 from vedette_live.log import LOG
 from vedette_live.queues import BoundedQueue
+from vedette_live.reports import chosen
 
 _REPORTS = 256
 """Reports that wait for one output; the oldest are dropped."""
@@ -77,15 +77,3 @@ class Sending:
         """Send what waits, for at most 2 s, and stop."""
         self._waiting.close()
         self._thread.join(2.0)
-
-
-def chosen(report: TrackReport, rows: Any) -> TrackReport:
-    """Return some tracks of a report."""
-    return evolve(
-        report,
-        ids=report.ids[rows],
-        mean=report.mean[rows],
-        cov=report.cov[rows],
-        existence=report.existence[rows],
-        confirmed=report.confirmed[rows],
-    )

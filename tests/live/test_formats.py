@@ -177,6 +177,42 @@ def test_a_published_radar_plot_is_read_as_published() -> None:
     assert label(int(message.identity[0])) == "3c660c"
 
 
+def test_published_tracks_are_read_as_published() -> None:
+    """The sample of category 062 of the same decoder, with a block of category 065 behind it that is passed over."""
+    pytest.importorskip("asterix.generated")
+    sample = (
+        "3e00b7bfcffd021964043c5fd5007f3e9b0025188df8b42afcc2fcff3302a8000008be137411030118701d00ff2890000002741b100274ffb9dc"
+        "190dbab0b880027408be40bfdfff021964043c5fea008123dc002b0ba6fdc917fee5eb0236fd550000055dc1203c0a554d8134df2ce020f61f29"
+        "0d13010870040000009000000578161205780000ffe10019645358443437323341be122d44423733384d4544444c48454c582000200578dc190d"
+        "5d32c10b0578055da041000cf8196402043c608718"
+    )
+    (first, second), refused = through(Asterix(), [bytes.fromhex(sample)])
+    assert not refused
+    assert (first.sensor, first.time, first.axes) == ("25/100", 30911.6640625, ("latitude", "longitude"))
+    assert second.time == 30911.828125
+    np.testing.assert_allclose(first.z, [[44.73441302776337, 13.0415278673172]], rtol=1e-12)
+    np.testing.assert_allclose(second.z, [[45.40080785751343, 15.13318419456482]], rtol=1e-12)
+
+
+def test_published_sectors_and_plots_of_category_001_are_read_as_their_bytes_say() -> None:
+    """Samples of the same project: a sector; three plots, in 1/128 NM and 360 / 2^16 deg, as the standard has it."""
+    pytest.importorskip("asterix.generated")
+    ((sector,), refused) = through(Asterix(), [bytes.fromhex("220010f6190e023a692b408840408000")])
+    assert not refused
+    assert (sector.sensor, sector.time, sector.marker) == ("25/14", 0x3A692B / 128, "sector")
+    assert sector.angle == pytest.approx(2 * np.pi * 0x40 / 256)
+    plots = (
+        "010048f7c619c9a00eb2767f189408aa42d8033405c8800d400ef7c619c9b00f7561ec1a14077eb5550e5205508014400e"
+        "f7c619c9b00dca69de1a7c07f011110e3006188016400e"
+    )
+    (messages, refused) = through(Asterix(), [bytes.fromhex(plots)])
+    assert not refused
+    assert {message.sensor for message in messages} == {"25/201"}
+    polar = np.array([[0x767F / 128 * 1852, 0x1894], [0x61EC / 128 * 1852, 0x1A14], [0x69DE / 128 * 1852, 0x1A7C]])
+    polar[:, 1] *= 2 * np.pi / 2**16
+    np.testing.assert_allclose(np.concatenate([message.z for message in messages]), polar, rtol=1e-12)
+
+
 def test_ais_that_is_wrong_is_refused() -> None:
     wrong = SENTENCES[0].replace(b"*5C", b"*5D")
     for line in (wrong, b"!AIVDM,1,1,,B,15M67FC000G\n", b"hello\n", b"!AIVDM,2,3,4,A,0,0*1F\n"):

@@ -110,7 +110,7 @@ def test_a_service_takes_or_refuses_whatever_comes(name: str, count: int) -> Non
     assert counts["messages_total"] == counts["messages_taken_total"] + counts["messages_refused_total"]
     assert min(counts["messages_taken_total"], counts["messages_refused_total"], counts["scans_taken_total"]) > count // 10
     assert not total or total == counts["messages_total"]
-    assert len(running._numbers.kept) <= 3
+    assert len(running.listening.numbers.kept) <= 3
     if count > 10_000 and held:
         assert max(held) - held[3] < 10.0, held
 

@@ -55,8 +55,8 @@ def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
     running = made(config, [])
     (given,) = running.service.parts.inputs
     for message in given.format.decode(given.format.start(), b"".join(lines(80))).messages:
-        for formed in running._groupers[0].add(message, 5.0):
-            running._put(formed, given)
+        for formed in running.listening.groupers[0].add(message, 5.0):
+            running.listening.put(formed, given)
     running.run()
     counts = running.counters.counts
     assert (counts["scans_taken_total"], counts["scans_dropped_total"]) == (50, 30)

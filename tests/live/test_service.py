@@ -131,12 +131,12 @@ def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_and_counted() -
         "service": {"queue": 4},
     }
     running = Running(load_service(config))
-    for formed in (running._groupers[0].add(message, 0.0) for message in decoded(running, lines(10))):
+    for formed in (running.listening.groupers[0].add(message, 0.0) for message in decoded(running, lines(10))):
         for one in formed:
-            running._put(one, running.service.parts.inputs[0])
+            running.listening.put(one, running.service.parts.inputs[0])
     assert running.counters.counts["scans_dropped_total"] == 6
     assert running.counters.counts["messages_dropped_total"] == 6
-    assert [one.scan.time for one in running._scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
+    assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
 
 
 def decoded(running: Running, of: list[bytes]) -> list[Any]:

@@ -221,11 +221,11 @@ def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
     assert files(ran) == before
 
 
-def started(folder, *more):
-    """A streamed run of small blocks in a process of its own."""
+def started(folder, *more, pause=0.02):
+    """A streamed run of small blocks in a process of its own, which pauses after each scan."""
     code = "import sys; from vedette_report import series, streaming; series.SCANS = 2; streaming._BLOCKS = 1\n"
     code += "import vedette_report.streaming as s; from time import sleep; old = s.scan_line\n"
-    code += "s.scan_line = lambda *given: (sleep(.02), old(*given))[1]\n"
+    code += f"s.scan_line = lambda *given: (sleep({pause}), old(*given))[1]\n"
     code += "from vedette.cli import main; sys.exit(main(sys.argv[1:]))"
     line = [sys.executable, "-c", code, "run", "config.json", "--out", "out", "--stream", *more]
     return subprocess.Popen(line, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -283,7 +283,7 @@ def files_of(folder):
 def test_killed_at_any_moment_nothing_is_damaged(ran, capsys, kills):
     before, chance = files(ran), random.Random(kills)
     for _ in range(kills):
-        with started(ran.parent) as run:
+        with started(ran.parent, pause=0.1) as run:  # 43 scans: it does not end before it is killed
             sleep(chance.uniform(0.2, 3.0))
             run.send_signal(signal.SIGKILL)
         assert_killed_run_is_seen(ran, {name: (ran / name).read_bytes() for name in before}, capsys)

@@ -266,6 +266,40 @@ def all_files(folder):
     return {str(path.relative_to(folder)): path.read_bytes() for path in paths}
 
 
+@pytest.mark.parametrize("moves", range(len(FILES) + 2))
+def test_a_run_that_was_killed_while_its_files_moved_has_ended(monkeypatch, capsys, moves):
+    """After any number of moves and deletions; what goes on from it puts the rest in its place."""
+    write()
+    assert main(["run", "config.json", "--out", "whole", "--stream"]) == 0
+    left = iter([None] * moves)
+
+    def till_killed(change):
+        def once(*given):
+            if next(left, 0) == 0:
+                raise Killed
+            return change(*given)
+
+        return once
+
+    def ends():
+        with results_in(Path("out")) as results:
+            for path in Path("whole").iterdir():
+                shutil.copy(path, results.place / path.name)
+            (results.place / CHECKPOINT).write_text("{}")
+
+    with monkeypatch.context() as patch:
+        for name in ("replace", "unlink", "rmdir"):
+            patch.setattr(f"vedette_files.writing.Path.{name}", till_killed(getattr(Path, name)))
+        patch.setattr("vedette_files.writing.rmtree", lambda *given, **more: None)
+        with pytest.raises(Killed):
+            ends()
+    assert unfinished_runs(Path("out"))
+    assert main(["run", "--resume", "out"]) == 0
+    assert "had come to its end" in capsys.readouterr().err
+    assert files(Path("out")) == files(Path("whole"))
+    assert not list(Path("out").glob(f"{UNFINISHED}*"))
+
+
 @pytest.mark.parametrize(
     ("command", "name", "kills"),
     [

@@ -18,7 +18,7 @@ from vedette.experiment import Experiment, Result, Steps
 from vedette.progress import on_terminal
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
-from vedette_files.writing import Inputs, check_folder, results_in
+from vedette_files.writing import Inputs, check_folder, locked, results_in, settle, unfinished_runs
 from vedette_report.drawing import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.files import NAMES, write_config, write_files, write_of_plugins
@@ -90,6 +90,11 @@ def _go_on(arguments: Namespace) -> int:
             raise ConfigError([Problem(f"--{option}", told)])
     folder = Path(arguments.resume)
     check_folder(folder)
+    with locked(folder):
+        settled = settle(folder)
+    if settled and not unfinished_runs(folder):
+        print(f"vedette: {folder}: the run had come to its end; its last files are in their places now", file=sys.stderr)
+        return DONE
     former = Former.of(folder)
     config = former.place / "config.json" if arguments.config is None else arguments.config
     experiment = load(config, overrides=options.overrides(arguments))

@@ -1,0 +1,147 @@
+"""What the inputs of a service do, each in a thread of its own: decode, group into scans, queue, and count."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable
+from threading import Event, Lock, Thread
+from typing import Any, final
+
+from attrs import define, field
+
+from vedette.errors import VedetteError
+from vedette.streams import Arrival, now
+from vedette.tracking import raw_sensors
+from vedette_live.acknowledging import Acknowledging
+from vedette_live.config import Feed, Service
+from vedette_live.counters import Counters
+from vedette_live.grouping import Formed, Grouper
+from vedette_live.log import LOG, Sparing
+from vedette_live.placing import Placing
+from vedette_live.queues import BoundedQueue
+
+
+@final
+@define(eq=False)
+class Listening:
+    """The inputs of a service, and the `scans` that wait for its tracker; `ails` names what ails each input.
+
+    `left_out`: the scans that were not taken, and why, for the record of the run.
+    """
+
+    service: Service
+    counters: Counters
+    ails: dict[str, str]
+    numbers: Acknowledging = field(factory=Acknowledging)
+    left_out: deque[tuple[Formed, str]] = field(factory=deque)
+    scans: BoundedQueue[Formed] = field(init=False)
+    groupers: list[Grouper] = field(init=False)
+    locks: list[Lock] = field(init=False)
+
+    def __attrs_post_init__(self) -> None:
+        parts, experiment = self.service.parts, self.service.experiment
+        sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
+        self.scans = BoundedQueue(parts.service.queue)
+        self.groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
+        self.locks = [Lock() for _ in parts.inputs]
+
+    def threads(self, stop: Event) -> list[Thread]:
+        """Return a thread for each input, to be started: it ends with the input, or when `stop` is set."""
+        inputs = enumerate(self.service.parts.inputs)
+        return [Thread(target=self._listen, args=(i, feed, stop), name=f"input {i}", daemon=True) for i, feed in inputs]
+
+    def put(self, formed: Formed, feed: Feed) -> None:
+        """Queue a scan; where the queue is full, drop the oldest, or wait, as the config says."""
+        full = self.service.parts.service.full
+        wait = full == "wait" or (full is None and not feed.input.datagrams)
+        for dropped in self.scans.put(formed, wait=wait):
+            self.counters.add("scans_dropped_total")
+            self.counters.add("messages_dropped_total", dropped.messages)
+            self.leave_out(dropped, "dropped")
+
+    def leave_out(self, formed: Formed, why: str) -> None:
+        """Let the record tell of a scan that was not taken."""
+        if self.service.parts.service.record:
+            self.left_out.append((formed, why))
+
+    def due(self) -> list[Formed]:
+        """Return the scans that silence completes."""
+        return [formed for due in self.of_groupers(lambda grouper: grouper.due(now())) for formed in due]
+
+    def of_groupers(self, asked: Callable[[Grouper], Any]) -> list[Any]:
+        """Return what each grouper answers while its input waits."""
+        answers = list[Any]()
+        for grouper, lock in zip(self.groupers, self.locks, strict=True):
+            with lock:
+                answers.append(asked(grouper))
+        return answers
+
+    def _listen(self, i: int, feed: Feed, stop: Event) -> None:
+        """Decode and group what an input brings, until it ends."""
+        memories = dict[str, Any]()
+        log = Sparing(f"input {i}")
+        try:
+            for arrival in feed.input.listen(stop):
+                self._arrived(i, feed, memories, arrival, log)
+        except VedetteError as error:
+            self.ails[f"input {i}"] = f"!inputs[{i}]: {error}"
+            LOG.error("input failed", extra={"input": i, "why": str(error)})
+        except Exception as error:  # a plugin's: one input must not end the others
+            self.ails[f"input {i}"] = f"!inputs[{i}]: {type(error).__name__}: {error}"
+            LOG.exception("input failed", extra={"input": i})
+        for name, memory in memories.items():
+            self._messages(i, feed, feed.format.end(memory), Arrival(b"", now(), name), log)
+        with self.locks[i]:
+            rest = list(self.groupers[i].rest())
+        for formed in rest:
+            self.put(formed, feed)
+
+    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
+        self.counters.add("pieces_total")
+        if arrival.lost is not None:
+            self.counters.values["datagrams_lost_known"] = 1.0
+            self.counters.add("datagrams_lost_total", arrival.lost)
+        if arrival.reply is not None:
+            self.numbers.replies[f"{i} {arrival.stream}"] = arrival.reply
+        whole = feed.input.datagrams
+        memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
+        decoded = feed.format.decode(memory, arrival.data)
+        self._messages(i, feed, decoded, arrival, log)
+        if whole or arrival.ended:
+            memories.pop(arrival.stream, None)
+            self._messages(i, feed, feed.format.end(decoded.memory), arrival, log)
+        else:
+            memories[arrival.stream] = decoded.memory
+        if arrival.ended:
+            self.numbers.replies.pop(f"{i} {arrival.stream}", None)
+
+    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
+        """Group messages, and count what cannot be used."""
+        self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
+        for told in decoded.refused:
+            self._refuse(told, arrival, log)
+        for message in decoded.messages:
+            stream = f"{i} {arrival.stream}"
+            number = None if message.number is None else (stream, message.sensor, message.number)
+            if number is not None and self.numbers.came(number):
+                self.counters.add("messages_repeated_total")
+                self.counters.add("messages_taken_total")
+                continue
+            try:
+                with self.locks[i]:
+                    done = list(self.groupers[i].add(message, arrival.time, stream))
+            except ValueError as error:
+                self._refuse(str(error), arrival, log)
+                if number is not None:
+                    self.numbers.reply(number)
+                continue
+            if number is not None:
+                self.numbers.note(number)
+            if message.marker:
+                self.counters.add("messages_taken_total")
+            for formed in done:
+                self.put(formed, feed)
+
+    def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
+        self.counters.add("messages_refused_total")
+        log.warn("message refused", told, arrival.stream)

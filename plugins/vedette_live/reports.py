@@ -1,0 +1,42 @@
+"""What outputs and the store are told: the tracks of a state."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from attrs import evolve
+
+from vedette.space import Array
+from vedette.streams import TrackReport
+from vedette.tracking import State
+from vedette_live.config import Service
+
+
+def report_of(service: Service, state: State, time: float | None = None) -> TrackReport:
+    """Return the tracks of a state, predicted to `time` if that is given."""
+    tracker, origin = service.experiment.tracker, service.parts.service.origin
+    at = state.time if time is None else max(time, state.time)
+    estimate = tracker.estimate(state) if at == state.time else tracker.estimate(state, at)
+    geodetic = None
+    if origin is not None:
+        names = [axis.name for axis in tracker.state.axes]
+        places = [names.index(name) for name in ("x", "y", "z") if name in names]
+
+        def geodetic(mean: Array) -> tuple[Array, Array, Array]:
+            east, north, *up = (mean[..., k] for k in places)
+            return origin.from_plane(east, north, up[0] if up else None)
+
+    known = (state.ids, estimate.mean, estimate.cov, state.existence, state.confirmed)
+    return TrackReport(state.steps, at, tracker.state, *known, geodetic)
+
+
+def chosen(report: TrackReport, rows: Any) -> TrackReport:
+    """Return some tracks of a report."""
+    return evolve(
+        report,
+        ids=report.ids[rows],
+        mean=report.mean[rows],
+        cov=report.cov[rows],
+        existence=report.existence[rows],
+        confirmed=report.confirmed[rows],
+    )
