@@ -135,16 +135,12 @@ def joint_likelihood(scores: Array) -> float:
     if len(scores) == 1:
         return float(np.logaddexp.reduce(scores[0]))
     own = kernels.log_sum(scores)
-    rest = np.array(scores)
-    rest[:, 1:][rest[:, 1:] <= own[:, None] - NEGLIGIBLE] = -np.inf
-    total = 0.0
-    while True:
-        linked = np.isfinite(rest[:, 1:])
-        shares = np.any(linked & (np.sum(linked, axis=0) > 1), axis=1)  # tracks that share no return are independent
-        total += float(np.sum(kernels.log_sum(rest[~shares])))
-        rest = rest[shares]
-        if not len(rest):
-            break
+    linked = scores[:, 1:] > own[:, None] - NEGLIGIBLE
+    several = np.any(linked & (np.sum(linked, axis=0) > 1), axis=1)
+    total = float(np.sum(own[~several]))
+    rest = scores[several]
+    rest[:, 1:][~linked[several]] = -np.inf
+    while len(rest):
         weights = kernels.joint_weights(rest, SETS)[0][0]
         best = int(np.argmax(weights))
         total += float(rest[0, best]) - math.log(float(weights[best]))
