@@ -36,6 +36,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",
         "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
     ),
+    "bayes_risk/test_reproduction.py::test_the_same_seed_gives_the_same_study": (
+        "bayes_risk/test_verdicts.py::test_the_figures_are_those_of_the_study",
+        "vts/test_reproduction.py::test_the_same_seed_gives_the_same_study",
+    ),
     "bayes_risk/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
         "bayes_risk/test_verdicts.py::test_the_papers_figures_flip_what_was_not_reproduced",
         "bayes_risk/test_verdicts.py::test_returns_that_are_not_averaged_err_more",
@@ -69,6 +73,15 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",
     ),
     "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
+    "tools/drafting/test_height_and_rate.py::test_a_draft_tracks_as_well_as_a_hand": (
+        "tools/drafting/test_height_and_rate.py::test_a_rate_that_falls_where_ranges_grow_is_left_out",
+        "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
+    ),
+    "tools/drafting/test_moving_doppler.py::BY_NIGHT": (
+        "tools/drafting/test_moving_doppler.py::test_a_moving_doppler_radar_is_drafted_as_by_a_hand",
+        "tools/drafting/test_moving_doppler.py::test_a_platform_that_stands_needs_no_velocity",
+        "tools/drafting/test_height_and_rate.py::test_a_rate_on_a_moving_platform_is_left_out",
+    ),
     "tools/commands/test_new.py::test_over_many_draws_the_error_is_within_a_twentieth": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
     ),

@@ -83,12 +83,14 @@ def files_of(cls: type[Component]) -> set[str]:
 
 def drawn(classes: Iterable[type[Component]], head: str) -> set[type[Component]]:
     """Return the fifth of the classes that a commit draws."""
+    names = {f"{cls.__module__}.{cls.__qualname__}": cls for cls in classes}
+    return {names[name] for name in a_fifth(names, head)}
 
-    def lot(cls: type[Component]) -> bytes:
-        return hashlib.sha256(f"{head} {cls.__module__}.{cls.__qualname__}".encode()).digest()
 
-    ordered = sorted(classes, key=lot)
-    return set(ordered[: -(-len(ordered) // SHARE)])
+def a_fifth(names: Iterable[str], head: str) -> list[str]:
+    """Return the fifth of some names that a commit draws."""
+    ordered = sorted(names, key=lambda name: hashlib.sha256(f"{head} {name}".encode()).digest())
+    return ordered[: -(-len(ordered) // SHARE)]
 
 
 def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[type[Component]], str]:

@@ -96,6 +96,7 @@ def error(config, truth):
 
 
 @pytest.mark.parametrize("make", [heights, rates])
+@pytest.mark.nightly("drafts and runs: 1 s each")
 def test_a_draft_tracks_as_well_as_a_hand(make, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows, truth, by_hand = make()

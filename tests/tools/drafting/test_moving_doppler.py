@@ -11,6 +11,8 @@ from support.foreign_files import paths
 from vedette import Space, Trajectory, metrics
 from vedette_tools.drafting.config import draft_config
 
+BY_NIGHT = pytest.mark.nightly("drafts and runs: 2 to 4 s each")
+
 TIMES = 2.0 * np.arange(80)
 HAND = """
 [source]
@@ -79,7 +81,7 @@ def error(config, truth):
     return score.position_rmse_m, score.coverage
 
 
-@pytest.mark.parametrize("share", [1.0, 0.0])
+@pytest.mark.parametrize("share", [1.0, pytest.param(0.0, marks=BY_NIGHT)])
 def test_a_moving_doppler_radar_is_drafted_as_by_a_hand(share, tmp_path, monkeypatch):
     """Whether the rates hold the platform's motion is found by the data; the velocity is read only where they do."""
     monkeypatch.chdir(tmp_path)
@@ -97,6 +99,7 @@ def test_a_moving_doppler_radar_is_drafted_as_by_a_hand(share, tmp_path, monkeyp
     assert covered >= least - 0.02
 
 
+@BY_NIGHT
 def test_without_velocity_columns_rates_over_ground_are_kept_and_others_left_out(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for share, kind in ((0.0, "range_bearing_rate"), (1.0, "range_bearing")):
