@@ -36,10 +36,6 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",
         "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
     ),
-    "bayes_risk/test_reproduction.py::test_the_same_seed_gives_the_same_study": (
-        "bayes_risk/test_verdicts.py::test_the_figures_are_those_of_the_study",
-        "vts/test_reproduction.py::test_the_same_seed_gives_the_same_study",
-    ),
     "bayes_risk/test_breaks.py::test_a_break_moves_the_verdicts_that_it_names_and_no_other": (
         "bayes_risk/test_verdicts.py::test_the_papers_figures_flip_what_was_not_reproduced",
         "bayes_risk/test_verdicts.py::test_returns_that_are_not_averaged_err_more",
