@@ -127,8 +127,8 @@ class Predictive:
 def joint_likelihood(scores: Array) -> float:
     """Return log sum_a prod_t exp(scores[t, a_t]) over the joint associations a of tracks to returns (t, 1+k), 0 the miss.
 
-    By the chain of conditional probabilities of one association, log p(a) taken from its score. Exact up to clusters of
-    `SETS`; beyond, older tracks claim their returns first.
+    By the chain of conditional probabilities of one association, log p(a) taken from its score, track by track, or return by
+    return where these are fewer. Exact up to clusters of `SETS`; beyond, older tracks claim their returns first.
     """
     if not len(scores):
         return 0.0
@@ -141,10 +141,20 @@ def joint_likelihood(scores: Array) -> float:
     rest = scores[several]
     rest[:, 1:][~linked[several]] = -np.inf
     while len(rest):
-        weights = kernels.joint_weights(rest, SETS)[0][0]
-        best = int(np.argmax(weights))
-        total += float(rest[0, best]) - math.log(float(weights[best]))
-        rest = rest[1:]
-        if best:
-            rest[:, best] = -np.inf
+        taken = 1 + np.flatnonzero(np.any(np.isfinite(rest[:, 1:]), axis=0))
+        weights, wide = kernels.joint_weights(rest, SETS)
+        if len(rest) <= len(taken) or wide.any():  # what becomes of the first track
+            best = int(np.argmax(weights[0]))
+            total += float(rest[0, best]) - math.log(float(weights[0, best]))
+            rest = rest[1:]
+            if best:
+                rest[:, best] = -np.inf
+        elif len(taken):  # what becomes of the first return, as there are fewer of them
+            own, free = weights[:, taken[0]], 1.0 - float(np.sum(weights[:, taken[0]]))
+            best = int(np.argmax(own))
+            total += float(rest[best, taken[0]]) - math.log(float(own[best])) if own[best] >= free else -math.log(free)
+            rest = np.delete(rest, best, axis=0) if own[best] >= free else rest
+            rest[:, taken[0]] = -np.inf
+        else:
+            return total + float(np.sum(rest[:, 0]))
     return total

@@ -117,7 +117,7 @@ def test_a_file_without_tracks_gets_a_config_that_runs_and_says_so(tmp_path, mon
     assert "missing.csv" in capsys.readouterr().err
 
 
-@pytest.mark.nightly("tries fifteen alternatives on many returns: 90 s")
+@pytest.mark.nightly("tries fifteen alternatives on many returns: 10 s")
 def test_two_sensors_get_a_table_each(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = shuffled().text.splitlines()[1:]

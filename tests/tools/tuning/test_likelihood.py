@@ -60,6 +60,29 @@ def test_joint_associations_are_summed():
         assert joint_likelihood(scores.copy()) == pytest.approx(np.logaddexp.reduce(each), abs=1e-9)
 
 
+def over_sets(scores):
+    """The sum over joint associations, track by track over the sets of returns that are taken."""
+    sums = {frozenset(): 0.0}
+    for row in scores:
+        after = {}
+        for taken, log in sums.items():
+            for a in set(np.flatnonzero(np.isfinite(row)).tolist()) - taken:
+                key = taken | {a} if a else taken
+                after[key] = np.logaddexp(after.get(key, -np.inf), log + row[a])
+        sums = after
+    return np.logaddexp.reduce(list(sums.values()))
+
+
+@pytest.mark.parametrize(("tracks", "returns"), [(40, 2), (33, 9), (9, 12), (12, 0)])
+def test_many_joint_associations_are_summed(tracks, returns):
+    """Many tracks for few returns, as where targets report one at a time, and few for many."""
+    rng = np.random.default_rng(tracks)
+    for _ in range(5):
+        scores = rng.normal(size=(tracks, 1 + returns)) * 3.0
+        scores[:, 1:][rng.random((tracks, returns)) < (0.2 if returns < 3 else 0.7)] = -np.inf
+        assert joint_likelihood(scores.copy()) == pytest.approx(over_sets(scores), abs=1e-9)
+
+
 def line(birth=None):
     """A tracker on a line, where 1.6 false returns a scan lie between -8 and 8 m."""
     watch = Watch(observes=Space.of(x="m"), R=[[0.5]], probability=P_D, density=DENSITY)
