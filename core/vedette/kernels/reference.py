@@ -77,7 +77,7 @@ def _invert(S: Array) -> tuple[Array, Array, Mask]:
     if m == 1:
         return 1.0 / S, np.log(S[..., 0, 0]), S[..., 0, 0] > 0.0
     if m == 2:
-        d1 = S[..., 0, 0]
+        d1 = np.where(S[..., 0, 0] > 0.0, S[..., 0, 0], np.nan)
         slope = S[..., 1, 0] / d1
         d2 = S[..., 1, 1] - slope * S[..., 1, 0]
         sound = d2 > _SINGULAR * S[..., 1, 1]

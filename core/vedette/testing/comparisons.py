@@ -10,6 +10,9 @@ import numpy as np
 from vedette.errors import VedetteError
 from vedette.space import Array, Mask
 
+_DIGITS = float(np.finfo(float).tiny / np.finfo(float).eps)
+"""A variance below it has lost digits: as a correlation it says nothing."""
+
 
 class Broken(AssertionError):
     """A law does not hold."""
@@ -71,7 +74,7 @@ def covariance(what: str, cov: Array, definite: bool) -> None:
     demand(
         np.all(variance > 0 if definite else variance >= 0), f"{what}: variances must be {lowest}, got {_short(variance)}"
     )
-    spread = np.sqrt(np.where(variance > 0, variance, 1.0))
+    spread = np.sqrt(np.where(variance > _DIGITS, variance, 1.0))
     correlation = cov / spread[..., :, None] / spread[..., None, :]
     skew = np.max(np.abs(correlation - np.swapaxes(correlation, -1, -2)), initial=0.0)
     demand(skew <= 1e-9, f"{what}: must be symmetric, differs from its transpose by {skew:.2g}")

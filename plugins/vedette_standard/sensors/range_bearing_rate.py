@@ -112,21 +112,31 @@ class RangeBearingRate(RangingSensor):
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the unbiased position and the velocity, unknown across the line of sight: (*b, 3) -> (*b, 4), (*b, 4, 4).
 
-        Over the radar there is no line of sight: the speed is unknown.
+        Over the radar there is no line of sight: the speed is unknown. On a moving platform an error of the bearing errs in
+        the part of the platform's own velocity that is along the line of sight, too.
         """
         R = np.broadcast_to(self.noise(z) if noise is None else noise, (*z.shape, 3))
         polar = RangeBearing(self.sigma_range, self.sigma_bearing).at(self._pose).invert(z[..., :2], R[..., :2, :2])
         angle = z[..., 1] + leading(self._pose.heading, z.ndim - 1)
         along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-        drift = np.sum(along * self._platform_velocity(z.ndim - 1), axis=-1)
+        own = self._platform_velocity(z.ndim - 1)
+        drift, turning = np.sum(along * own, axis=-1), np.sum(across * own, axis=-1)
+        # An error of the bearing takes `turning` of the platform's own velocity for the target's, as far as it errs across.
+        aside = np.sqrt(np.maximum(np.einsum("...i,...ij,...j", across, polar.cov, across), 0.0) / R[..., 1, 1])
         outer = along[..., :, None] * along[..., None, :]
-        sighted = R[..., 2, 2] + np.where(z[..., 0] > NEAR, 0.0, self.crossing_speed**2)
+        sighted = R[..., 2, 2] + turning * (2.0 * R[..., 1, 2] + turning * R[..., 1, 1])
+        sighted = sighted + np.where(z[..., 0] > NEAR, 0.0, self.crossing_speed**2)
         open_speed = self.crossing_speed**2 + z[..., 2] ** 2 * R[..., 1, 1]
         mean, cov = np.empty((*z.shape[:-1], 4)), np.zeros((*z.shape[:-1], 4, 4))
         mean[..., :2], mean[..., 2:] = polar.mean, (z[..., 2] + drift)[..., None] * along
         cov[..., :2, :2] = polar.cov
         cov[..., 2:, 2:] = sighted[..., None, None] * outer
         cov[..., 2:, 2:] += open_speed[..., None, None] * across[..., :, None] * across[..., None, :]
-        cov[..., :2, 2:] = cov[..., 2:, :2] = R[..., 0, 2, None, None] * outer
+        shared = (R[..., 0, 2] + turning * R[..., 0, 1])[..., None, None] * outer
+        shared = (
+            shared
+            + (aside * (R[..., 1, 2] + turning * R[..., 1, 1]))[..., None, None] * across[..., None] * along[..., None, :]
+        )
+        cov[..., :2, 2:], cov[..., 2:, :2] = shared, np.swapaxes(shared, -1, -2)
         return Gaussian(mean, cov)

@@ -51,8 +51,25 @@ def test_a_doppler_return_starts_with_the_speed_along_the_line_of_sight():
     np.testing.assert_allclose(np.sum(found.mean[:, 2:] * los, axis=-1), np.sum(x[:, 2:] * los, axis=-1), rtol=1e-12)
     np.testing.assert_allclose(np.sum(found.mean[:, 2:] * across, axis=-1), 0, atol=1e-12)
     speed = found.cov[:, 2:, 2:]
-    np.testing.assert_allclose(np.einsum("bi,bij,bj->b", los, speed, los), 0.5**2, rtol=1e-9)
+    taken = across @ POSE.velocity * 0.01  # of the platform's own velocity, by the bearing's error
+    np.testing.assert_allclose(np.einsum("bi,bij,bj->b", los, speed, los), 0.5**2 + taken**2, rtol=1e-9)
     np.testing.assert_allclose(np.einsum("bi,bij,bj->b", across, speed, across), 64.0, rtol=0.01)
     np.testing.assert_array_equal(
         found.cov[:, :2, :2], RangeBearing(10.0, 0.01).at(POSE).invert(there.measure(x)[:, :2]).cov
     )
+
+
+def test_a_return_from_a_moving_platform_inverts_with_its_noise():
+    """The bearing's error takes some of the platform's own velocity for the target's: H C H' = R holds with it alone."""
+    rng = np.random.default_rng(4)
+    for _ in range(20):
+        pose = Pose(rng.normal(0, 100, 2), rng.normal(0, 30, 2), rng.uniform(-3, 3))
+        sensor = RangeBearingRate(sigma_range=2.0, sigma_bearing=0.005, sigma_rate=0.05).at(pose)
+        root = rng.normal(size=(3, 3)) * 0.3 + np.eye(3)
+        scale = np.array([2.0, 0.005, 0.05])
+        R = (root @ root.T) * scale[:, None] * scale
+        found = sensor.invert(np.array([[rng.uniform(500, 2000), rng.uniform(-3, 3), rng.normal(0, 20)]]), R[None])
+        H = sensor.jacobian(found.mean)[0]
+        np.testing.assert_allclose(H @ found.cov[0] @ H.T / scale[:, None] / scale, R / scale[:, None] / scale, atol=0.02)
+        spread = np.sqrt(np.diagonal(found.cov[0]))
+        assert np.linalg.eigvalsh(found.cov[0] / spread[:, None] / spread)[0] > -1e-12
