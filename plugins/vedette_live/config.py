@@ -122,25 +122,30 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
     made = builder.construct(Parts, parameters(Parts), tables, "", set())
     problems += builder.problems
     if isinstance(made, Parts) and experiment is not None:
-        problems += [*_not_served(experiment, made.service.horizon), *_unknown_sensors(made, experiment)]
+        problems += [*_not_served(experiment, made.service), *_unknown_sensors(made, experiment)]
         problems += _files(made, Path(config) if isinstance(config, str | Path) else "")
     if problems or not isinstance(made, Parts):
         raise ConfigError(problems)
     return Service(experiment, made)
 
 
-def _not_served(experiment: Experiment, horizon: float) -> list[Problem]:
+def _not_served(experiment: Experiment, conduct: Conduct) -> list[Problem]:
     """Return what a service cannot do."""
     problems = []
     if experiment.retroactive:
         problems.append(Problem("retroactive", "must be false in a service: its tracks are told as they are known"))
     for name, preprocessor in experiment.preprocessors.items():
-        if len(preprocessor.sensors) > 1 and not horizon:
+        if len(preprocessor.sensors) > 1 and not conduct.horizon:
             told = "takes scans of several sensors together, and they come one by one: service.horizon must be > 0 s"
             problems.append(Problem(f"preprocessors.{name}", told))
     for name, sensor in _streamed(experiment).items():
         if isinstance(sensor, ImagingSensor):
             problems.append(Problem(f"sensors.{name}", "is a camera, and no format of a stream brings frames"))
+    if conduct.store is not None:
+        try:
+            experiment.tracker.start(time=0.0).to_data()
+        except TypeError as error:
+            problems.append(Problem("service.store", f"cannot keep the state of this tracker: {error}"))
     return problems
 
 

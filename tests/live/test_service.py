@@ -20,6 +20,7 @@ from support.services import TRACKER, as_json, connected, free_port, lines, reac
 from vedette import ConfigError
 from vedette_live.config import load_service
 from vedette_live.running import Running
+from vedette_standard.lifecycles.existence import Existence
 
 
 def test_a_file_through_a_service_gives_the_tracks_of_the_library_and_a_record_that_replays(tmp_path: Path) -> None:
@@ -169,6 +170,19 @@ def test_what_cannot_be_served_is_told_with_its_place(changed: Mapping[str, Any]
     with pytest.raises(ConfigError) as refused:
         load_service({**TRACKER, **usual, **changed})
     assert any(problem.place.startswith(place) for problem in refused.value.problems), refused.value
+
+
+def test_a_state_that_no_store_can_keep_is_refused_when_the_service_is_built(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    def remembers(self: Existence, existence: Any) -> Any:
+        return {"a set": {1, 2}}
+
+    monkeypatch.setattr(Existence, "start", remembers)
+    inputs = [{"input": {"kind": "udp", "port": 1}, "format": {"kind": "json_lines"}}]
+    assert load_service({**TRACKER, "inputs": inputs})
+    with pytest.raises(ConfigError, match=r"service\.store: cannot keep .*memory"):
+        load_service({**TRACKER, "inputs": inputs, "service": {"store": {"kind": "sqlite", "path": str(tmp_path / "s")}}})
 
 
 def test_files_that_are_read_or_written_by_another_part_are_told(tmp_path: Path) -> None:
