@@ -1,0 +1,119 @@
+"""Inputs by themselves: what the system drops is counted, a group is joined, a file is followed, and systemd is told."""
+
+from __future__ import annotations
+
+import socket
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event, Thread
+from time import monotonic, sleep
+
+import pytest
+
+from support.services import PATIENCE, free_port
+from vedette.streams import Arrival, Input
+from vedette_live.health import notify
+from vedette_live.inputs.files import FileInput
+from vedette_live.inputs.udp import UdpInput
+
+LOOPBACK = "127.0.0.1"
+
+
+@contextmanager
+def _listening(source: Input, resume: Event) -> Iterator[list[Arrival]]:
+    """Gather what comes of an input; after the first, none before `resume` is set."""
+    stop = Event()
+    arrivals: list[Arrival] = []
+
+    def gather() -> None:
+        for arrival in source.listen(stop):
+            arrivals.append(arrival)
+            resume.wait(PATIENCE)
+
+    thread = Thread(target=gather)
+    thread.start()
+    try:
+        yield arrivals
+    finally:
+        stop.set()
+        resume.set()
+        thread.join(PATIENCE)
+
+
+def _until(holds: Callable[[], bool], meanwhile: Callable[[], object] = lambda: None) -> None:
+    end = monotonic() + PATIENCE
+    while not holds():
+        assert monotonic() < end
+        meanwhile()
+        sleep(0.01)
+
+
+def _now() -> Event:
+    event = Event()
+    event.set()
+    return event
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells how many datagrams it dropped")
+def test_datagrams_that_the_system_dropped_are_counted_to_the_last() -> None:
+    port, resume, sent = free_port(), Event(), 0
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+
+        def send() -> None:
+            nonlocal sent
+            sent += 1
+            here.sendto(b"%08d" % sent * 100, (LOOPBACK, port))
+
+        with _listening(UdpInput(port=port, room=2**12), resume) as arrivals:
+            _until(lambda: bool(arrivals), send)
+            for _ in range(200):
+                send()
+            while_full = sent
+            resume.set()
+            _until(lambda: int(arrivals[-1].data[:8]) > while_full, send)
+    numbers = [int(arrival.data[:8]) for arrival in arrivals]
+    lost = sum(arrival.lost or 0 for arrival in arrivals)
+    assert numbers[-1] - numbers[0] + 1 == len(arrivals) + lost
+    assert lost > 100
+
+
+def test_a_multicast_group_is_joined() -> None:
+    port = free_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:
+        here.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_IF, socket.inet_aton(LOOPBACK))
+        with _listening(UdpInput(port=port, host="239.1.2.3", interface=LOOPBACK), _now()) as arrivals:
+            _until(lambda: bool(arrivals), lambda: here.sendto(b"to all", ("239.1.2.3", port)))
+    assert arrivals[0].data == b"to all"
+
+
+def test_a_file_is_followed_and_read_anew_when_it_is_replaced(tmp_path: Path) -> None:
+    path = tmp_path / "plots"
+    path.write_bytes(b"old\n")
+    with _listening(FileInput(path=str(path), every=0.01), _now()) as arrivals:
+
+        def read() -> bytes:
+            return b"".join(arrival.data for arrival in arrivals)
+
+        _until(lambda: read() == b"old\n")
+        with path.open("ab") as file:
+            file.write(b"more\n")
+        _until(lambda: read() == b"old\nmore\n")
+        (tmp_path / "next").write_bytes(b"new\n")
+        (tmp_path / "next").replace(path)
+        _until(lambda: read() == b"old\nmore\nnew\n")
+        path.write_bytes(b"cut\n"[:2])
+        _until(lambda: read() == b"old\nmore\nnew\ncu")
+    assert len({arrival.stream for arrival in arrivals}) == 3
+
+
+def test_systemd_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    notify("READY=1")  # not started by it: nothing to tell
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as here:
+        here.bind(str(tmp_path / "notify"))
+        here.settimeout(PATIENCE)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        notify("READY=1")
+        assert here.recv(100) == b"READY=1"
+    notify("STOPPING=1")  # it went away: no error
