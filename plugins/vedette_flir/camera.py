@@ -100,6 +100,18 @@ class Camera:
         kept = np.where(seen[..., None, :], images, 0.0)
         return np.swapaxes(np.linalg.solve(among, np.swapaxes(kept, -1, -2)), -1, -2)
 
+    def spot_variance(self, amplitude: Array, spread: Array) -> Array:
+        """Return the variance in px^2 that a frame leaves of each axis of a round spot's place: (*b), (*b) -> (*b).
+
+        2 sigma^2 S / (pi a^2), with S the density of the noise over that of white noise at k^2 = 2 / spread^2, the mean over
+        the spot's slopes: 1 - c + c 2 pi l^2 / (1 + k^2 l^2)^(3/2).
+        """
+        length = self.length
+        coloured = 2.0 * np.pi * length**2 / (1.0 + 2.0 * (length / spread) ** 2) ** 1.5
+        density = 1.0 - self.correlated + self.correlated * coloured
+        variance: Array = 2.0 / np.pi * self.sigma**2 * density / np.maximum(amplitude**2, 1e-12)
+        return variance
+
     def information(self, window: Window, image: Array, slopes: Array, level: Array) -> tuple[Array, Array, Array]:
         """Return J = D' R^-1 D, g = D' R^-1 (z - h) and log p(z | h) - log p(z | level) for each track.
 

@@ -65,19 +65,51 @@ def elliptic(x: Array, y: Array, covariance: Array) -> tuple[Array, Array, Array
     those of ux ux, ux uy and uy uy e^(..): a change of C changes the image by u' dC u / 2. By 5 x 5 Gauss-Legendre points in
     each pixel, exact to 2e-6 of the peak where the narrowest width is at least .4 px.
     """
-    dx = (x[..., :, None] + 0.5 * _NODES).reshape(*x.shape[:-1], -1)[..., None, :]
-    dy = (y[..., :, None] + 0.5 * _NODES).reshape(*y.shape[:-1], -1)[..., :, None]
+    bell, ux, uy = _points(x, y, covariance)
+    parts = np.stack([bell, bell * ux, bell * uy, bell * ux * ux, bell * ux * uy, bell * uy * uy], axis=-3)
+    mean = _over_pixels(parts)
+    return mean[..., 0, :, :], mean[..., 1:3, :, :], mean[..., 3:, :, :]
+
+
+def oval(x: Array, y: Array, covariance: Array) -> Array:
+    """Return the image of `elliptic` alone: (*b, h, w)."""
+    return _over_pixels(_points(x, y, covariance)[0])
+
+
+def _points(x: Array, y: Array, covariance: Array) -> tuple[Array, Array, Array]:
+    """Return e^(-d' C^-1 d / 2) and u = C^-1 d at the points within all pixels, (*b, 5 h, 5 w) each."""
+    dx = (x[..., :, None] + 0.5 * _NODES).reshape(*x.shape[:-1], x.shape[-1] * len(_NODES))[..., None, :]
+    dy = (y[..., :, None] + 0.5 * _NODES).reshape(*y.shape[:-1], y.shape[-1] * len(_NODES))[..., :, None]
     a, b, c = (covariance[..., i, j, None, None] for i, j in ((0, 0), (0, 1), (1, 1)))
     det = a * c - b * b
     ux, uy = (c * dx - b * dy) / det, (a * dy - b * dx) / det
-    bell = np.exp(-0.5 * (ux * dx + uy * dy))
-    parts = np.stack([bell, bell * ux, bell * uy, bell * ux * ux, bell * ux * uy, bell * uy * uy], axis=-3)
-    w, q = x.shape[-1], len(_NODES)
-    mean = np.einsum("...iajb,a,b->...ij", parts.reshape(*parts.shape[:-2], w, q, w, q), _HALVES, _HALVES, optimize=True)
-    return mean[..., 0, :, :], mean[..., 1:3, :, :], mean[..., 3:, :, :]
+    return np.exp(-0.5 * (ux * dx + uy * dy)), ux, uy
+
+
+def _over_pixels(points: Array) -> Array:
+    """Return the means over the pixels of what is known at the points within them: (*b, 5 h, 5 w) -> (*b, h, w)."""
+    q = len(_NODES)
+    rows, columns = points.shape[-2] // q, points.shape[-1] // q
+    parts = points.reshape(*points.shape[:-2], rows, q, columns, q)
+    mean: Array = np.einsum("...iajb,a,b->...ij", parts, _HALVES, _HALVES, optimize=True)
+    return mean
 
 
 def bivariate(sigma_x: Array, sigma_y: Array, correlation: Array) -> Array:
     """Return the covariance of exp{-1/(2(1-r^2)) [dx^2/sx^2 + dy^2/sy^2 - 2 r dx dy/(sx sy)]}: (*b) -> (*b, 2, 2)."""
     off = correlation * sigma_x * sigma_y
     return np.stack([np.stack([sigma_x**2, off], axis=-1), np.stack([off, sigma_y**2], axis=-1)], axis=-2)
+
+
+def slopes_overlap(first: Array, second: Array, apart: Array) -> Array:
+    """Return the integral over the plane of the product of two spots' slopes, both of peak 1: (*b, 2, 2).
+
+    `first`, `second` (*b, 2, 2): their covariances in px^2; `apart` (*b, 2): from one to the other in px. With S their sum:
+    2 pi sqrt(|first| |second| / |S|) e^(-d' S^-1 d / 2) (S^-1 - S^-1 d d' S^-1).
+    """
+    S = first + second
+    inverse = np.linalg.inv(S)
+    lever = (inverse @ apart[..., None])[..., 0]
+    volume = 2.0 * np.pi * np.sqrt(np.linalg.det(first) * np.linalg.det(second) / np.linalg.det(S))
+    share = volume * np.exp(-0.5 * np.sum(apart * lever, axis=-1))
+    return np.asarray(share[..., None, None] * (inverse - lever[..., :, None] * lever[..., None, :]))

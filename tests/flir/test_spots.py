@@ -210,6 +210,26 @@ def test_spots_that_cannot_be_are_refused():
         HotSpots(spots=())
     with pytest.raises(ValueError, match=r"correlation: must be >= -0\.95 and <= 0\.95, got 1"):
         Spot(1.0, 1.0, 1.0)
+    with pytest.raises(ValueError, match=r"spots\[1\]\.x: .* 4 px, got -4\.5 px"):
+        HotSpots(spots=(Spot(1.0, 1.0), Spot(1.0, 1.0, x=-4.5)))
+    with pytest.raises(ValueError, match=r"spots: .* cancel"):
+        HotSpots(spots=(Spot(1.0, 1.0), Spot(1.0, 1.0, peak=-1.0)))
+
+
+@pytest.mark.parametrize("correlated", [0.0, 0.5])
+def test_the_noise_is_what_a_whole_picture_leaves(correlated):
+    """Of wide spots in a wide window. Pixels blur; the density of a coloured noise is taken at one frequency."""
+    camera = Camera(window=32, sigma=2.0, correlated=correlated, length=1.5)
+    spots = (Spot(2.0, 3.0, 0.4), Spot(2.5, 2.0, -0.3, 0.6, x=5.0, y=1.0), Spot(2.0, 2.0, 0.0, -0.4, x=-4.0, y=3.0))
+    looking = {
+        GaussianSpot(camera=camera): [9.0, 2.5, 0.0],
+        EllipticSpot(camera=camera): [9.0, 2.0, 4.0, 0.6, 0.0],
+        HotSpots(camera=camera, spots=spots): [9.0, 0.7, 0.0],
+    }
+    for sensor, looks in looking.items():
+        x = np.array([[15.7, 16.2, *looks]])
+        J, _, _ = sensor.information(x, Frame(sensor.render(x[0], (32, 32))), x)
+        np.testing.assert_allclose(sensor.noise(x)[0] @ J[0], np.eye(2), atol=0.06 if correlated == 0 else 0.4)
 
 
 def test_an_image_alone_is_that_of_the_picture_to_the_last_bit():
@@ -218,5 +238,8 @@ def test_an_image_alone_is_that_of_the_picture_to_the_last_bit():
     x, y = rng.uniform(-9.0, 9.0, (2, 4, 2, 1)) + np.arange(12.0)
     camera = GaussianSpot()
     np.testing.assert_array_equal(camera.image(looks, x, y), camera.picture(looks, x, y).image)
+    for other, more in ((EllipticSpot(), (looks[1], np.full((4, 2), 0.3))), (HotSpots(spots=THREE), ())):
+        seen = (looks[0], looks[1], *more, looks[2])
+        np.testing.assert_allclose(other.image(seen, x, y), other.picture(seen, x, y).image, rtol=1e-12, atol=1e-12)
     state = np.array([5.2, 3.9, 7.0, 1.3, 0.0])
     np.testing.assert_array_equal(camera.render(state, (6, 14)), camera.render(state, (14, 14))[:6])

@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import Array, fields
 from vedette_flir.sensors.gaussian_spot import WIDTHS
 from vedette_flir.sensors.image_model import FittedImage, Picture
-from vedette_flir.spots import bivariate, elliptic
+from vedette_flir.spots import bivariate, elliptic, oval
 
 CORRELATIONS = (-0.9, 0.9, 0.1)
 """A learnt correlation stays between the first two, and changes by at most the third per frame."""
@@ -45,6 +45,18 @@ class EllipticSpot(FittedImage):
         """Return the bounds (5, 3)."""
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, WIDTHS, WIDTHS, CORRELATIONS, free])
+
+    def noise(self, x: Array) -> Array:
+        """Return R in px^2, (*b, n) -> (*b, 2, 2): that of a round spot of spread |C|^(1/4), times C / sqrt|C|."""
+        amplitude, across, down, correlation, _ = self.looks(x)
+        C = bivariate(np.clip(across, *WIDTHS[:2]), np.clip(down, *WIDTHS[:2]), np.clip(correlation, *CORRELATIONS[:2]))
+        area = np.sqrt(np.linalg.det(C))
+        R: Array = (self.camera.spot_variance(amplitude, np.sqrt(area)) / area)[..., None, None] * C
+        return R
+
+    def image(self, looks: tuple[Array, ...], x: Array, y: Array) -> Array:
+        """Return amplitude * spot."""
+        return np.asarray(looks[0][..., None, None] * oval(x, y, bivariate(*looks[1:4])))
 
     def picture(self, looks: tuple[Array, ...], x: Array, y: Array) -> Picture:
         """Return amplitude * spot."""

@@ -40,6 +40,11 @@ class GaussianSpot(FittedImage):
         free = (-np.inf, np.inf, np.inf)
         return np.array([free, WIDTHS, free])
 
+    def noise(self, x: Array) -> Array:
+        """Return R in px^2, (*b, n) -> (*b, 2, 2): that of one frame, from the information in the whole spot."""
+        amplitude, spread, _ = self.looks(x)
+        return self.camera.spot_variance(amplitude, np.clip(spread, *WIDTHS[:2]))[..., None, None] * np.eye(2)
+
     def image(self, looks: tuple[Array, ...], x: Array, y: Array) -> Array:
         """Return amplitude * spot."""
         return looks[0][..., None, None] * disc(x, y, looks[1])

@@ -45,12 +45,6 @@ class FittedImage(ApparentPosition):
         """Return least and greatest value of each axis of the appearance, and its greatest step in a frame, (q, 3)."""
         return np.array([[-np.inf, np.inf, np.inf]] * len(self.appearance()))
 
-    def noise(self, x: Array) -> Array:
-        """Return R in px^2, (*b, n) -> (*b, 2, 2): that of one frame, from the information in a whole circular spot."""
-        amplitude = self.looks(x)[0]
-        variance = 2.0 / np.pi * self.camera.sigma**2 / np.maximum(amplitude**2, 1e-12)
-        return variance[..., None, None] * np.eye(2)
-
     def render(self, x: Array, shape: tuple[int, int]) -> Array:
         """Return a frame of `shape` (height, width) without noise and background: (*b, n) -> (*b, h, w)."""
         spot, steps = self.measure(x), np.arange(max(shape))

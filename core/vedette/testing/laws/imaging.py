@@ -151,7 +151,8 @@ def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
     for name, got, wanted in zip(("information", "score", "llr"), moved, there, strict=True):
         same(f"{name} in a window", got, wanted, 1e-6, 1.0 + np.abs(wanted).max())
     holed = np.array(frame.pixels)
-    holed[int(ROW), ::2] = np.nan
+    row, column = np.unravel_index(np.argmax(np.abs(holed - np.median(holed))), SHAPE)
+    holed[row, column % 2 :: 2] = np.nan
     dead = seen(evolve(frame, pixels=frozen_copy(holed)))
     demand(np.trace(dead[0][0]) < np.trace(there[0][0]) + 1e-9, "information: dead pixels must not add any")
     lost = np.where(np.isnan(holed), frame.pixels, 0.0).sum()
