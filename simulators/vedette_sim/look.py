@@ -26,7 +26,8 @@ class Look:
     )
     resolution: dict[str, float] = fields.table(
         "measured axis to the size of a cell, in the axis' own unit: objects nearer than that in all of these axes give one "
-        "return; default: every object gives its own"
+        "return; default: every object gives its own",
+        tried=({},),
     )
 
     def __attrs_post_init__(self) -> None:

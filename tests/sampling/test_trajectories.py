@@ -39,6 +39,11 @@ def test_factor_refuses_what_is_no_covariance(cov):
         sampling.psd_root(np.array(cov))
 
 
+def test_noise_of_times_that_underflow_is_none():
+    with np.errstate(under="ignore"):
+        assert np.all(sampling.psd_root(ConstantVelocity(1.0).noise(np.zeros(4), 3e-123)) < 1e-60)
+
+
 def test_rounding_adds_no_noise_to_a_singular_covariance():
     cov = np.stack([PulledVelocity().noise(np.zeros(4), dt) for dt in np.linspace(0.01, 30, 500)])
     assert np.all(np.sum(np.any(sampling.psd_root(cov) != 0, axis=-2), axis=-1) == 2)

@@ -39,7 +39,8 @@ def psd_root(cov: Array) -> Array:
         If `cov` is not symmetric positive semi-definite.
     """
     lower = kernels.root(cov)
-    spread = np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), 0.0))
+    # A variance of 0 may have fallen below the least number: what covaries with it need not be 0 then.
+    spread = np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), np.finfo(float).tiny))
     left = np.abs(lower @ np.swapaxes(lower, -1, -2) - cov)
     if not np.all(left <= 1e-6 * spread[..., :, None] * spread[..., None, :]):
         raise ValueError(f"covariance: must be symmetric positive semi-definite, got {cov}")

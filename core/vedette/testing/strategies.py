@@ -6,6 +6,7 @@ combination with others (a minimum above its maximum) is drawn again.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from functools import cache
 from inspect import isabstract
@@ -104,10 +105,10 @@ def _built(draw: st.DrawFn, cls: type, parts: Given) -> Any:
         try:
             return cls(**values)
         except ValueError as refusal:  # of two parameters that exclude one another, the one that is named has its default
-            place = str(refusal).partition(":")[0]
-            if place not in values or place not in optional:
+            name = re.split(r"[.:\[]", str(refusal), maxsplit=1)[0]
+            if name not in values or name not in optional:
                 return reject()
-            del values[place]
+            del values[name]
 
 
 def _parameter(parameter: Parameter, cls: type, registry: Registry) -> st.SearchStrategy[Any]:

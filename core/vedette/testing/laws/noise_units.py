@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 from attrs import evolve
 
-from vedette.config.parameters import holds_parts, parameters
+from vedette.config.parameters import Parameter, holds_parts, parameters
 from vedette.roles import Component
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand
@@ -30,14 +31,26 @@ def power(unit: str, words: tuple[str, ...]) -> float:
     return found
 
 
+def _alone(component: Any, known: Mapping[str, Parameter]) -> Any:
+    """Return a component without the others that it holds and may do without; Closed if some are left."""
+    held = [name for name, p in known.items() if holds_parts(p.shape) and getattr(component, name)]
+    if not held:
+        return component
+    left = {name: getattr(component, name) for name in known if name not in held}
+    with suppress(ValueError, TypeError):  # it cannot do without
+        alone = type(component)(**left)
+        if not any(getattr(alone, name) for name in held):
+            return alone
+    raise Closed("it holds other components, whose parameters count too")
+
+
 def demand_squares(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
     """Broken if a variance grows as a parameter does that is no square of a length or an angle, and nothing makes it one.
 
     Such as sigma * dt for sigma^2 dt. `space` holds the axes of the noise, `states` those of `x`.
     """
     known = {p.name: p for p in parameters(type(component))}
-    if any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items()):
-        raise Closed("it holds other components, whose parameters count too")
+    component = _alone(component, known)
     numbers = {
         name: value for name in known if isinstance(value := getattr(component, name), float) and 0 < abs(value) < np.inf
     }
@@ -72,8 +85,7 @@ def demand_units(component: Any, space: Space, states: Space, x: Array, noise: N
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
     """
     known = {p.name: p for p in parameters(type(component))}
-    if any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items()):
-        raise Closed("it holds other components, whose parameters count too")
+    component = _alone(component, known)
     powers = {name: power(p.unit, _LENGTHS) for name, p in known.items()}
     values = {name: getattr(component, name) for name, p in powers.items() if p}
     values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
