@@ -150,6 +150,14 @@ def fuzz(session: nox.Session) -> None:
 
 
 @nox.session
+def guided(session: nox.Session) -> None:
+    """Feed readers with bytes that coverage leads to new code, by Atheris: `nox -s guided -- --seconds 600`."""
+    session.install("-e", ".[dev]", "atheris>=3")
+    session.chdir("tests")
+    session.run("python", "-m", "fuzz.guided", *session.posargs, env={"OPENBLAS_NUM_THREADS": "1"})
+
+
+@nox.session
 def endurance(session: nox.Session) -> None:
     """Memory along a day of 50 vessels, and 10^6 scans of one track: `nox -s endurance -- --scans 5000 --long 50000`."""
     session.install(".")

@@ -14,6 +14,7 @@ pytest.register_assert_rewrite("support")
 
 MARKERS = (
     "kind(cls): a law of this component, tried where the component has changed and in one run of five where it has not",
+    "costly: takes more than a second; tried where what it tests has changed, and in one run of five where it has not",
     "nightly(why): run in the nightly profile alone",
 )
 CHOSEN = pytest.StashKey[str]()
@@ -21,7 +22,7 @@ CHOSEN = pytest.StashKey[str]()
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     """Add the option that tries the laws of all kinds."""
-    parser.addoption("--all", action="store_true", help="try the laws of all kinds, changed or not")
+    parser.addoption("--all", action="store_true", help="try all laws and all costly tests, changed or not")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -48,14 +49,23 @@ def pytest_collection() -> Iterator[None]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out laws of kinds that are not chosen, unless they are asked for by name, and by day the tests of the night."""
+    """Leave out laws and costly tests that are not chosen, unless asked for by name, and by day the tests of the night."""
     if config.option.vedette_profile == "nightly":
         return
     for item in items:
         if (marker := item.get_closest_marker("nightly")) is not None:
             item.add_marker(pytest.mark.skip(reason=f"nightly: {marker.args[0]}"))
+    by_name = config.option.all or config.option.keyword or any("::" in name for name in config.args)
+    costly_items = {item.nodeid: item for item in items if item.get_closest_marker("costly") is not None}
+    if costly_items and not by_name:
+        from support.selection import costly, since
+
+        tried = costly({name: item.path for name, item in costly_items.items()}, since())
+        left = {item for name, item in costly_items.items() if name not in tried}
+        config.hook.pytest_deselected(items=list(left))
+        items[:] = [item for item in items if item not in left]
     kinds = {item: marker.args[0] for item in items if (marker := item.get_closest_marker("kind")) is not None}
-    if not kinds or config.option.all or config.option.keyword or any("::" in name for name in config.args):
+    if not kinds or by_name:
         return
     from support.selection import chosen, since
 

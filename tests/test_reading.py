@@ -113,6 +113,7 @@ print(code, (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 102
 """
 
 
+@pytest.mark.costly
 def test_a_report_of_a_hostile_series_takes_little_memory(tmp_path):
     """3.2 MB of series once took 3 GB."""
     pytest.importorskip("matplotlib")

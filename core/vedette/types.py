@@ -197,7 +197,7 @@ class Trajectory:
 
     def at(self, time: float) -> Array | None:
         """Return the state (n,) at `time`, or None outside the recorded span."""
-        if not self.times[0] <= time <= self.times[-1]:
+        if not len(self.times) or not self.times[0] <= time <= self.times[-1]:
             return None
         i = int(np.clip(np.searchsorted(self.times, time) - 1, 0, max(len(self.times) - 2, 0)))
         j = min(i + 1, len(self.times) - 1)

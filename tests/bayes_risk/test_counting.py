@@ -3,6 +3,7 @@
 from itertools import product
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -43,6 +44,7 @@ def drawn_counts(true_base, runs, rng):
     return np.bincount(k, minlength=8)[1:] / runs
 
 
+@pytest.mark.costly
 def test_the_count_given_a_target_and_given_clutter():
     """All 14 frequencies of 200,000 draws within 5 standard errors: 8e-6. Eq. 2, with independent distances, is far off."""
     found = Confirmation.of(SEVEN, "s1")

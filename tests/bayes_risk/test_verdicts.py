@@ -89,6 +89,7 @@ def test_the_papers_figures_flip_what_was_not_reproduced(claim, printed):
     assert of(printed)[claim] == "reproduced"
 
 
+@pytest.mark.costly
 def test_the_figures_are_those_of_the_study():
     """All that `claims` asks for, on few runs: the printed covariance is too small, and no claim is a literal."""
     experiments = {name: vedette.load(config) for name, config in (FILTERS | CONTESTED).items()}

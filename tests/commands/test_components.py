@@ -5,6 +5,8 @@ import re
 import subprocess
 import sys
 
+import pytest
+
 import vedette
 from support.commands import in_json
 from vedette.cli import main
@@ -91,6 +93,7 @@ def test_what_is_no_kind_gets_a_question(capsys):
     assert "did you mean 'gate'?" in capsys.readouterr().err
 
 
+@pytest.mark.costly
 def test_without_docstrings_the_descriptions_are_read_from_the_source():
     """`python -OO` drops them, and the list once had names alone."""
     plain, bare = (

@@ -7,6 +7,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 from support.commands import FILES, files, in_json
 from vedette.cli import main
@@ -51,6 +52,7 @@ def with_terminal(*arguments, env):
     return told.decode(), out, process.returncode
 
 
+@pytest.mark.costly
 def test_a_terminal_shows_progress_and_standard_output_does_not(config, tmp_path):
     env = {**os.environ, "TERM": "xterm", "COLUMNS": "100"}
     told, out, code = with_terminal("run", config, "--out", tmp_path / "results", env=env)
@@ -60,6 +62,7 @@ def test_a_terminal_shows_progress_and_standard_output_does_not(config, tmp_path
     assert "\x1b" not in out
 
 
+@pytest.mark.costly
 def test_without_rich_a_terminal_gets_one_line(config, tmp_path):
     (tmp_path / "without" / "rich").mkdir(parents=True)
     (tmp_path / "without" / "rich" / "__init__.py").write_text("raise ImportError\n")

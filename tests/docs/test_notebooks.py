@@ -36,6 +36,7 @@ def printed(cell):
 SLOW = pytest.mark.nightly("up to 25 s each")
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     "page", [pytest.param(page, id=page.stem, marks=() if page.stem in QUICK else SLOW) for page in TUTORIALS]
 )

@@ -48,6 +48,7 @@ def test_frames_read_back_to_the_last_bit_and_in_their_type(tmp_path, pixels, co
     assert [file.read_bytes() for file in files[0]] == [file.read_bytes() for file in files[1]]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("more", [[], ["--stream"]])
 def test_a_simulated_run_is_replayed_to_the_same_tracks(tmp_path, more):
     first, second = tmp_path / "first", tmp_path / "second"

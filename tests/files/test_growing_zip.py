@@ -42,6 +42,7 @@ def test_each_append_leaves_a_whole_archive(target):
     check(target, names)
 
 
+@pytest.mark.costly
 def test_beyond_4_gib_and_beyond_65535_members(tmp_path):
     target, names = tmp_path / "a.zip", ["first", "second"]
     with zipfile.ZipFile(target, "w") as archive:

@@ -44,6 +44,7 @@ def experiment(path):
     return vedette.load(EXAMPLE, overrides=[f"source.path={path}", "source.box=[36, 56, 11, 11]"])
 
 
+@pytest.mark.costly
 def test_a_run_holds_few_frames(clip):
     for _ in range(2):  # what is imported on the way, and what is cached: an import empties caches of isinstance
         experiment(clip).run()

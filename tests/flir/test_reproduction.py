@@ -83,6 +83,7 @@ def verdict(found, varied, text):
     return next(made for claim, made in verdicts(found, varied).items() if claim.startswith(text))
 
 
+@pytest.mark.costly
 def test_verdicts_follow_the_figures(study):
     found = verdicts(*study)
     assert [found[text] for text in found] == list(VERDICTS.values())

@@ -144,6 +144,7 @@ def test_the_iterated_filter_reaches_the_bound(spread, snr):
     assert 0.95 < innovation.mean() < 1.05
 
 
+@pytest.mark.costly
 @pytest.mark.statistical(alpha=1e-6)
 def test_one_pass_is_inconsistent_on_a_narrow_spot():
     """The paper's own filter: its errors are far larger than it says where the prediction errs by a spot's width."""

@@ -26,6 +26,7 @@ def pictures(folder, frames=90, gone=range(30, 60)):
         cv2.imwrite(str(folder / f"{k:03d}.png"), pixels.clip(0, 255).astype(np.uint8))
 
 
+@pytest.mark.costly
 def test_a_streamed_run_says_when_its_target_was_lost_as_a_kept_one_does(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     pictures(tmp_path / "frames")

@@ -33,6 +33,7 @@ def rms(part):
     return np.sqrt(np.mean(part**2))
 
 
+@pytest.mark.costly
 def test_where_pixels_remember_it_is_consistent_and_errs_less():
     """On matched truth, SNR 3: NEES / 4 1.03 for 1.20, the sum's error .231 for .304 px, and NIS / 2 1."""
     own, plain = record("whitened_filter", over_time), record("iekf", over_time)

@@ -20,6 +20,7 @@ from fuzz import (
     configs,
     faulty,
     folders,
+    guided,
     inputs,
     kernel_calls,
     live,
@@ -51,6 +52,7 @@ FUZZERS = {
 }
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", FUZZERS)
 def test_nothing_escapes(name, tmp_path):
     case, budget = FUZZERS[name]
@@ -177,6 +179,7 @@ def test_the_fuzzer_of_results_bites(monkeypatch, tmp_path):
     assert " at reading.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
 
 
+@pytest.mark.costly
 def test_the_fuzzer_of_folders_bites(monkeypatch, tmp_path):
     """What a page is made of once ended in a traceback where it was no JSON."""
     monkeypatch.setattr("vedette_report.page.frames.parse_json", lambda text: json.loads(text + "}"))
@@ -242,3 +245,15 @@ def test_the_fuzzer_of_kernels_bites(name, wrong, text, monkeypatch, tmp_path):
     monkeypatch.setattr(cases, "SECONDS", 0.2)
     monkeypatch.setattr(cases, "ASLEEP", 2.0)
     assert text in (hunt(kernel_calls.case, tmp_path, 1000) or "nothing found")
+
+
+@pytest.mark.nightly("a minute")
+def test_guided_by_coverage_a_planted_fault_is_found_and_no_other(tmp_path):
+    pytest.importorskip("atheris")
+    cases_of_planted, reached, wrong = guided.fuzz("planted", 30, 0, tmp_path)
+    assert (cases_of_planted > 100, reached > 3, "KeyError" in wrong) == (True, True, True)
+    kept = list(tmp_path.glob("planted-crash-*"))
+    assert [path.read_bytes()[:5] for path in kept] == [b"!!int"]
+    for name in ("config.yaml", "tracks.jsonl", "stream.nmea"):
+        count, reached, wrong = guided.fuzz(name, 5, 0, tmp_path)
+        assert (count > 500, reached > 20, wrong) == (True, True, ""), name

@@ -111,3 +111,9 @@ def test_what_a_page_shows_besides_series_may_be_anything(tmp_path, monkeypatch,
 def test_a_study_of_one_point_has_a_table():
     """Found by the fuzzer of folders: numpy reshapes to no axes only if it is told of them as one."""
     assert by_point(np.ones(1), {}).shape == ()
+
+
+def test_a_platform_of_which_no_row_can_be_read_is_no_pose(tmp_path):
+    files = samples.csv_files() | {"own.csv": b"t,x,y,h\nt1,1,0,0.1\n"}
+    with pytest.raises(InputError, match="own"):
+        read_csv_source(written(tmp_path, files), files, False)

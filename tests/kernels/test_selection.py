@@ -42,6 +42,7 @@ def test_numpy_runs_where_it_is_asked_for():
     assert why == "numpy, as the environment variable VEDETTE_KERNELS asks for"
 
 
+@pytest.mark.costly
 @pytest.mark.skipif(not BUILT, reason="the compiled kernels were not built here")
 def test_the_twins_track_alike():
     one, other = (json.loads(ran(kernels).stdout) for kernels in ("numpy", "compiled"))
@@ -76,6 +77,7 @@ def test_without_the_extension_numpy_runs_and_says_so():
     assert ids
 
 
+@pytest.mark.costly
 def test_info_says_what_runs():
     found = subprocess.run([sys.executable, "-m", "vedette", "info", "--json"], capture_output=True, text=True, check=True)
     facts = json.loads(found.stdout)

@@ -221,6 +221,7 @@ def test_a_mode_that_a_return_is_next_to_impossible_for():
     agree("pda_update", xs, Ps, np.zeros((1, 1)), np.eye(1), np.eye(1), 0.9, 0.99, 9.0, -2.0)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("mutant", ["predict", "weighted_update", "mix_modes", "existence"])
 def test_the_comparison_bites(monkeypatch, mutant):
     """A reference that is wrong by 1e-8 is told from the kernels."""

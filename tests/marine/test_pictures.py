@@ -135,6 +135,7 @@ def test_a_beacon_leaves_no_returns_and_hides_who_is_on_its_spoke():
             assert np.min(np.linalg.norm(z - hull, axis=1)) < 90.0
 
 
+@pytest.mark.costly
 def test_the_example_runs():
     experiment = vedette.load(EXAMPLES / "marine_picture.toml", overrides=["source.frames=20", "source.lost=1"])
     result = experiment.run()

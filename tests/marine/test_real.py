@@ -27,6 +27,7 @@ def scores():
     return found
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("recording", list(BOUNDS))
 def test_imm_pdaf_tracks_recorded_boats(scores, recording):
     coverage, false, rmse, (low, high) = BOUNDS[recording]

@@ -36,6 +36,7 @@ def boats(pytestconfig):
     }
 
 
+@pytest.mark.costly
 def test_imm_beats_the_best_cv_on_boats_that_manoeuvre(boats):
     for records in boats.values():
         cell = outcome.ratio(records, "CV-PDAF", "ais")

@@ -164,6 +164,7 @@ def test_mode_probabilities_over_covered_scans():
     assert score.mode_prob == pytest.approx((0.9, 0.1))
 
 
+@pytest.mark.costly
 @given(st.permutations(range(3)), st.permutations(range(2)), st.integers(0, 2**32 - 1).map(np.random.default_rng))
 @settings(max_examples=40)
 def test_the_order_of_tracks_and_truths_and_the_origin_change_nothing(order, names, rng):

@@ -31,6 +31,10 @@ from vedette_standard.estimators.kalman import Kalman
 TESTS = ROOT / "tests"
 
 BY_DAY: dict[str, tuple[str, ...]] = {
+    "fuzz/test_fuzz.py::test_guided_by_coverage_a_planted_fault_is_found_and_no_other": (
+        "fuzz/test_fuzz.py::test_nothing_escapes",
+        "fuzz/test_seeds.py",
+    ),
     "adapters/test_stonesoup.py::laws": ("adapters/test_stonesoup_tutorials.py",),
     "bayes_risk/test_reproduction.py::test_where_returns_compete_the_printed_covariance_is_twice_too_small": (
         "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",

@@ -45,6 +45,7 @@ def both(tmp_path_factory):
     return folder / "kept", folder / "streamed"
 
 
+@pytest.mark.costly
 def test_the_lines_are_those_of_a_run_that_keeps_all(both):
     kept, streamed = both
     for name in ("tracks.csv", "tracks.jsonl"):
@@ -129,6 +130,7 @@ class Traffic(Source):
         return Recording(LazyScans(10**6, make))
 
 
+@pytest.mark.costly
 def test_memory_is_flat_and_no_id_comes_twice():
     """Over 4 times the scans the memory of a run does not grow; one that keeps all grows by far more than is allowed."""
     experiment = vedette.load({name: value for name, value in CONFIG.items() if name != "source"})

@@ -95,6 +95,7 @@ def test_what_a_sensor_cannot_do_is_an_error_when_the_scene_is_opened(monkeypatc
         experiment.source.open(sensors, np.random.default_rng(0))
 
 
+@pytest.mark.costly
 def test_memory_does_not_grow_with_the_scans(monkeypatch):
     """A scene 10 times as long takes no more while it is walked through; one that is kept takes far more."""
     look = {"radar": CONFIG["source"]["looks"]["radar"] | {"jitter": 0.0}}

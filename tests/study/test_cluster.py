@@ -33,6 +33,7 @@ def cluster():
         yield made
 
 
+@pytest.mark.costly
 def test_a_worker_that_dies_changes_nothing(cluster):
     local = vedette.monte_carlo(CONFIG, 600, 3, chunk=30, sweep=SWEEP)
     with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
@@ -185,6 +186,7 @@ def test_kept_chunks_of_other_code_are_refused_or_recorded(monkeypatch, tmp_path
     assert "kernels" in capfd.readouterr().err
 
 
+@pytest.mark.costly
 def test_a_study_waits_for_workers_and_takes_those_that_join(capfd):
     """Once it ended with an error where there was none yet, as on a queue; and an adaptive cluster starts none unasked."""
     local = vedette.monte_carlo(CONFIG, 200, 3, chunk=10)

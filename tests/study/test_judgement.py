@@ -18,6 +18,7 @@ def said(capsys):
     return capsys.readouterr().out.splitlines()
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", ["study", "harbour", "doppler", "fleet"])
 def test_our_trackers_are_no_worse_than_they_were(name, capsys):
     """After a change that is meant to change figures: `vedette study examples/NAME.toml --runs N --write ...`."""
@@ -26,6 +27,7 @@ def test_our_trackers_are_no_worse_than_they_were(name, capsys):
     assert (code, worse) == (0, [])
 
 
+@pytest.mark.costly
 def test_a_worse_tracker_is_told_and_ends_with_1(tmp_path, capsys):
     config, kept = str(EXAMPLES / "harbour.toml"), str(tmp_path / "kept.json")
     assert main(["study", config, "--runs", "4", "--threads", "1", "--write", kept]) == 0

@@ -137,6 +137,7 @@ def test_standard_errors_are_those_of_repeated_studies():
     assert np.isclose(ratio.std(), error.mean(), rtol=0.06)
 
 
+@pytest.mark.costly
 def test_several_targets_run_one_by_one_in_processes_too():
     here = vedette.monte_carlo(several(), 4, 1, chunk=2)
     assert not here.plan.together
@@ -191,6 +192,7 @@ def killed(path, out, chunks, seconds):
     return child.exitcode
 
 
+@pytest.mark.costly
 def test_killed_at_random_moments_and_resumed_equals_undisturbed(tmp_path, undisturbed):
     """Four times: after none to nine of the twelve chunks, and a random while."""
     path, rng, codes = write(tmp_path), np.random.default_rng(1), []

@@ -29,6 +29,12 @@ def closure(names: Iterable[str]) -> set[Path]:
 
 
 @cache
+def imports_of(path: Path) -> frozenset[str]:
+    """Return the modules that a file beside them imports, as a test does."""
+    return frozenset(_imports(ast.parse(path.read_text(encoding="utf-8"))))
+
+
+@cache
 def known() -> dict[str, Path]:
     """Return the modules of the repository that a component may import."""
     return {name: path for folder in FOLDERS for name, path in modules(ROOT / folder).items()}

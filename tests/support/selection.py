@@ -1,4 +1,4 @@
-"""Which kinds' laws a run of the tests tries: those of kinds whose code changed, and of a fifth of the others.
+"""Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and a fifth of the others.
 
 What changed is told since the branch left main. The hash of the commit draws the fifth, so that the same commit tries the
 same kinds. Without git, as in an sdist, without history, with `--all` and in the nightly profile all are tried.
@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import hashlib
 import subprocess
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from attrs import frozen
 
-from support.closure import closure, known
+from support.closure import closure, imports_of, known
 from support.paths import ROOT
 from vedette.roles import Component
 from vedette.testing import laws_of
@@ -31,6 +31,9 @@ OF_ALL = (
     "tests/testing/test_conformance.py",
 )
 """Files and folders on which the laws of all kinds depend, whatever they import."""
+
+CONFIGURED = ("core/cpp/", "plugins/vedette_standard/", "simulators/")
+"""Folders of components that a test may name in a config, without an import."""
 
 
 @frozen
@@ -91,6 +94,25 @@ def a_fifth(names: Iterable[str], head: str) -> list[str]:
     """Return the fifth of some names that a commit draws."""
     ordered = sorted(names, key=lambda name: hashlib.sha256(f"{head} {name}".encode()).digest())
     return ordered[: -(-len(ordered) // SHARE)]
+
+
+def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
+    """Return those of some costly tests, name to file, that are tried.
+
+    What changed is a test's own file, what it imports, the plugin that its folder mirrors, or what configs name everywhere.
+    """
+    if what is None:
+        return set(tests)
+    changed_files = {path for path in set(tests.values()) if _is_changed(path, what.files)}
+    touched = {name for name, path in tests.items() if path in changed_files}
+    return touched | {*a_fifth(tests.keys() - touched, what.head)}
+
+
+def _is_changed(test: Path, files: frozenset[str]) -> bool:
+    file = test.relative_to(ROOT).as_posix()
+    near = ("tests/support/", *CONFIGURED, f"plugins/vedette_{file.split('/')[1]}/")
+    imported = {path.relative_to(ROOT).as_posix() for path in closure(imports_of(test))}
+    return bool(files & {file, *imported}) or any(name.startswith(near) for name in files)
 
 
 def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[type[Component]], str]:

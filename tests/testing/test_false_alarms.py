@@ -42,6 +42,7 @@ def test_a_target_that_is_expected_at_rest_has_a_direction(detects, clutter):
     assert np.all(np.isfinite(report.calibration))
 
 
+@pytest.mark.costly
 @pytest.mark.statistical(alpha=3e-6)
 @pytest.mark.parametrize("clutter", [3e-4, 1e-3])
 def test_what_pda_uses_of_dense_clutter_is_white(clutter):

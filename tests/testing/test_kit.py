@@ -118,6 +118,7 @@ TestFine = conformance(Creeping, known_failures={"pure": "it is said"})
 """
 
 
+@pytest.mark.costly
 def test_a_session_counts_its_budget_and_prints_its_seed(tmp_path):
     (tmp_path / "test_user.py").write_text(USER)
     command = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "--vedette-seed", "7", str(tmp_path)]
@@ -130,6 +131,7 @@ def test_a_session_counts_its_budget_and_prints_its_seed(tmp_path):
     assert "seed 7" in done.stdout
 
 
+@pytest.mark.costly
 def test_check_prints_a_table_and_fails_with_the_component(capsys):
     assert main(["check", "pda"]) == 0
     table = capsys.readouterr().out
@@ -138,6 +140,7 @@ def test_check_prints_a_table_and_fails_with_the_component(capsys):
     assert main(["check", "vedette_standard.motion.constant_velocity:ConstantVelocity"]) == 0
 
 
+@pytest.mark.costly
 def test_check_shows_the_counterexample_of_a_broken_law(capsys, monkeypatch, tmp_path):
     (tmp_path / "creeping_plugin.py").write_text(USER)
     monkeypatch.syspath_prepend(str(tmp_path))

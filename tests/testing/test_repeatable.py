@@ -3,6 +3,8 @@
 import subprocess
 import sys
 
+import pytest
+
 DRAW = """
 import sys, types
 {load}
@@ -27,6 +29,7 @@ def drawn(tmp_path, load: str) -> str:
     return done.stdout
 
 
+@pytest.mark.costly
 def test_draws_do_not_depend_on_what_modules_are_loaded(tmp_path):
     numbers = ", ".join(str(0.05 + 0.007 * i) for i in range(600))
     (tmp_path / "somebodys_numbers.py").write_text(f"X = [{numbers}]\n")

@@ -11,7 +11,7 @@ from mutants.foreign import MUTANTS as FOREIGN
 from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
-from support.selection import OF_ALL, SHARE, Since, changed, chosen, drawn, files_of, since
+from support.selection import OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, kit, laws_of
 from vedette.testing.laws import apart
@@ -131,6 +131,27 @@ def test_what_is_chosen_is_told():
     assert "b" * 10 in line
     assert "--all" in line
     assert chosen(KINDS, None)[0] == KINDS
+
+
+def test_costly_tests_are_tried_where_what_they_test_has_changed():
+    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(50)}
+    ours = {name for name in tests if "vts" in name}
+
+    def of(*files):
+        return costly(tests, Since("a" * 40, "b" * 40, frozenset(files)))
+
+    assert costly(tests, None) == set(tests)
+    assert len(of()) == len(tests) / SHARE
+    for file in (
+        "tests/vts/test_reproduction.py",
+        "plugins/vedette_vts/reproduction.py",
+        "plugins/vedette_standard/motion/constant_velocity.py",
+        "plugins/vedette_vts/data/of_any_kind.csv",
+        "core/vedette/space.py",
+        "core/cpp/gate.cpp",
+    ):
+        assert ours <= of(file), file
+    assert of("docs/index.md", "tests/marine/test_chain.py") == of()
 
 
 @pytest.fixture

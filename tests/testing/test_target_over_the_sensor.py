@@ -70,6 +70,7 @@ def law_of(name):
     return next(law for law in laws_of(Sonar) if law.name == name)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("name", MUTANTS)
 def test_the_law_holds_of_the_textbooks_sensor_and_catches_its_mutant(name):
     assert examine(Sonar, law_of(name), components(Sonar), FAST).verdict == "held"

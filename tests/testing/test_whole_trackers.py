@@ -56,6 +56,7 @@ def test_a_wrong_transition_is_named():
     assert told.figure == pytest.approx(0.0, abs=1e-12)
 
 
+@pytest.mark.costly
 def test_one_culprit_is_named_where_one_explains():
     """A bearing ten times too sharp once made the range's noise look 1.5 times too large."""
     for seed in range(3):
@@ -63,6 +64,7 @@ def test_one_culprit_is_named_where_one_explains():
         assert cause == "R of radar along bearing is far too small; not Q, R of radar along range"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("errors", "words"),
     [

@@ -43,6 +43,7 @@ def test_the_example_is_the_studys_filter(name):
     assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
 
 
+@pytest.mark.costly
 def test_a_filter_that_takes_every_return_is_the_tracker_while_all_are_in_its_gate(study):
     scene, _ = study
     tracker = vedette.load(FILTERS["IMMCV2"]).tracker
@@ -144,6 +145,7 @@ def test_the_trajectory_is_table_1():
     np.testing.assert_allclose(scene.truth[-1, 2:], scene.truth[0, 2:], atol=1e-9)
 
 
+@pytest.mark.costly
 def test_the_same_seed_gives_the_same_study():
     first, again = (VtsReproduction().run(3, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables

@@ -22,6 +22,7 @@ def overrides(*settings):
     return [word for setting in settings for word in ("--set", setting)]
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(("example", "stream"), [*((name, []) for name in CASES), ("vts/immcvca.toml", ["--stream"])])
 def test_a_recording_is_run_again_to_the_same_tracks(example, stream, tmp_path, undrawn, capsys):
     if example.startswith("marine"):

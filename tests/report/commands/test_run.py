@@ -71,6 +71,7 @@ def test_the_figures_are_those_of_the_experiment(config, tmp_path, capsys, undra
     np.testing.assert_array_equal(again[0].mean, result.tracks[0].mean)
 
 
+@pytest.mark.costly
 def test_processes_with_unlike_hash_seeds_write_the_same_bytes(config, tmp_path):
     for seed in ("1", "2"):
         env = {**os.environ, "PYTHONHASHSEED": seed}

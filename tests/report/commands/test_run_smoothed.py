@@ -39,6 +39,7 @@ def config(tmp_path):
     return path
 
 
+@pytest.mark.costly
 def test_the_command_writes_smoothed_tracks_beside_the_filters_and_both_figures(tmp_path, capsys):
     path = config(tmp_path)
     assert main(["run", str(path), "--out", str(tmp_path / "plain"), "--json"]) == 0

@@ -33,6 +33,7 @@ def watching(*arguments):
         process.communicate()
 
 
+@pytest.mark.costly
 def test_it_waits_until_somebody_has_seen_it_and_writes_what_a_run_writes(tmp_path):
     path = tmp_path / "config.json"
     path.write_text(json.dumps(config()))

@@ -70,6 +70,7 @@ def errors(kind, particles, runs, rng):
     ])  # fmt: skip
 
 
+@pytest.mark.costly
 @each
 def test_errors_fall_as_one_over_the_root_of_the_number(kind):
     """Measured from 250 to 4000 particles, 16 times as many: errors fall by a factor of 4; 2.6 to 6.2 is told apart from the

@@ -88,6 +88,7 @@ def test_over_many_draws_the_error_is_within_a_twentieth(tmp_path, monkeypatch):
     assert np.mean(ratios) <= np.log(1.05)
 
 
+@pytest.mark.costly
 def test_bearings_from_north_and_axes_that_are_swapped_are_found_by_the_data(tmp_path, monkeypatch):
     """The titles say neither that x is east nor that bearings are true: the returns lie on tracks in one reading only."""
     monkeypatch.chdir(tmp_path)

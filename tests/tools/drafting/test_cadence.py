@@ -57,6 +57,7 @@ def one_target(seed, p_detect=0.75):
     return ["t_s,x,y", *(row for row in rows if rng.random() < p_detect)]
 
 
+@pytest.mark.costly
 def test_a_draft_counts_the_looks_that_the_file_leaves_out(tmp_path, monkeypatch):
     """One target, no clutter, P_D 0.75: without the period, each scan in the file would hold it."""
     monkeypatch.chdir(tmp_path)
@@ -76,6 +77,7 @@ def test_a_draft_counts_the_looks_that_the_file_leaves_out(tmp_path, monkeypatch
     assert sum(not len(scan.detections.z) for scan in result.scans) > 30
 
 
+@pytest.mark.costly
 def test_a_sensors_name_of_two_words_is_written_as_toml_has_it(tmp_path):
     rows = one_target(1)
     named = [f"{row},{'sensor' if i == 0 else 'sonar 1'}" for i, row in enumerate(rows)]

@@ -55,11 +55,13 @@ def in_turn(seed=7, ships=6):
         yield f"{time:.2f}", *(start[ship] + pace[ship] * time + rng.normal(0, 8, 2)).round(1).tolist(), 9000 + ship
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("scene", [hovering, circling])
 def test_one_target_that_manoeuvres_has_one_track(scene, tmp_path):
     assert len(tracks_of(table(tmp_path / "d.csv", "time,x,y", scene()))) == 1
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("use", ["aid", "ignore"])
 def test_targets_that_report_in_turn_have_a_track_each(use, tmp_path):
     path = table(tmp_path / "d.csv", "time,x,y,mmsi", in_turn())
@@ -93,6 +95,7 @@ def test_a_column_names_objects_if_names_come_again_one_at_a_time(title, cells, 
     assert found.get("identity", "") == (title if named else "")
 
 
+@pytest.mark.costly
 def test_what_nothing_fits_is_said_first_with_an_exit_code_of_its_own(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     rng = np.random.default_rng(8)
@@ -126,6 +129,7 @@ def test_a_row_under_a_wrong_name_is_left_out():
     assert sorted(set(range(30)) - set(steady(np.arange(30), times, spots).tolist())) == [4, 18]
 
 
+@pytest.mark.costly
 def test_aircraft_whose_positions_jitter_keep_their_tracks():
     """The aircraft of a recording, names hidden: the first draft breaks 25 of them, and alternatives none."""
     config = tomllib.loads(drafted(recording("adsb", "area_20min.csv"), "truth").text)

@@ -26,6 +26,7 @@ def sigma_accel(text):
     return float(line.split("sigma_accel = ")[1].split(" ")[0]), line
 
 
+@pytest.mark.costly
 def test_straight_courses_are_drafted_with_noise_that_is_felt_within_a_hundred_scans(tmp_path):
     drafts = [sigma_accel(draft_config(file_of(tmp_path / "straight.csv", 100, seed))) for seed in range(3)]
     assert min(found for found, _ in drafts) * 300**1.5 / np.sqrt(3) > 0.7 * 11

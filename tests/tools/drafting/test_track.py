@@ -31,6 +31,7 @@ def equal(first, second):
     return all(np.array_equal(a.mean, b.mean) for a, b in zip(first.tracks, second.tracks, strict=True))
 
 
+@pytest.mark.costly
 def test_a_file_a_frame_and_a_draft_give_the_same_tracks(result, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     frame = pd.read_csv(io.StringIO(FILE.text), sep=";")

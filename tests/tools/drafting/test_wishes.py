@@ -66,6 +66,7 @@ def test_a_scan_is_what_is_stated(table):
     assert source(path, scan="turn_no")["detections"]["scan"] == "turn_no"
 
 
+@pytest.mark.costly
 def test_dates_in_a_stated_pattern_and_a_second_file_are_run(table, capsys):
     table("when,range_m,bearing_deg", lambda k: f"23/11/2026 10:00:{k:02d},{2000 + 3 * k},{30 + 0.05 * k}")
     table("when,own_north,own_east,heading_deg", lambda k: f"23/11/2026 10:00:{k:02d},{k},{2 * k},0", "own.csv")

@@ -198,6 +198,7 @@ def test_a_turn_that_the_filter_follows_is_none(more: list[str]) -> None:
     assert told(BOATS, [*more, TURN]) == []
 
 
+@pytest.mark.costly
 def test_a_filter_matched_to_random_motion_follows_it() -> None:
     drawn = (
         'source.drawn={boat={models=[{kind="constant_velocity",sigma_accel=SIGMA}],'

@@ -35,6 +35,7 @@ def test_a_file_is_smoothed_as_its_data_frame_is(frame, suffix, capsys):
     pd.testing.assert_frame_equal(found, direct, check_dtype=False, rtol=0, atol=2e-6)
 
 
+@pytest.mark.costly
 def test_an_object_across_files_is_smoothed_whole_and_parts_change_nothing(frame, monkeypatch, capsys):
     frame.to_csv("whole.csv", index=False)
     frame.iloc[:150].to_csv("a.csv", index=False)

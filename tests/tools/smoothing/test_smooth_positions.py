@@ -38,6 +38,7 @@ def test_gross_positions_are_marked_and_not_used():
     assert off(smooth, true)[wrong].max() < 60.0
 
 
+@pytest.mark.costly
 def test_an_object_is_smoothed_by_its_own_reports_alone():
     frame, _ = reports_frame(seed=3)
     shuffled = frame.sample(frac=1.0, random_state=0)
@@ -119,6 +120,7 @@ def test_what_cannot_be_smoothed_is_told():
         vedette.smooth_positions(frame, every=1e-6)
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize(
     ("names", "titles"),
     [
