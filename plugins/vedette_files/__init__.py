@@ -4,6 +4,8 @@ from collections.abc import Iterable
 
 from vedette.config import plugin
 from vedette.roles import Component
+from vedette_files.apart import Apart as Apart
+from vedette_files.apart import ApartOpenCV as ApartOpenCV
 from vedette_files.autoferry import AutoferrySource as AutoferrySource
 from vedette_files.codes import code as code
 from vedette_files.codes import label as label

@@ -10,6 +10,7 @@ from typing import Any
 from attrs import frozen
 
 from vedette.errors import InputError
+from vedette_files.apart import ApartTable
 from vedette_files.input_files import check_regular
 from vedette_files.libraries import needed
 from vedette_files.records import SUFFIXES, header_and_records
@@ -35,8 +36,8 @@ class FrameTable:
         return self.name
 
 
-TablePath = Path | FrameTable
-"""Where a table is: a file, or a data frame."""
+TablePath = Path | FrameTable | ApartTable
+"""Where a table is: a file, a data frame, or a file that another process decodes."""
 
 
 def pyarrow() -> tuple[Any, Any]:
@@ -65,7 +66,7 @@ def frame_of(data: Any) -> Any:
 
 def is_columnar(path: TablePath) -> bool:
     """Return whether a table is a data frame, a Parquet file or one of records, not rows of text."""
-    return isinstance(path, FrameTable) or path.suffix.lower() in (SUFFIX, *SUFFIXES)
+    return isinstance(path, FrameTable | ApartTable) or path.suffix.lower() in (SUFFIX, *SUFFIXES)
 
 
 def header_and_rows(path: TablePath, wanted: Iterable[str]) -> tuple[list[str], Iterator[list[str]]]:
@@ -75,9 +76,11 @@ def header_and_rows(path: TablePath, wanted: Iterable[str]) -> tuple[list[str], 
     """
     if isinstance(path, FrameTable):
         return _of_frame(path.frame, set(wanted))
+    if isinstance(path, ApartTable):
+        return path.cells(set(wanted))
     if path.suffix.lower() in SUFFIXES:
         return _of_records(path, set(wanted))
-    return _of_parquet(path, set(wanted))
+    return parquet_cells(path, set(wanted))
 
 
 def _of_frame(frame: Any, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
@@ -93,7 +96,8 @@ def _of_records(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[
     return titles, ([cell(record.get(name)) for name in names] for record in records)
 
 
-def _of_parquet(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
+def parquet_cells(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
+    """Return all titles of a Parquet file, and the cells of each row under the `wanted` ones."""
     pa, parquet = pyarrow()
     check_regular(path)
     try:

@@ -14,6 +14,7 @@ from vedette.errors import InputError, Problem
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan, Trajectory
+from vedette_files.apart import Apart, ApartTable
 from vedette_files.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.csv_layout import Layout
 from vedette_files.csv_platform import PlatformColumns, Platforms
@@ -66,6 +67,9 @@ class CsvSource(Source):
     decimal: str = fields.choice("in numbers", [".", ","], default=".")
     dates: str = fields.text("how dates are written, as '%d/%m/%Y %H:%M:%S'; default: by ISO 8601", default="")
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)
+    apart: Apart | None = fields.part(
+        "limits of a process of its own that decodes Parquet files; default: none, this process decodes", default=None
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.platform is not None and self.platform.scan and not self.detections.scan:
@@ -94,6 +98,12 @@ class CsvSource(Source):
         folder = user_path(self.path) if self.path else Path()
         return self._read(folder if folder.is_dir() else folder.parent, FrameTable(frame), sensors)
 
+    def _decoded(self, path: TablePath) -> TablePath:
+        """Return a table, to be decoded where `apart` says."""
+        if self.apart is None or not isinstance(path, Path) or path.suffix.lower() != SUFFIX:
+            return path
+        return ApartTable(path, self.apart)
+
     def _read(self, folder: Path, path: TablePath, sensors: Mapping[str, Sensor]) -> Recording:
         readings = self.detections.readings(sensors, self.platform is not None)
         refused: dict[str, list[Problem]] = {"platform": [], "detections": [], "truth": []}
@@ -101,10 +111,11 @@ class CsvSource(Source):
         notes = {"recording": self.about} if self.about else {}
         if self.frame == NORTH_EAST:
             notes["frame"] = self.frame
-        if isinstance(path, FrameTable) or path.suffix.lower() == SUFFIX:
+        if not isinstance(path, Path) or path.suffix.lower() == SUFFIX:
             notes["table"] = PARQUET
+        path = self._decoded(path)
         paths: dict[str, TablePath] = {
-            place: folder / table.file if table.file and place != "detections" else path
+            place: self._decoded(folder / table.file) if table.file and place != "detections" else path
             for place, table in self._tables().items()
         }
         if self.detections.identity:

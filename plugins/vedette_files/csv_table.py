@@ -15,7 +15,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.fields import ABSURD
 from vedette.space import Axis, Space
 from vedette.units import in_unit
-from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_columnar
+from vedette_files.columnar import TablePath, header_and_rows, is_columnar
 from vedette_files.input_files import lines, shown
 
 WIDEST = 131_072
@@ -136,7 +136,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
     line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
     column or has it twice.
     """
-    if isinstance(path, FrameTable) or is_columnar(path):
+    if not isinstance(path, Path) or is_columnar(path):
         yield from _columnar(path, wanted, place)
         return
     top, first, given = header_line(lines(path))

@@ -13,6 +13,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
+from vedette_files import Apart, ApartOpenCV
 from vedette_files.image_header import check_pixels, picture_size
 from vedette_files.input_files import check_regular, inside
 from vedette_files.jpeg import check_jpeg, is_jpeg
@@ -97,7 +98,12 @@ class Clip:
         return grey
 
 
-def look_through(path: Path, how: str = "luminance", watch: Callable[[Grey], None] = lambda grey: None) -> Clip:
+def look_through(
+    path: Path,
+    how: str = "luminance",
+    watch: Callable[[Grey], None] = lambda grey: None,
+    apart: Apart | None = None,
+) -> Clip:
     """Return what a video or a folder of images holds; each frame is decoded once, shown to `watch`, and let go.
 
     InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
@@ -106,7 +112,8 @@ def look_through(path: Path, how: str = "luminance", watch: Callable[[Grey], Non
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
-    store = _Folder(path, problems) if path.is_dir() else _Video(path)
+    cv2 = opencv() if apart is None else ApartOpenCV(apart)
+    store = _Folder(path, problems, cv2) if path.is_dir() else _Video(path, cv2)
     numbers: list[int] = []
     times: list[float] = []
     first: Grey | None = None
@@ -169,8 +176,8 @@ class _Folder:
 
     rate, time = None, math.nan
 
-    def __init__(self, path: Path, problems: list[Problem]) -> None:
-        self.cv2 = opencv()
+    def __init__(self, path: Path, problems: list[Problem], cv2: Any) -> None:
+        self.cv2 = cv2
         self.files = sorted((file for file in path.iterdir() if file.suffix.lower() in IMAGES), key=in_order)
         if not self.files:
             raise InputError(f"{path}: holds no image; their names must end in {', '.join(IMAGES)}")
@@ -212,8 +219,8 @@ class _Video:
 
     most = 2**31
 
-    def __init__(self, path: Path) -> None:
-        self.path, self.cv2, self.at, self.found = path, opencv(), 0, 0
+    def __init__(self, path: Path, cv2: Any) -> None:
+        self.path, self.cv2, self.at, self.found = path, cv2, 0, 0
         check_regular(path)
         self.video = self._opened()
         rate = float(self.video.get(self.cv2.CAP_PROP_FPS))

@@ -25,6 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
+from vedette_files import Apart
 from vedette_files.input_files import inside, user_path
 from vedette_flir.registration import Registration
 from vedette_flir.sources.boxes import (
@@ -77,6 +78,9 @@ class VideoSource(Source):
     grey: str = fields.choice(
         "how colours become grey levels; equal: colours are refused", ("equal", *WEIGHTS), default="luminance"
     )
+    apart: Apart | None = fields.part(
+        "limits of a process of its own that decodes the frames; default: none, this process decodes", default=None
+    )
     automatic: bool = fields.flag("no target is given: the tracker finds them", default=False)
     negative: bool = fields.flag("take the frames' negative: hot is dark", default=False)
     steady: bool = fields.flag(
@@ -98,7 +102,7 @@ class VideoSource(Source):
             if self.steady:
                 corners.append(camera_motion.take(grey))
 
-        clip = look_through(path, self.grey, watch)
+        clip = look_through(path, self.grey, watch, self.apart)
         corner = dict(zip(clip.numbers, corners, strict=False))  # empty where the camera's motion is not asked for
         rate = self.rate or clip.rate or 30.0
         part = Segment(0, clip.numbers[-1] + 1, 0)

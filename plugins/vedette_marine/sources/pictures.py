@@ -25,6 +25,7 @@ from vedette import (
     Trajectory,
     fields,
 )
+from vedette_files import Apart, ApartOpenCV
 from vedette_files.input_files import inside, shown
 from vedette_files.png import check_png
 from vedette_files.readers import Sample, find, in_time_order
@@ -54,6 +55,9 @@ class RadarPictures(Source):
     path: str = fields.text("folder that holds geometry.json, frames.csv and the pictures", default="")
     reference: str = fields.choice("what tracks are held against", ("truth", "ais", "none"), default="truth")
     longest_gap: float = fields.quantity("s", "AIS reports farther apart say nothing in between", default=60.0, above=0)
+    apart: Apart | None = fields.part(
+        "limits of a process of its own that decodes the pictures; default: none, this process decodes", default=None
+    )
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return all frames, lazily; InputError without a geometry, frames or, where AIS is the reference, AIS."""
@@ -66,7 +70,8 @@ class RadarPictures(Source):
         geometry = read_geometry(folder)
         refused: list[Problem] = []
         rows: dict[str, Rows] = {}
-        known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry)}
+        cv2 = opencv() if self.apart is None else ApartOpenCV(self.apart)
+        known: dict[str, Any] = geometry.as_json() | {"land": _land(folder, geometry, cv2)}
         frames = _frames(folder, geometry, refused)
         rows["frames"] = Rows(len(frames) + len(refused), len(frames), len(refused))
         if not frames:
@@ -75,7 +80,7 @@ class RadarPictures(Source):
 
         def make(i: int) -> Scan:
             file, time, pose = frames[i]
-            return Scan(time, screens[0], _NOTHING, pose, Frame(_pixels(folder / file), geometry=known))
+            return Scan(time, screens[0], _NOTHING, pose, Frame(_pixels(folder / file, cv2), geometry=known))
 
         size = f"{geometry.width} x {geometry.height} px of {geometry.metres_per_pixel:g} m, {geometry.stabilisation}"
         reference = self._reference(folder, geometry, refused, rows)
@@ -141,16 +146,18 @@ def _frames(folder: Path, geometry: PictureGeometry, refused: list[Problem]) -> 
     return [sample.value for sample in in_time_order(samples, refused)]
 
 
-def _pixels(path: Path) -> Any:
+def _pixels(path: Path, cv2: Any) -> Any:
     """Return (3, h, w) blue first, or (h, w); empty if a picture that was whole when the folder was opened no longer is."""
-    cv2 = opencv()
-    picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    try:
+        picture = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    except ValueError as error:  # the process that decodes it has ended
+        raise InputError(f"{path}: {error}") from None
     if picture is None:
         return np.zeros((0, 0), dtype=np.uint8)
     return picture if picture.ndim == 2 else np.moveaxis(picture[..., :3], -1, 0)
 
 
-def _land(folder: Path, geometry: PictureGeometry) -> Any:
+def _land(folder: Path, geometry: PictureGeometry, cv2: Any) -> Any:
     """Return the chart's land (h, w), None without one; InputError if it is not a picture of the geometry's size."""
     if not geometry.land:
         return None
@@ -161,7 +168,6 @@ def _land(folder: Path, geometry: PictureGeometry) -> Any:
         width, height, _ = check_png(path)
     except ValueError as error:
         raise InputError(f"{path}: {wanted}, and {error}") from None
-    cv2 = opencv()
     mask = cv2.imread(str(path), cv2.IMREAD_GRAYSCALE) if (width, height) == (geometry.width, geometry.height) else None
     if mask is None or mask.shape != geometry.shape:
         raise InputError(f"{path}: {wanted}, got {width} x {height}")

@@ -220,7 +220,7 @@ def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, M
     """Return the time, the columns by axis and the cells of a file of the own platform, None without one."""
     if platform is None:
         return None
-    if isinstance(path, FrameTable) or platform.resolve().parent != path.resolve().parent:
+    if not isinstance(path, Path) or platform.resolve().parent != path.resolve().parent:
         raise InputError(f"{platform}: must lie in the folder of the returns, for a config names one folder: copy it there")
     titles, rows, dialect = _first_rows(platform)
     if dialect != (COMMAS if is_columnar(path) else _first_rows(path)[2]):
@@ -232,7 +232,7 @@ def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, M
 
 
 def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
-    if isinstance(path, FrameTable) or is_columnar(path):
+    if not isinstance(path, Path) or is_columnar(path):
         titles, _ = header_and_rows(path, ())
         titles, given = header_and_rows(path, titles)
         return titles, list(islice(given, LOOKED_AT)), COMMAS
