@@ -94,7 +94,8 @@ class Result:
         """
         made_by = self.made_by
         gate, truth = made_by.tracker.gate.probability, self.recording.truth
-        return judge(self.tracks, truth, self.scans, made_by.judge, gate, made_by.tracker.sensors)
+        nobody = self.recording.nobody
+        return judge(self.tracks, truth, self.scans, made_by.judge, gate, made_by.tracker.sensors, nobody=nobody)
 
     @property
     def made_by(self) -> Experiment:

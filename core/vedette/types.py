@@ -275,7 +275,8 @@ class Recording:
 
     `scans` may be lazy. `warnings`: a sentence for each thing that looks wrong but was read. `rows` counts all that was
     read. `detected`: sensors whose scans a preprocessor has already made, and what they measure; a run uses these scans as
-    they are. `starts`: known states of targets at the first scan; tracks are not compared with them.
+    they are. `starts`: known states of targets at the first scan; tracks are not compared with them. `nobody`: the truth is
+    known to hold no object, so that every confirmed track is false.
     """
 
     scans: Sequence[Scan]
@@ -286,6 +287,7 @@ class Recording:
     rows: Mapping[str, Rows] = {}
     detected: Mapping[str, Space] = {}
     starts: tuple[Trajectory, ...] = ()
+    nobody: bool = False
 
 
 new_gaussian = maker(Gaussian)

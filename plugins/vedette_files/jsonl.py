@@ -22,7 +22,7 @@ from vedette_files.writing import whole_file
 
 FORMAT = "vedette"
 VERSION = 1
-HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "notes")
+HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "nobody", "notes")
 SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity", "arrived")
 LEFT_OUT_FIELDS = ("left_out", "time", "sensor", "returns", "arrived")
 STATE_FIELDS = ("truth", "time", "state")
@@ -34,13 +34,14 @@ _ENCODER = json.JSONEncoder(allow_nan=False)
 class Header:
     """The first line of a recording: the axes of each sensor and each true object, and notes.
 
-    `detected` are the sensors whose scans come from a preprocessor.
+    `detected` are the sensors whose scans come from a preprocessor; `nobody`: the truth is known to hold no object.
     """
 
     sensors: dict[str, Space]
     truth: dict[str, Space]
     notes: dict[str, str]
     detected: tuple[str, ...] = ()
+    nobody: bool = False
 
 
 def write_recording(path: Path | str, recording: Recording, sensors: Mapping[str, Space]) -> None:
@@ -68,6 +69,7 @@ def recording_head(recording: Recording, sensors: Mapping[str, Space]) -> Iterat
         "sensors": {name: units(space) for name, space in sensors.items()},
         **({"detected": list(recording.detected)} if recording.detected else {}),
         "truth": truth,
+        **({"nobody": True} if recording.nobody else {}),
         "notes": dict(recording.notes),
     }
     yield line(header)
@@ -141,7 +143,7 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
     told = tuple(offer_sorting(refused, total))
     detected = {name: header.sensors[name] for name in header.detected}
     in_time = tuple(scan for _, scan in in_order)
-    recording = Recording(in_time, tuple(truth), told, header.notes, rows=rows, detected=detected)
+    recording = Recording(in_time, tuple(truth), told, header.notes, rows=rows, detected=detected, nobody=header.nobody)
     return recording, header.sensors
 
 
@@ -189,7 +191,10 @@ def _header(given: Any) -> Header:
     sensors, detected = _spaces(given["sensors"], "sensors"), given.get("detected", [])
     if not isinstance(detected, list) or not all(isinstance(name, str) and name in sensors for name in detected):
         raise ValueError(f"detected must be names of the header's sensors, got {short(detected)}")
-    return Header(sensors, _spaces(given.get("truth", {}), "truth"), notes, tuple(detected))
+    truth, nobody = _spaces(given.get("truth", {}), "truth"), given.get("nobody", False)
+    if not isinstance(nobody, bool) or (nobody and truth):
+        raise ValueError(f"nobody must be true or false, and false with a truth, got {short(nobody)}")
+    return Header(sensors, truth, notes, tuple(detected), nobody)
 
 
 def _spaces(given: Any, what: str) -> dict[str, Space]:

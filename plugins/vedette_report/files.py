@@ -36,7 +36,8 @@ def write_files(
     with TrackFiles(folder, space, notes, rows.modes.shape[1], terms, extra=rows.extra) as tracks:
         tracks.write(rows)
     detected = {name: sensors[name].measurement for name in experiment.preprocessors}
-    taken = Recording(result.scans, result.recording.truth, (), notes, detected=detected)
+    recording = result.recording
+    taken = Recording(result.scans, recording.truth, (), notes, detected=detected, nobody=recording.nobody)
     write_recording(folder / "recording.jsonl", taken, {name: sensor.measurement for name, sensor in sensors.items()})
     summaries = write_summaries(folder, experiment, figures, text)
     with whole_bytes(folder / SERIES) as file:

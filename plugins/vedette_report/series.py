@@ -77,6 +77,7 @@ class Recorder:
             sensors=tracker.sensors,
             figures=installed_figures(),
             keep=np.inf if kept else _KEPT,
+            nobody=recording.nobody,
         )
         modes = tracker.estimator.mode_prob(steps.state.belief)
         self.modes = 0 if modes is None else modes.shape[-1]

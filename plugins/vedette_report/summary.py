@@ -56,6 +56,9 @@ def summary(experiment: Experiment, result: Result, score: Score, bands: Bands |
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
         lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
+    elif score.false_tracks is not None:
+        told_false = rows([("false tracks", f"{score.false_tracks:.3g} at a time")])
+        lines += ["", f"Against the truth, by which nobody is there: {count(score.scans, 'scan')} judged", *told_false]
     if told := track_rows(result):
         lines += ["", *told]
     lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, score, bands))]

@@ -116,6 +116,7 @@ class Judged:
             sensors=tracker.sensors,
             figures=figures,
             keep=np.inf,
+            nobody=result.recording.nobody,
         )
         blocks = judging.take(tracks, result.scans)
         return cls(judging.score(), blocks, np.arange(len(tracks)))

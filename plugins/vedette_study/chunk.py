@@ -196,7 +196,8 @@ def _one_by_one(experiment: Experiment, seeds: RunSeeds, redraw: Redraw | None) 
             raise KeyboardInterrupt
         tracker, truth, options = experiment.tracker, result.recording.truth, experiment.judge
         gate, further = tracker.gate.probability, installed_figures()
-        told = judge(result.tracks, truth, result.scans, options, gate, tracker.sensors, further).figures()
+        nobody = result.recording.nobody
+        told = judge(result.tracks, truth, result.scans, options, gate, tracker.sensors, further, nobody).figures()
         rows.append([told.get(figure.name) for figure in known.values()][:-1] + [result.approximated])
     table = np.array([[np.nan if value is None else float(value) for value in row] for row in rows]).T
     figures = {name: row**2 if known[name].squared else row for name, row in zip(known, table, strict=True)}

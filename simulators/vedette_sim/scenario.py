@@ -110,9 +110,9 @@ class Simulation(Source):
 
         count = sum(map(len, times.values()))
         if count <= _WHOLE:
-            return Recording(tuple(draw()), truth)
+            return Recording(tuple(draw()), truth, nobody=not truth)
         next(draw())  # what a sensor of this scene cannot do is an error now
-        return Recording(LazyScene(count, draw), truth)
+        return Recording(LazyScene(count, draw), truth, nobody=not truth)
 
     def open_together(self, sensors: Mapping[str, Sensor], rngs: Sequence[np.random.Generator]) -> Scenes | None:
         """Draw the scene of each generator in lock-step; None unless it has one permanent object and scans at fixed times.

@@ -10,6 +10,7 @@ import vedette
 from support.paths import EXAMPLES
 from support.results import result, still, track
 from vedette import metrics
+from vedette_files import write_recording
 from vedette_report.figures import figures
 from vedette_report.summary import summary
 
@@ -90,3 +91,31 @@ def test_a_figure_that_would_cost_too_much_is_told():
     assert score.hota is not None
     (told,) = (line for line in summary(experiment, result, score).splitlines() if "whole tracks" in line)
     assert "largest_program" in told
+
+
+def test_where_nobody_is_there_all_tracks_are_false_and_the_recording_says_so(tmp_path):
+    area = {axis: {"low": 0.0, "high": 500.0} for axis in "xy"}
+    scene = {"kind": "simulation", "duration": 59.0, "looks": {"radar": {"interval": 1.0, "clutter": area}}}
+    tracker = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 20.0, "clutter_density": 4e-5}},
+        "associator": {"kind": "gnn"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 30.0, "vy": 30.0}},
+        "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 4},
+    }
+    path = tmp_path / "recording.jsonl"
+    for source in (scene, {"kind": "jsonl", "path": str(path)}):
+        experiment = vedette.load({**tracker, "source": source, "seed": 2})
+        done = experiment.run()
+        confirmed = sum(int(own.confirmed.sum()) for own in done.tracks)
+        score = done.score()
+        assert confirmed > 20
+        assert score.false_tracks == pytest.approx(confirmed / 60)
+        assert score.coverage is None
+        assert "nobody" in summary(experiment, done, score)
+        write_recording(path, done.recording, {"radar": experiment.tracker.sensors["radar"].measurement})
+    assert evolve(done, recording=evolve(done.recording, nobody=False)).score().false_tracks is None
+    text = path.read_text().replace('"truth": {}', '"truth": {"a": {"x": "m", "y": "m"}}', 1)
+    path.write_text(text)
+    with pytest.raises(vedette.InputError, match="nobody"):
+        experiment.run()

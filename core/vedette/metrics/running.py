@@ -58,6 +58,7 @@ class RunningJudge:
     sensors : those of the scans, for the posterior Cramer-Rao bound
     figures : those of plugins, which are computed besides
     keep : numbers that may be kept for figures of whole tracks, by default none: there are no such figures then, nor beyond
+    nobody : that there is no truth means that no object is there: every track is false
 
     Raises
     ------
@@ -74,8 +75,9 @@ class RunningJudge:
         sensors: Mapping[str, Sensor] | None = None,
         figures: Sequence[Figure] = (),
         keep: float = 0.0,
+        nobody: bool = False,
     ) -> None:
-        self.tracks = 0
+        self.tracks, self._nobody, self._entries_chosen = 0, nobody, 0
         self.space = truth_at(truth, np.zeros(0), space).space
         self.whole = look_up("WholeTracks")(len(truth), options, keep)
         self._truth, self._options, self._gate, self._sensors = truth, options, gate_probability, sensors
@@ -136,6 +138,7 @@ class RunningJudge:
         real = Truth(self.space, states[known], near.alive[known], near.unsaid[known])
         match = matched(entries, real, chosen[known], options, self._held, which)
         self._nis.add(entries, chosen, axes, gates)
+        self._entries_chosen += int(np.count_nonzero(np.isin(entries.scan, chosen)))
         block = Block(match, match.pairs(), times, chosen, axes, which)
         alive: Mask = np.any(near.alive, axis=1)
         self._sum(block, alive, known)
@@ -174,7 +177,9 @@ class RunningJudge:
             with _blamed(name):
                 more[name] = further.value()
         if not self._judged:
-            return Score(scans=0 if self._truth else self._chosen, tracks=self.tracks, nis=nis, more=more)
+            scans = 0 if self._truth else self._chosen
+            false = self._entries_chosen / scans if self._nobody and scans else None
+            return Score(scans=scans, tracks=self.tracks, nis=nis, false_tracks=false, more=more)
         means = dict(zip(SETS, self._sets.mean.tolist(), strict=True))
         fates = [
             fate.score(path.name, self._options.lost_scans) for path, fate in zip(self._truth, self._fates, strict=True)
@@ -280,6 +285,7 @@ def judge(
     gate_probability: float = 1.0,
     sensors: Mapping[str, Sensor] | None = None,
     figures: Sequence[Figure] = (),
+    nobody: bool = False,
 ) -> Score:
     """Judge the tracks of one run against the truth, at the scans that the tracker took.
 
@@ -288,13 +294,14 @@ def judge(
     Parameters
     ----------
     tracks, truth, scans : of the run
-    options, gate_probability, sensors, figures : as for RunningJudge, to which this gives the run
+    options, gate_probability, sensors, figures, nobody : as for RunningJudge, to which this gives the run
 
     Raises
     ------
     InputError : truth and tracks have no position axis in common, or a track has an entry when there is no scan
     """
-    judging = RunningJudge(truth, space_of(tracks), options, gate_probability, sensors=sensors, figures=figures, keep=np.inf)
+    given = truth, space_of(tracks), options, gate_probability
+    judging = RunningJudge(*given, sensors=sensors, figures=figures, keep=np.inf, nobody=nobody)
     judging.take(tracks, scans)
     return judging.score()
 

@@ -68,7 +68,9 @@ class Records:
         self._rows = ScanRows(experiment, recording)
         self._truth = TrueObjects(recording, self._rows.plane, experiment.judge.truth_gap)
         self.about: dict[str, Any] = about(experiment, recording, self._rows.plane, modes)
-        self._judge = RunningJudge(recording.truth, tracker.state, experiment.judge, tracker.gate.probability)
+        self._judge = RunningJudge(
+            recording.truth, tracker.state, experiment.judge, tracker.gate.probability, nobody=recording.nobody
+        )
         if recording.truth:
             import_module("scipy.optimize")  # the judge needs it, and a second's pause in the middle of a run is seen
         self._centre: Array | None = None
