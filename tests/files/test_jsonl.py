@@ -225,7 +225,7 @@ BAD_HEADERS = {
     "another version": (HEADER | {"version": 2}, "this Vedette reads version 1 of the format, the file is of 2"),
     "unknown field": (
         HEADER | {"sensor": {}},
-        "unknown field 'sensor'; known are format, version, sensors, detected, truth, notes",
+        "unknown field 'sensor'; known are format, version, sensors, detected, truth, nobody, notes",
     ),
     "no sensors": ({"format": "vedette", "version": 1}, "the header must name the sensors"),
     "sensors that are a list": (HEADER | {"sensors": ["radar"]}, 'sensors must be names to axes, got ["radar"]'),
