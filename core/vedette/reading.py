@@ -144,9 +144,13 @@ class Arrays:
 
 
 _HEAD = re.compile(
-    r"\{'descr': '([<>|=][biufcSU][0-9]{1,9})', 'fortran_order': (True|False), 'shape': \(((?:[0-9]{1,18},? ?)*)\), \} *\n?"
+    r"\{'descr': '([<>|=][biufcSU][0-9]{1,9})', 'fortran_order': (True|False), "
+    r"'shape': \(((?:[0-9]{1,18}, ?)*(?:[0-9]{1,18})?)\), \} *\n?"
 )
-"""The header of an array of numbers or texts, as numpy writes it: its own reader evaluates it as Python's literals."""
+"""The header of an array of numbers or texts, as numpy writes it: its own reader evaluates it as Python's literals.
+
+A text matches it in one way at most, as searching through many takes for ever.
+"""
 
 
 def _header(file: IO[bytes], name: str) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:

@@ -9,7 +9,7 @@ import io
 import json
 import zipfile
 from collections.abc import Iterator, Mapping
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any, BinaryIO, final
 
@@ -167,12 +167,11 @@ def open_series(path: Path | str | BinaryIO) -> Iterator[SeriesBlocks]:
 
 def _cut(path: Path) -> bool:
     """Return whether an archive lost its end."""
-    try:
-        zipfile.ZipFile(path).close()
-    except zipfile.BadZipFile:
-        return True
-    except OSError:
-        pass
+    with suppress(Exception):  # whatever else is wrong with it is told when it is opened
+        try:
+            zipfile.ZipFile(path).close()
+        except zipfile.BadZipFile:
+            return True
     return False
 
 

@@ -51,7 +51,7 @@ def _set(rng: np.random.Generator) -> list[str]:
         text = f"{pick(rng, PATHS)}{pick(rng, ['=', ' = ', '==', ''])}{value}"
         if rng.random() < 0.3:
             text = changed(rng, text.encode("utf-8", "replace")).decode("utf-8", "replace")
-        parts += ["--set", text.replace("\0", "")]
+        parts.append(f"--set={text}".replace("\0", ""))  # by itself a text that begins with - would be an option
     return ["run", "config.json", "--out", "out", "--stream", *parts]
 
 

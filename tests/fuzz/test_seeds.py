@@ -1,17 +1,19 @@
 """What the fuzzers have found, kept: each case as it was."""
 
+import io
 import shutil
 import struct
+import zipfile
 from functools import reduce
 from operator import xor
 
 import numpy as np
 import pytest
 
-from fuzz import cases, folders, samples
+from fuzz import cases, folders, results, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
 from vedette import InputError, Problem
-from vedette_files import read_tracks
+from vedette_files import open_series, read_frame, read_tracks
 from vedette_files.png import check_png
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
@@ -111,6 +113,27 @@ def test_what_a_page_shows_besides_series_may_be_anything(tmp_path, monkeypatch,
 def test_a_study_of_one_point_has_a_table():
     """Found by the fuzzer of folders: numpy reshapes to no axes only if it is told of them as one."""
     assert by_point(np.ones(1), {}).shape == ()
+
+
+def test_the_series_of_a_killed_run_in_a_zip_of_an_unknown_version_is_told(tmp_path):
+    path = tmp_path / ".run-1" / "series.npz"
+    path.parent.mkdir()
+    content = results._series()
+    at = content.index(b"PK\x01\x02")
+    path.write_bytes(content[: at + 6] + b"\xe4\x00" + content[at + 8 :])
+    with pytest.raises(InputError, match="version"), open_series(path):
+        pass
+
+
+def test_a_header_of_many_digits_is_refused_at_once(tmp_path):
+    content = io.BytesIO()
+    np.lib.format.write_array(content, np.arange(5.0))
+    head, _, rest = content.getvalue().partition(b"(5,)")
+    long = head[:8] + struct.pack("<H", 1000) + (head[10:] + b"(" + b"9" * 900)[:1000].ljust(1000) + rest
+    with zipfile.ZipFile(tmp_path / "frame.npz", "w") as archive:
+        archive.writestr("pixels.npy", long)
+    with cases.limited(5.0), pytest.raises(ValueError, match="header"):
+        read_frame({"file": "frame.npz"}, tmp_path)
 
 
 def test_a_platform_of_which_no_row_can_be_read_is_no_pose(tmp_path):

@@ -132,6 +132,8 @@ def one_to_one(truth: Indices, track: Indices, cost: Array, without: float) -> I
     no other, are settled without a search; the search grows with the cube of what hangs together.
     """
     some = np.flatnonzero(cost < without)
+    if all(np.bincount(side[some], minlength=1).max() <= 1 for side in (truth, track)):
+        return some  # the usual case: none has two partners
     taken = []
     for first, second in ((truth, track), (track, truth)):
         alone = np.bincount(second[some], minlength=1)[second[some]] == 1

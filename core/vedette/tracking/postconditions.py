@@ -184,7 +184,8 @@ def _array(
     given: Given, gave: Any, batch: Shape, core: Shape, part: str = "", *, loose: bool = False, mask: bool = False
 ) -> Iterator[str]:
     """Yield what is wrong with an array (*batch, *core), whose batch axes may be missing if it is `loose`."""
-    lead: Shape = np.shape(gave)[: np.ndim(gave) - len(core)]
+    shape: Shape = np.shape(gave) if _is_array(gave) else ()
+    lead = shape[: len(shape) - len(core)]
     right = f"{('*b', *core)} or {core}, *b being {batch} here".replace("'", "") if batch and loose else f"{(*batch, *core)}"
     right = f"must return {part and f'{part} '}{right}"
     # Batch axes of one element, or none at all, broadcast where the result does not depend on the state.
@@ -193,8 +194,8 @@ def _array(
     )
     if not _is_array(gave, "b" if mask else "biuf"):
         yield f"{right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
-    elif np.shape(gave)[len(lead) :] != core or not (lead == batch or broadcasts):
-        yield f"{right}; got {np.shape(gave)}"
+    elif shape[len(lead) :] != core or not (lead == batch or broadcasts):
+        yield f"{right}; got {shape}"
     yield from _not_numbers(given, gave, part, finite=loose and bool(core))
 
 
