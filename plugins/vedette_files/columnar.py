@@ -105,7 +105,7 @@ def parquet_cells(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[lis
         titles = list(file.schema_arrow.names)
         if file.metadata.num_rows > MOST_ROWS:
             raise InputError(f"{path}: has {file.metadata.num_rows:,} rows, and at most {MOST_ROWS:,} are read")
-    except (OSError, pa.ArrowException) as error:
+    except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
         raise InputError(f"{path}: cannot be read as Parquet: {error}") from None
     names = [title for title in titles if title in wanted]
 
@@ -114,7 +114,7 @@ def parquet_cells(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[lis
             for batch in file.iter_batches(BATCH, columns=list(dict.fromkeys(names))):
                 columns = [_values(column) for column in batch.columns]
                 yield from (list(map(cell, row)) for row in zip(*columns, strict=True))
-        except (OSError, pa.ArrowException) as error:
+        except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: cannot be read as Parquet: {error}") from None
 
     return titles, given()

@@ -116,7 +116,8 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
     """Hold a folder of results for this process alone, and make it if need be; a linked folder is followed. None: none.
 
     ConfigError if another process holds it, if it cannot be written to, or if one of the files `names` in it is read or a
-    link; IsADirectoryError if one is a folder. A lock that a killed process left is taken over, told on standard error.
+    link; IsADirectoryError if one is a folder and its name does not end with /. A lock that a killed process left is taken
+    over, told on standard error.
     """
     if folder is None:
         yield
@@ -124,7 +125,8 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
     check_folder(folder)
     for name in names:
         reads.check(folder / name)
-        _check_no_folder(folder / name)
+        if not name.endswith("/"):
+            _check_no_folder(folder / name)
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK

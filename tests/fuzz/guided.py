@@ -8,6 +8,7 @@ file that repeats it: `python -m fuzz.guided --only config.yaml --again FILE`. E
 from __future__ import annotations
 
 import argparse
+import os
 import re
 import subprocess
 import sys
@@ -134,7 +135,8 @@ def fuzz(name: str, seconds: int, seed: int, kept: Path) -> tuple[int, int, str]
     options += [f"-max_len={LONGEST}", "-print_final_stats=1", f"-artifact_prefix={kept}/{name}-"]
     with tempfile.TemporaryDirectory() as corpus:
         command = [sys.executable, "-m", "fuzz.guided", "--only", name, "--here", corpus, "--", *options]
-        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+        where = os.environ | {"PYTHONPATH": str(Path(__file__).parents[1])}
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False, env=where)
     told = done.stdout + done.stderr
     cases, reached = EXECUTED.search(told), REACHED.findall(told)
     wrong = "" if done.returncode == 0 else told[-3000:]

@@ -250,7 +250,7 @@ def test_the_fuzzer_of_kernels_bites(name, wrong, text, monkeypatch, tmp_path):
 @pytest.mark.nightly("a minute")
 def test_guided_by_coverage_a_planted_fault_is_found_and_no_other(tmp_path):
     pytest.importorskip("atheris")
-    cases_of_planted, reached, wrong = guided.fuzz("planted", 30, 0, tmp_path)
+    cases_of_planted, reached, wrong = guided.fuzz("planted", 200, 0, tmp_path)  # it ends once it is found
     assert (cases_of_planted > 100, reached > 3, "KeyError" in wrong) == (True, True, True)
     kept = list(tmp_path.glob("planted-crash-*"))
     assert [path.read_bytes()[:5] for path in kept] == [b"!!int"]

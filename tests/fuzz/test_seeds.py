@@ -14,6 +14,7 @@ from fuzz import cases, folders, results, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
 from vedette import InputError, Problem
 from vedette_files import open_series, read_frame, read_tracks
+from vedette_files.columnar import header_and_rows
 from vedette_files.png import check_png
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
@@ -123,6 +124,15 @@ def test_the_series_of_a_killed_run_in_a_zip_of_an_unknown_version_is_told(tmp_p
     path.write_bytes(content[: at + 6] + b"\xe4\x00" + content[at + 8 :])
     with pytest.raises(InputError, match="version"), open_series(path):
         pass
+
+
+def test_a_parquet_file_with_bytes_that_are_no_text_is_told(tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet")
+    path = tmp_path / "a.parquet"
+    parquet.write_table(pytest.importorskip("pyarrow").table({"tttt": [1.0]}), path)
+    path.write_bytes(path.read_bytes().replace(b"tttt", b"\xf8ttt"))
+    with pytest.raises(InputError, match="cannot be read as Parquet"):
+        list(header_and_rows(path, {"tttt"})[1])
 
 
 def test_a_header_of_many_digits_is_refused_at_once(tmp_path):

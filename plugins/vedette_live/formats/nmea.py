@@ -167,10 +167,12 @@ def _position(sentences: list[bytes]) -> Message | None:
         raise ValueError(f"cannot be decoded: {error}") from None
     if decoded.msg_type not in POSITIONS:
         return None
-    latitude, longitude = float(decoded.lat), float(decoded.lon)
+    told = decoded.lat, decoded.lon, decoded.speed, decoded.course
+    if any(value is None for value in told):
+        raise ValueError("is cut short")
+    latitude, longitude, speed, course = map(float, told)
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0):
         raise ValueError("tells no position")
-    speed, course = float(decoded.speed), float(decoded.course)
     moving = speed < 102.25 and course < 360.0
     row = [latitude, longitude, *((speed * KNOT, np.deg2rad(course)) if moving else ())]
     return Message("", None, np.array([row]), AXES[: len(row)], identity=np.array([code(str(decoded.mmsi))]))

@@ -30,7 +30,7 @@ from vedette_study.summary import charts, text, write_study
 INPUT = ("source", "sensors", "preprocessors")
 """The parts of a config by which its input is read: points that are alike in them read the same."""
 
-FILES = ("manifest.json", "summary.txt", "summary.json", "summary.csv", "study.zarr", "report.html")
+FILES = ("manifest.json", "summary.txt", "summary.json", "summary.csv", "study.zarr/", "report.html")
 """Files that a study may leave, besides pictures and chunks."""
 
 
