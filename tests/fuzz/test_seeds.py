@@ -1,6 +1,7 @@
 """What the fuzzers have found, kept: each case as it was."""
 
 import io
+import json
 import shutil
 import struct
 import zipfile
@@ -18,6 +19,7 @@ from vedette_files.columnar import header_and_rows
 from vedette_files.png import check_png
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
+from vedette_report.page.skeleton import page
 from vedette_study.plan import by_point
 
 pytest.importorskip("cv2")
@@ -150,3 +152,18 @@ def test_a_platform_of_which_no_row_can_be_read_is_no_pose(tmp_path):
     files = samples.csv_files() | {"own.csv": b"t,x,y,h\nt1,1,0,0.1\n"}
     with pytest.raises(InputError, match="own"):
         read_csv_source(written(tmp_path, files), files, False)
+
+
+@pytest.mark.parametrize(
+    ("truths", "code"), [("a text", 0), (["near"], 0), ([{"name": {}}], 0), ([{"name": "near", "lost": True}], 0)]
+)
+def test_a_summary_whose_objects_are_none_is_reported_without_them(truths, code, tmp_path):
+    shutil.copytree(folders.made() / "run", tmp_path / "run")
+    place = tmp_path / "run" / "summary.json"
+    place.write_text(json.dumps(json.loads(place.read_text()) | {"truths": truths}))
+    assert folders.quiet(["report", str(tmp_path / "run")])[0] == code
+
+
+def test_a_page_with_a_number_that_is_none_is_refused():
+    with pytest.raises(InputError, match="nan"):
+        page("a run", {"unit": float("inf")}, ())

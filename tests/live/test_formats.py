@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+from functools import reduce
+from operator import xor
 
 import numpy as np
 import pytest
@@ -218,6 +220,15 @@ def test_ais_that_is_wrong_is_refused() -> None:
     for line in (wrong, b"!AIVDM,1,1,,B,15M67FC000G\n", b"hello\n", b"!AIVDM,2,3,4,A,0,0*1F\n"):
         messages, refused = through(Nmea(), [line])
         assert (len(messages), len(refused)) == (0, 1), line
+
+
+def test_ais_that_is_cut_short_is_refused() -> None:
+    pyais = pytest.importorskip("pyais")
+    line = b"AIVDM,1,1,,A,15NPO,0"
+    sentence = b"!%s*%02X\r\n" % (line, reduce(xor, line))
+    assert pyais.decode(sentence).lat is None
+    decoded = Nmea().decode(Nmea().start(), sentence)
+    assert (list(decoded.messages), list(decoded.refused)) == ([], ["is cut short"])
 
 
 def test_asterix_names_sensors_and_finds_positions_times_and_marks() -> None:

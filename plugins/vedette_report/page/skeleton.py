@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from importlib.resources import files
 from typing import Any
 
+from vedette.errors import InputError
 from vedette_report.page.packing import Packed
 
 STYLES = ("uplot/uPlot.min.css", "page.css")
@@ -23,7 +24,11 @@ def page(
     skeleton: str = "page.html",
 ) -> str:
     """Return the page with its facts, the columns of its runs and its scripts."""
-    data = [f'<script type="application/json" id="facts">{_safe(json.dumps(facts, allow_nan=False))}</script>']
+    try:
+        told = json.dumps(facts, allow_nan=False)
+    except ValueError:
+        raise InputError(f"{title}: the files of its run say infinity or nan of what must be a number") from None
+    data = [f'<script type="application/json" id="facts">{_safe(told)}</script>']
     data += [_COLUMN.format(i, each.name, each.type, each.text) for i, packed in enumerate(runs) for each in packed]
     parts = {
         "TITLE": html.escape(title),
