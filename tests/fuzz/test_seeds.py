@@ -4,6 +4,7 @@ import io
 import json
 import shutil
 import struct
+import tomllib
 import zipfile
 from functools import reduce
 from operator import xor
@@ -11,8 +12,10 @@ from operator import xor
 import numpy as np
 import pytest
 
+import vedette
 from fuzz import cases, folders, results, samples
 from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_pictures
+from support.faulty import CONFIG, spoiled, with_plugin
 from vedette import InputError, Problem
 from vedette_files import open_series, read_frame, read_tracks
 from vedette_files.columnar import header_and_rows
@@ -167,3 +170,9 @@ def test_a_summary_whose_objects_are_none_is_reported_without_them(truths, code,
 def test_a_page_with_a_number_that_is_none_is_refused():
     with pytest.raises(InputError, match="nan"):
         page("a run", {"unit": float("inf")}, ())
+
+
+def test_ragged_returns_of_a_plugins_birth_are_named():
+    registry = with_plugin(vedette.Registry.installed(), spoiled("Unclaimed", "reveal", "return given, given"))
+    with pytest.raises(vedette.PluginError, match=r"vedette_x\.Unclaimed\)\.reveal must return density"):
+        vedette.load(tomllib.loads(CONFIG), registry).run()
