@@ -18,7 +18,7 @@ from vedette import display
 from vedette.commands.exit_codes import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
 from vedette.errors import VedetteError
-from vedette.reading import FACTOR, most
+from vedette.limits import FACTOR, most
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

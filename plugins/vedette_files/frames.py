@@ -8,8 +8,8 @@ from typing import Any, final
 
 import numpy as np
 
-from vedette.reading import open_arrays
 from vedette.types import Frame, LazyScans, Recording
+from vedette_files.archives import open_arrays
 from vedette_files.image_header import check_pixels
 from vedette_files.input_files import check_regular, inside
 from vedette_files.json_values import short, vector

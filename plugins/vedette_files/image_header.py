@@ -6,7 +6,7 @@ import struct
 from pathlib import Path
 from typing import BinaryIO
 
-from vedette.reading import most
+from vedette.limits import most
 from vedette_files.jpeg import segments
 
 MOST_PIXELS = 2**26

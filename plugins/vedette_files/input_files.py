@@ -12,7 +12,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from vedette.errors import InputError
-from vedette.reading import most as raised
+from vedette.limits import most as raised
 
 LONGEST_LINE = 2**25
 """Characters of a line; a scan of 100,000 returns with their covariances takes a third of it."""

@@ -1,15 +1,60 @@
-"""Numbers from JSON, without guessing: no strings, no booleans, nothing that is not finite."""
+"""JSON from elsewhere: read up to stated limits, its numbers without guessing: no strings, no booleans, nothing infinite."""
 
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
+from vedette.errors import InputError
 from vedette.fields import ABSURD
-from vedette.reading import DEEPEST, parse_json
+from vedette.limits import DEEPEST, most
 
-parse = parse_json
-__all__ = ["DEEPEST", "number", "parse", "short", "vector"]
+LARGEST_TABLE = 2**26
+"""Bytes of a JSON file that is read whole."""
+
+
+def parse(text: str) -> Any:
+    """Return what a JSON text says; ValueError with line, column and cause."""
+    try:
+        found = json.loads(text)
+    except json.JSONDecodeError as error:
+        where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
+        raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
+    except RecursionError:
+        raise ValueError(f"is nested deeper than {DEEPEST} levels") from None
+    except ValueError as error:
+        raise ValueError(f"is not JSON that can be read: {error}") from None
+    _check_depth(found)
+    if "\\u" in text:
+        _check_characters(found)
+    return found
+
+
+def read_table(path: Path, missing: str = "there is no such file") -> dict[str, Any]:
+    """Return the object in a JSON file; InputError if it cannot be read, is too large or holds something else."""
+    limit = most(LARGEST_TABLE)
+    try:
+        if path.exists() and not path.is_file():
+            raise InputError(f"{path}: is no regular file")
+        with path.open("rb") as file:
+            data = file.read(limit + 1)
+        if len(data) > limit:
+            raise InputError(f"{path}: is larger than {limit:,} bytes; --limits raises that")
+        found = parse(data.decode("utf-8"))
+    except (FileNotFoundError, NotADirectoryError):
+        raise InputError(f"{path}: {missing}") from None
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: is not UTF-8 text: {error.reason} at byte {error.start}") from None
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"{path}: {error}") from None
+    if not isinstance(found, dict):
+        raise InputError(f"{path}: must be a table of names, got {type(found).__name__}")
+    return found
 
 
 def number(value: Any, what: str) -> float:
@@ -31,3 +76,27 @@ def short(value: Any) -> str:
     """Format a value for a message."""
     text = json.dumps(value)
     return text if len(text) <= 80 else f"{text[:77]}..."
+
+
+def _check_depth(value: Any) -> None:
+    """ValueError for what is nested too deep, without a recursion of its own."""
+    level = [value]
+    for _ in range(DEEPEST):
+        level = [
+            part
+            for each in level
+            if isinstance(each, list | dict)
+            for part in (each.values() if isinstance(each, dict) else each)
+            if isinstance(part, list | dict)
+        ]
+        if not level:
+            return
+    raise ValueError(f"is nested deeper than {DEEPEST} levels")
+
+
+def _check_characters(value: Any) -> None:
+    """ValueError for a lone surrogate: it could be neither printed nor written."""
+    try:
+        json.dumps(value, ensure_ascii=False).encode()
+    except UnicodeEncodeError:
+        raise ValueError("holds half a character: a \\u escape between d800 and dfff without its other half") from None

@@ -9,8 +9,8 @@ from typing import Any
 from xml.etree.ElementTree import ParseError, iterparse
 
 from vedette.errors import InputError
-from vedette.reading import parse_json
 from vedette_files.input_files import check_regular, lines, shown, whole_text
+from vedette_files.json_values import parse
 
 LINES, WHOLE, GPX = (".jsonl", ".ndjson"), ".json", ".gpx"
 """How the names of such files end."""
@@ -63,7 +63,7 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
 
 def _parsed(place: str, text: str) -> Any:
     try:
-        return parse_json(text)
+        return parse(text)
     except (ValueError, RecursionError) as error:
         raise InputError(f'{place}: must be a record in JSON, as {{ "t": 0.0, "x": 1.0 }}: {error}') from None
 

@@ -18,8 +18,9 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette.errors import InputError
-from vedette.reading import Arrays, open_arrays, parse_json
+from vedette_files.archives import Arrays, open_arrays
 from vedette_files.growing_zip import append, mended
+from vedette_files.json_values import parse
 from vedette_files.writing import UNFINISHED
 
 FORMAT = "vedette series"
@@ -184,7 +185,7 @@ def _whole_blocks(names: list[str]) -> int:
 def _about(archive: Arrays) -> dict[str, Any]:
     if ABOUT not in archive:
         raise ValueError(f"it has no {ABOUT}")
-    about = parse_json(archive.text(ABOUT))
+    about = parse(archive.text(ABOUT))
     if not isinstance(about, dict) or (about.get("format"), about.get("version")) != (FORMAT, VERSION):
         raise ValueError(f"this Vedette reads {FORMAT!r} of version {VERSION}")
     return about

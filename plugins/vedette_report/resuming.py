@@ -20,12 +20,12 @@ from attrs import evolve, field, frozen
 from vedette.config import to_config
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.experiment import Experiment, Steps
-from vedette.reading import parse_json, read_table
 from vedette.space import Space
 from vedette.tracking import without_bad_returns
 from vedette.types import LazyScans, Scan
 from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
+from vedette_files.json_values import parse, read_table
 from vedette_files.writing import unfinished_runs, whole_file
 from vedette_report.files import SERIES
 from vedette_report.identity import Code, check, tell
@@ -150,12 +150,12 @@ def _read(place: Path) -> Former:
         return Former(place, config)
     try:
         head, content, end = whole_text(path).split("\n")
-        told = parse_json(head)
+        told = parse(head)
         if not isinstance(told, dict) or (told.get("format"), told.get("version")) != (FORMAT, VERSION) or end:
             raise ValueError(f"this Vedette reads {FORMAT!r} of version {VERSION}")
         if sha256(content.encode()).hexdigest() != told.get("sha256"):
             raise ValueError("was altered: its hash is another")
-        kept = parse_json(content)
+        kept = parse(content)
         if "refused" in kept:
             raise InputError(f"{place}: its state cannot be written, so nobody can go on from there: {kept['refused']}")
         numbers = int(kept["scans"]), int(kept["drawn"]), float(kept["seconds"])

@@ -11,7 +11,8 @@ from typing import Any, TypeVar
 import attrs
 
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.reading import open_arrays, read_table
+from vedette_files.archives import open_arrays
+from vedette_files.json_values import read_table
 from vedette_files.writing import whole_file, write_arrays
 
 R = TypeVar("R")

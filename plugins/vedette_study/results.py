@@ -8,7 +8,7 @@ from typing import Any
 from attrs import evolve
 
 from vedette.errors import InputError
-from vedette.reading import read_table
+from vedette_files.json_values import read_table
 from vedette_study.execution import Chunks
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import plan

@@ -14,7 +14,8 @@ from attrs import frozen
 
 from vedette import kernels
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
-from vedette.reading import open_arrays, read_table
+from vedette_files.archives import open_arrays
+from vedette_files.json_values import read_table
 from vedette_files.writing import whole_file, write_arrays
 from vedette_report.identity import Code, check, tell
 from vedette_study.chunk import Chunk

@@ -60,7 +60,8 @@ def test_nothing_escapes(name, tmp_path):
     assert outcome.cases == budget
     assert not outcome.found, "\n".join(map(str, outcome.found))
     assert sum(outcome.came.values()) == budget
-    assert len(outcome.came) >= 2
+    if budget >= 50:  # of a dozen cases all may well end alike
+        assert len(outcome.came) >= 2
 
 
 def test_a_case_is_the_same_whatever_ran_before_it(tmp_path):
@@ -175,14 +176,14 @@ def test_the_fuzzer_of_inputs_bites(cure, monkeypatch, tmp_path):
 
 def test_the_fuzzer_of_results_bites(monkeypatch, tmp_path):
     """Without what archives raise that are not whole, it is found."""
-    monkeypatch.setattr("vedette.reading._WRONG", (OSError,))
-    assert " at reading.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
+    monkeypatch.setattr("vedette_files.archives._WRONG", (OSError,))
+    assert " at archives.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
 
 
 @pytest.mark.costly
 def test_the_fuzzer_of_folders_bites(monkeypatch, tmp_path):
     """What a page is made of once ended in a traceback where it was no JSON."""
-    monkeypatch.setattr("vedette_report.page.frames.parse_json", lambda text: json.loads(text + "}"))
+    monkeypatch.setattr("vedette_report.page.frames.parse", lambda text: json.loads(text + "}"))
     monkeypatch.setattr("vedette_report.page.frames.VedetteError", KeyError)
     monkeypatch.setattr("vedette_report.page.run.read_table", lambda path: json.loads(path.read_text()))
     assert "Error at" in (hunt(folders.case, tmp_path, 60) or "nothing found")

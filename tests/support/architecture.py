@@ -24,10 +24,10 @@ CORE = (
     "vedette.filters",
     "vedette.hypotheses",
     "vedette.kernels",
+    "vedette.limits",
     "vedette.metrics",
     "vedette.names",
     "vedette.progress",
-    "vedette.reading",
     "vedette.reproduction",
     "vedette.roles",
     "vedette.sampling",
@@ -43,6 +43,7 @@ CORE = (
 
 PLUGINS = (
     "vedette_files",
+    "vedette_files.archives",
     "vedette_files.columnar",
     "vedette_files.csv_table",
     "vedette_files.csv_times",

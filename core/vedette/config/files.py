@@ -9,7 +9,7 @@ from typing import Any
 from vedette.config.plugins import draft_of
 from vedette.config.texts import json_text, toml, yaml_text
 from vedette.errors import ConfigError, Problem
-from vedette.reading import DEEPEST, most
+from vedette.limits import DEEPEST, most
 
 LARGEST = 10_000_000
 """Limits on the bytes of a file and the values of a config: more is a recording, or an attack by repeated references."""

@@ -6,7 +6,7 @@ import json
 import re
 from typing import Any
 
-from vedette.reading import DEEPEST, most
+from vedette.limits import DEEPEST, most
 
 MOST_NODES = 200_000
 """Values and names in a YAML text, once merged: a tree of them takes 1 kB each."""

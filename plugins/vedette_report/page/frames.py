@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from vedette.config import load
 from vedette.errors import InputError, VedetteError
-from vedette.reading import parse_json
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import open_source
 from vedette.types import Frame, LazyScans, Scan
 from vedette_files import SIGNATURE, read_frame
+from vedette_files.json_values import parse
 
 MOST, BYTES = 400, 6_000_000
 """At most so many frames, evenly chosen, of about so many bytes in all."""
@@ -70,7 +70,7 @@ def _shown(scans: Sequence[int], at: Callable[[int], Numbered | None]) -> list[d
 def _clip(config: str) -> Sequence[Scan] | None:
     """Return the scans of the clip that a run was made of; None if it had none, or it is not there any more."""
     try:
-        experiment = load(parse_json(config))
+        experiment = load(parse(config))
         source, sensors = experiment.source, experiment.tracker.sensors
         if source is None or source.draws or not any(isinstance(sensor, ImagingSensor) for sensor in sensors.values()):
             return None

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from vedette.errors import InputError
-from vedette.reading import read_table
 from vedette.space import Array
 from vedette_files import Origin
+from vedette_files.json_values import read_table
 
 MOST = 200_000
 """Points of an underlay: more would make the page slow."""

@@ -10,9 +10,9 @@ from attrs import frozen
 
 from vedette.display import without_passwords
 from vedette.errors import InputError
-from vedette.reading import read_table
 from vedette.space import Array
 from vedette_files import Origin, Series, Terms
+from vedette_files.json_values import read_table
 from vedette_files.writing import UNFINISHED
 from vedette_report import canvas
 from vedette_report.page.columns import columns

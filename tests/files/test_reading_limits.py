@@ -10,7 +10,9 @@ import numpy as np
 import pytest
 
 from vedette import ConfigError, InputError
-from vedette.reading import FACTOR, most, open_arrays, parse_json, read_table
+from vedette.limits import FACTOR, most
+from vedette_files.archives import open_arrays
+from vedette_files.json_values import parse, read_table
 
 GOOD = {"times": np.arange(5.0), "hit": np.array([[True, False]]), "names": np.array(["a", "bc"])}
 
@@ -151,7 +153,7 @@ def test_a_table_that_is_none_is_refused_with_its_name(what, tmp_path):
 
 def test_a_large_table_is_refused(tmp_path, monkeypatch):
     (tmp_path / "a.json").write_text(json.dumps({"a": "x" * 1000}))
-    monkeypatch.setattr("vedette.reading.LARGEST_TABLE", 1000)
+    monkeypatch.setattr("vedette_files.json_values.LARGEST_TABLE", 1000)
     with pytest.raises(InputError, match="larger than 1,000 bytes"):
         read_table(tmp_path / "a.json")
     monkeypatch.setenv(FACTOR, "1.1")
@@ -166,4 +168,4 @@ def test_a_factor_that_is_none_is_refused(factor, monkeypatch):
 
 
 def test_the_depth_that_configs_have_is_read():
-    assert parse_json('{"a": [[1]]}') == {"a": [[1]]}
+    assert parse('{"a": [[1]]}') == {"a": [[1]]}

@@ -1,11 +1,10 @@
-"""Files that are read up to stated limits: what they say of their size is checked before anything is made of it.
+"""Arrays in npz files, read up to stated limits: what a header says of its size is checked before anything is made of it.
 
 Results that are read back are data from elsewhere, as recordings are. What is wrong with one is an InputError that names it.
 """
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import re
@@ -20,77 +19,14 @@ from typing import IO, Any, BinaryIO, final
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.errors import ConfigError, InputError, Problem
-
-DEEPEST = 32
-"""Lists and objects inside each other; a scan with covariances takes four."""
-
-LARGEST_TABLE = 2**26
-"""Bytes of a JSON file that is read whole."""
+from vedette.errors import InputError
+from vedette.limits import most
 
 LARGEST_ARRAYS, MOST_UNPACKED = 2**27, 32
 """Bytes that arrays of a file may take in memory, or so many times its size if that is more: those of runs take 2 to 8."""
 
 MOST_MEMBERS = 2_000_000
 """Arrays in one file."""
-
-FACTOR = "VEDETTE_LIMITS"
-"""Names the environment variable by which all these limits are multiplied; the option `--limits` sets it."""
-
-
-def most(usual: int) -> int:
-    """Return a limit, raised by the factor that the user gave; ConfigError if that is none."""
-    given = os.environ.get(FACTOR, "1")
-    try:
-        factor = float(given)
-    except ValueError:
-        factor = math.nan
-    if not 1 <= factor <= 1e6:
-        raise ConfigError([Problem("--limits", f"must be a number from 1 to 1e6, got {given[:40]!r}")])
-    return int(usual * factor)
-
-
-def parse_json(text: str) -> Any:
-    """Return what a JSON text says; ValueError with line, column and cause."""
-    try:
-        found = json.loads(text)
-    except json.JSONDecodeError as error:
-        where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
-        raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
-    except RecursionError:
-        raise ValueError(f"is nested deeper than {DEEPEST} levels") from None
-    except ValueError as error:
-        raise ValueError(f"is not JSON that can be read: {error}") from None
-    _check_depth(found)
-    if "\\u" in text:
-        _check_characters(found)
-    return found
-
-
-def read_table(path: Path, missing: str = "there is no such file") -> dict[str, Any]:
-    """Return the object in a JSON file; InputError if it cannot be read, is too large or holds something else."""
-    limit = most(LARGEST_TABLE)
-    try:
-        if path.exists() and not path.is_file():
-            raise InputError(f"{path}: is no regular file")
-        with path.open("rb") as file:
-            data = file.read(limit + 1)
-        if len(data) > limit:
-            raise InputError(f"{path}: is larger than {limit:,} bytes; --limits raises that")
-        found = parse_json(data.decode("utf-8"))
-    except (FileNotFoundError, NotADirectoryError):
-        raise InputError(f"{path}: {missing}") from None
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: is not UTF-8 text: {error.reason} at byte {error.start}") from None
-    except InputError:
-        raise
-    except ValueError as error:
-        raise InputError(f"{path}: {error}") from None
-    if not isinstance(found, dict):
-        raise InputError(f"{path}: must be a table of names, got {type(found).__name__}")
-    return found
 
 
 @final
@@ -193,27 +129,3 @@ _WRONG = (
     struct.error, zipfile.BadZipFile, zlib.error,
 )  # fmt: skip
 """What zipfile raises for files that are not whole."""
-
-
-def _check_depth(value: Any) -> None:
-    """ValueError for what is nested too deep, without a recursion of its own."""
-    level = [value]
-    for _ in range(DEEPEST):
-        level = [
-            part
-            for each in level
-            if isinstance(each, list | dict)
-            for part in (each.values() if isinstance(each, dict) else each)
-            if isinstance(part, list | dict)
-        ]
-        if not level:
-            return
-    raise ValueError(f"is nested deeper than {DEEPEST} levels")
-
-
-def _check_characters(value: Any) -> None:
-    """ValueError for a lone surrogate: it could be neither printed nor written."""
-    try:
-        json.dumps(value, ensure_ascii=False).encode()
-    except UnicodeEncodeError:
-        raise ValueError("holds half a character: a \\u escape between d800 and dfff without its other half") from None
