@@ -17,7 +17,7 @@ ROOT = Path(__file__).parents[1]
 PICTURE = ROOT / "docs" / "architecture.svg"
 
 GROUND = (
-    "display", "errors", "fields", "given", "names", "progress", "limits", "space", "types", "units", "values", "writing",
+    "display", "errors", "fields", "given", "names", "progress", "limits", "space", "types", "units", "values",
 )  # fmt: skip
 """What all rooms may use, drawn as one."""
 FRONT = ("__main__", "cli", "commands")
