@@ -2,6 +2,7 @@
 
     python benchmarks/power.py size      p-values and false alarms on 2,000 correct problems
     python benchmarks/power.py power     detection of P, Q or R that is off by 5 to 50 %
+    python benchmarks/power.py errors    how often errors that are not white are named, 100 drawn worlds of each kind
 
 docs/conformance.md shows what it printed.
 """
@@ -19,6 +20,7 @@ from scipy.linalg import solve_discrete_lyapunov
 import vedette
 from vedette import Array, Gaussian
 from vedette.metrics.consistency import chi_square_band, nees
+from vedette.testing import Errors, World, consistency
 from vedette.testing.montecarlo import Runs, play, prior_of
 from vedette.testing.trackers import FAMILIES, judge
 from vedette.tracking.tracker import Tracker
@@ -195,8 +197,65 @@ def power(plan: dict[int, int]) -> None:
             print(f"| {what} | {percent} % |" + "".join(cells), flush=True)
 
 
+SAID = {
+    "correlated": "are correlated in time",
+    "heavy-tailed": "have heavy tails",
+    "by distance": "change with the distance",
+}
+"""What a report says of each kind of errors."""
+
+
+def errors_of(kind: str, rng: np.random.Generator) -> Errors:
+    """Draw errors of a kind; white ones differ in nothing."""
+    drawn = {"correlation": rng.uniform(0.4, 0.9), "wild": rng.uniform(0.03, 0.15), "growth": rng.uniform(1.0, 2.0)}
+    names = {"correlated": "correlation", "heavy-tailed": "wild", "by distance": "growth"}
+    return Errors(**{name: value for name, value in drawn.items() if name == names.get(kind)})
+
+
+def scene_of(rng: np.random.Generator) -> Tracker:
+    """Draw a right tracker, linear or with ranges and bearings, whose target departs or comes by, in 50 scans."""
+    sigma, away = rng.uniform(2.0, 20.0), rng.uniform(200.0, 1500.0)
+    radar = {"kind": "cartesian_position", "sigma": sigma}
+    if polar := rng.random() < 0.5:
+        radar = {"kind": "range_bearing", "sigma_range": sigma, "sigma_bearing": rng.uniform(0.002, 0.01)}
+    speed, course = rng.uniform(8.0, 25.0), rng.uniform(-0.5, 0.5)
+    start = {"x": [away, 20], "y": [away * rng.uniform(-0.5, 0.5), 20]}
+    pace = {"vx": [speed * np.cos(course), 2], "vy": [speed * np.sin(course), 2]}
+    motion = {"kind": "constant_velocity", "sigma_accel": rng.uniform(0.1, 1.0)}
+    return vedette.build(
+        {
+            "estimator": {"kind": "ekf" if polar else "kalman", "motion": motion},
+            "sensors": {"radar": radar | {"detection_probability": rng.uniform(0.7, 1.0)}},
+            "associator": {"kind": "pda"},
+            "birth": {"kind": "given", "start": start | pace},
+            "lifecycle": {"kind": "single_target"},
+        }
+    )
+
+
+def named(kind: str, worlds: int, seed: int = 0) -> tuple[int, list[str]]:
+    """Return of how many drawn worlds a report names the kind of errors, and what it says of the others."""
+    rng, other = np.random.default_rng((seed, sorted(["white", *SAID]).index(kind))), []
+    for i in range(worlds):
+        tracker = scene_of(rng)
+        world = World(tracker.estimator, tracker.sensors, None, {"radar": errors_of(kind, rng)})
+        report = consistency(tracker, world=world, seed=i)
+        if report.consistent if kind == "white" else SAID[kind] not in report.cause:
+            other.append(report.cause)
+    return (worlds - len(other), other) if kind != "white" else (len(other), [])
+
+
+def errors(worlds: int = 100) -> None:
+    """Print of how many worlds the kind of errors is named, or nothing where they are white."""
+    for kind in ("white", *SAID):
+        count, other = named(kind, worlds)
+        print(f"{kind}: {count} of {worlds}", *other, sep="\n  ", flush=True)
+
+
 if __name__ == "__main__":
-    if sys.argv[1:] == ["size"]:
+    if sys.argv[1:] == ["errors"]:
+        errors()
+    elif sys.argv[1:] == ["size"]:
         size()
     elif sys.argv[1:] == ["power"]:
         power({50: 40, 400: 40, 6000: 5})

@@ -1,6 +1,17 @@
-"""`vedette check --law`: one law alone, a closing count, and an exit code of its own where nothing was tested."""
+"""`vedette check`: one law alone, a failure repeated, a closing count, an exit code of its own where nothing was tested."""
+
+import sys
+
+import attrs
+import pytest
+from hypothesis import strategies as st
 
 from vedette.cli import main
+from vedette.testing import FAST, Misuse, examine
+from vedette.testing.comparisons import Broken
+from vedette.testing.law import Law
+from vedette.testing.strategies import components
+from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 
 def test_one_law_is_tried_and_counted(capsys):
@@ -16,3 +27,75 @@ def test_where_no_law_applies_nothing_was_tested(capsys):
 def test_a_law_that_there_is_not_is_wrong_use(capsys):
     assert main(["check", "constant_velocity", "--law", "two_step_make_one"]) == 2
     assert "two_steps_make_one" in capsys.readouterr().err
+
+
+LEAPING = """
+import numpy as np
+from attrs import frozen
+from vedette import MotionModel, Space, fields
+
+@frozen
+class Leaping(MotionModel):
+    kind = "test_leaping_far_away"
+    reach: float = fields.quantity("m", "beyond it moves at once", at_least=100, at_most=300)
+    @property
+    def state(self): return Space.of(x="m")
+    def move(self, x, dt): return np.where(np.abs(x) > self.reach, x + JUMP, x)
+    def noise(self, x, dt): return dt * 0.1 * np.ones((*x.shape[:-1], 1, 1))
+"""
+
+
+def failure(capsys, *options):
+    """Return the exit code, and what is told of the law that fails, without how to repeat it; and how."""
+    code = main(["check", "vedette_test_leaping", "--law", "zero_step_changes_nothing", *options])
+    told = [line.strip() for line in capsys.readouterr().out.splitlines()]
+    repeat = [line.split()[-1] for line in told if line.startswith("repeat it with")]
+    return code, [line for line in told if not line.startswith("repeat it with")], repeat
+
+
+def test_a_failure_is_repeated_by_its_code_from_any_seed_and_is_gone_once_it_is_mended(capsys, monkeypatch, tmp_path):
+    path = tmp_path / "vedette_test_leaping.py"
+    path.write_text(LEAPING.replace("JUMP", "1.0"))
+    monkeypatch.syspath_prepend(str(tmp_path))
+    code, told, (replay,) = failure(capsys)
+    assert code == 1
+    assert failure(capsys, "--replay", replay, "--seed", "3")[:2] == (1, told)
+    module = sys.modules["vedette_test_leaping"]
+    monkeypatch.setattr(module.Leaping, "move", lambda self, x, dt: x + 0.0)
+    code, told, repeat = failure(capsys, "--replay", replay)
+    assert (code, repeat, told[-1]) == (0, [], "1 held")
+    assert failure(capsys, "--replay", "cut/short")[0] == 2
+
+
+def unsure(component, drawn):
+    """Wrong at first, then right."""
+    calls.append(drawn)
+    if len(calls) == 1:
+        raise Broken("it moves")
+
+
+def endless(component, drawn):
+    """Never ends."""
+    while True:
+        pass
+
+
+calls = []
+
+
+@pytest.mark.parametrize("check", [unsure, endless])
+def test_every_failure_says_which_component_it_is_and_on_what(check):
+    calls.clear()
+    profile = attrs.evolve(FAST, seconds=0.2)
+    outcome = examine(ConstantVelocity, Law(check), components(ConstantVelocity), profile)
+    assert (outcome.verdict, outcome.law.name) == ("failed", check.__name__)
+    _, component, data = outcome.text.splitlines()
+    assert component.strip().startswith("with ConstantVelocity(")
+    assert data.strip().startswith("and Moves(x=")
+
+
+def test_a_strategy_that_draws_nothing_is_named_by_its_place():
+    drawn = components(ConstantVelocity, {"sigma_accel": st.floats(2.0, 1.0)})
+    with pytest.raises(Misuse) as told:
+        examine(ConstantVelocity, Law(unsure), drawn, FAST)
+    assert str(told.value).startswith("ConstantVelocity.unsure: ")

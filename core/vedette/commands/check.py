@@ -164,6 +164,8 @@ def check(
             try:
                 outcome = examine(cls, law, drawn, profile, only.get(law.name, ""))
             except Misuse as lacking:
+                if only.get(law.name):
+                    raise ConfigError([Problem("--replay", str(lacking).removeprefix("replay: "))]) from None
                 print(f"  cannot be drawn: {lacking}\n  {_CURE}")
                 return component | {"reason": str(lacking)}
         warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)

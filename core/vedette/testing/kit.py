@@ -188,8 +188,9 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     try:
         with constants_of_no_module(), at_most(profile.seconds):
             run()
-    except TooLong:
-        what = f"takes longer than {profile.seconds:g} s of CPU time"
+    except (TooLong, Flaky) as unsure:
+        too_long = f"takes longer than {profile.seconds:g} s of CPU time"
+        what = too_long if isinstance(unsure, TooLong) else "it fails once and holds when tried again with the same"
         component, data = tried[:2]
         return Outcome(law, "failed", counterexample(what, component, data, None), tried[2] + 1, alpha)
     except Unsatisfiable:
@@ -198,12 +199,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         ) from None
     except SkipTest:
         return Outcome(law, "skipped", closed[0], 0, 0.0)
-    except Flaky:
-        return Outcome(law, "failed", "it fails once and holds when tried again with the same", tried[2] + 1, alpha)
     except DidNotReproduce:
         return Outcome(law, "held", "", 1, alpha)
     except InvalidArgument as other:
-        raise Misuse(f"replay: {other}") from None
+        raise Misuse(f"{'replay' if replay else f'{cls.__name__}.{law.name}'}: {other}") from None
     except HypothesisException:
         raise
     except Exception as error:
