@@ -2,7 +2,7 @@
 
     python -m benchmarks.association                 12 runs of each scene; some 5 minutes
     python -m benchmarks.association --runs 5        a rough picture
-    python -m benchmarks.association --write         puts the table into docs/metrics.md
+    python -m benchmarks.association --write         puts the table into docs/measured/association.md
 
 Every tracker meets the same runs of a scene, so that differences are paired by run: to `jpda` with the same births, and of
 `jpda` with Poisson births to that without. A tracker whose kinds are not installed is left out, and said to be.
@@ -23,7 +23,7 @@ from vedette_study.statistics import Mean
 from vedette_study.study import monte_carlo
 
 ROOT = Path(__file__).parents[1]
-PAGE = ROOT / "docs" / "metrics.md"
+PAGE = ROOT / "docs" / "measured" / "association.md"
 BEGIN, END = "<!-- association: begin -->", "<!-- association: end -->"
 FIGURES = ("gospa", "trajectory_gospa", "hota", "coverage", "id_switches", "false_tracks")
 COLUMNS = ("GOSPA [m]", "trajectory GOSPA [m]", "HOTA", "coverage", "identity switches", "false tracks")

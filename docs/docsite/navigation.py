@@ -7,7 +7,12 @@ from typing import Any
 from docsite.pages import DOCS
 
 UNTITLED = ("kinds/", "api/")  # written by the build
-DEVELOPERS = ("adr/", "architecture.md", "releasing.md")  # of those who work on Vedette itself: in the repository alone
+DEVELOPERS = (
+    "adr/",
+    "measured/",
+    "architecture.md",
+    "releasing.md",
+)  # of those who work on Vedette itself: in the repository alone
 
 
 def title(page: Path) -> str:

@@ -9,7 +9,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from docsite.pages import DOCS, ROOT
+from docsite.pages import ROOT
 from vedette.config.contract import Installed
 from vedette.config.parameters import parameters, tables
 from vedette.config.registry import Registry
@@ -29,14 +29,12 @@ ROLES = {
     "output": ("Outputs", "Where a service sends its tracks."),
     "store": ("Stores", "Where a service keeps states and tracks for a restart."),
     "reproduction": ("Reproductions", "Published studies, run anew."),
-    "command": ("Commands", "What `vedette` does."),
     "picture": ("Pictures", "What is drawn of a run, or of a report on consistency."),
 }
 ROLE_OF = {role: role for role in ROLES} | {"sensors": "sensor", "preprocessors": "preprocessor", "modes": "estimator"}
 ROLE_OF |= {"models": "motion", "wander": "motion", "scene": "source"}
-_ROW = re.compile(r"^\| `(?P<kind>\w+)` \| [^|]+ \| `(?P<line>\{.*\})` \|")
-_ROW_OF_PLUGIN = re.compile(r"^\| (?P<role>\w+) \| `(?P<kind>\w+)` \| .* \| `(?P<line>\{.*\})` \|$")
-"""A row of the table of parts on the page of another plugin than the standard one."""
+LINES = Path(__file__).parent / "lines.toml"
+"""A line that builds each kind that no config in `examples` builds, by role."""
 _REFERENCE = re.compile(r"^[A-Z][A-Za-z-]+(?: [A-Z][A-Za-z-]+)*, .*", re.MULTILINE)
 _SIGNS = {"above": ">", "at_least": "≥", "below": "<", "at_most": "≤"}
 
@@ -63,17 +61,10 @@ def _halves(docstring: str) -> tuple[str, str]:
 
 
 def examples() -> dict[tuple[str, str], tuple[str, str]]:
-    """Return for each role and kind a line that builds it, and where it stands: the page of its plugin, or an example."""
+    """Return for each role and kind a line that builds it, and the example where it stands, or ""."""
     found: dict[tuple[str, str], tuple[str, str]] = {}
-    role = ""
-    for line in (DOCS / "components.md").read_text(encoding="utf-8").splitlines():
-        if line.startswith("## "):
-            role = line.removeprefix("## ").lower().removesuffix("s")
-        elif match := _ROW.match(line):
-            found[role, match["kind"]] = (match["line"], "")
-    for page in sorted(DOCS.glob("*.md")):
-        for match in filter(None, map(_ROW_OF_PLUGIN.match, page.read_text(encoding="utf-8").splitlines())):
-            found.setdefault((match["role"], match["kind"]), (match["line"], ""))
+    for role, lines in tomllib.loads(LINES.read_text(encoding="utf-8")).items():
+        found |= {(role, kind): (_line({"kind": kind} | given), "") for kind, given in lines.items()}
     for file in sorted((ROOT / "examples").rglob("*.toml")):
         for where, table in _tables(tomllib.loads(file.read_text(encoding="utf-8")), ""):
             kind, role = str(table["kind"]), _role(where)
@@ -113,7 +104,7 @@ def _limits(about: dict[str, Any]) -> str:
     return ", ".join([*bounds, *options])
 
 
-def _table(rows: tuple[Any, ...]) -> Iterator[str]:
+def table_of(rows: tuple[Any, ...]) -> Iterator[str]:
     """Yield a table of parameters."""
     yield "| parameter | meaning | unit | values | default |"
     yield "| --- | --- | --- | --- | --- |"
@@ -143,14 +134,14 @@ def page(entry: Installed, example: tuple[str, str] | None) -> str:
     if reference:
         out += ["", "## Reference", "", escaped(reference)]
     out += ["", "## Parameters", ""]
-    out += list(_table(entry.parameters)) if entry.parameters else ["It takes none.", ""]
+    out += list(table_of(entry.parameters)) if entry.parameters else ["It takes none.", ""]
     for cls in tables(entry.parameters):
         out += [
             f"### Table {cls.__name__}",
             "",
             escaped((cls.__doc__ or "").strip().partition("\n")[0]),
             "",
-            *_table(parameters(cls)),
+            *table_of(parameters(cls)),
         ]
     if example:
         line, file = example
@@ -167,8 +158,6 @@ def page(entry: Installed, example: tuple[str, str] | None) -> str:
         ]
     if entry.role == "reproduction":
         out += ["## Example", "", "```text", f"vedette reproduce {entry.kind.replace('_', '-')}", "```", ""]
-    if entry.role == "command":
-        out += ["## Example", "", "```text", f"vedette {entry.kind} --help", "```", ""]
     out += _laws(entry)
     file = entry.cls.__module__.replace(".", "/")
     places = [(folder, file + end) for folder in ("core", "plugins", "simulators") for end in (".py", "/__init__.py")]
@@ -210,13 +199,15 @@ def kinds(folder: Path) -> list[Any]:
     ]
     for role, (title, what) in ROLES.items():
         entries = [entry for entry in registry.of_role(role) if entry.distribution == "vedette"]
-        overview += ["", f"## {title}", "", what, "", "| kind | |", "| --- | --- |"]
+        overview += ["", f"## {title}", "", what, "", "| kind | | for example |", "| --- | --- | --- |"]
         (folder / "kinds" / role).mkdir(parents=True, exist_ok=True)
         pages = []
         for entry in sorted(entries, key=lambda entry: entry.kind):
             name = f"kinds/{role}/{entry.kind}.md"
             (folder / name).write_text(page(entry, known.get((role, entry.kind))), encoding="utf-8")
-            overview.append(f"| [`{entry.kind}`]({role}/{entry.kind}.md) | {escaped(entry.summary)} |")
+            line, file = known.get((role, entry.kind), ("", ""))
+            example = f"[{file}](../../{file})" if file else f"`{line}`" if line else ""
+            overview.append(f"| [`{entry.kind}`]({role}/{entry.kind}.md) | {escaped(entry.summary)} | {example} |")
             pages.append({entry.kind: name})
         nav.append({title: pages})
     (folder / "kinds" / "index.md").write_text("\n".join([*overview, ""]), encoding="utf-8")

@@ -13,7 +13,7 @@ from pathlib import Path
 import yaml
 from markdown.extensions.toc import slugify
 
-from docsite import charts, links, navigation, notebooks, reference
+from docsite import built, charts, links, navigation, notebooks, reference
 from docsite.cache import outputs
 from docsite.pages import DOCS, PICTURE, ROOT, pages
 from docsite.runner import Ran, faults, pages_folder
@@ -71,7 +71,7 @@ def public() -> tuple[str, ...]:
 
 def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
     """Put a page, and its notebook if it is a tutorial, into the folder that is rendered."""
-    text = page.read_text(encoding="utf-8")
+    text = built.with_tables(page.read_text(encoding="utf-8"), relpath("kinds", Path(name).parent))
     if re.match(r"tutorials/\d", name):
         notebook = PAGES / name.replace(".md", ".ipynb")
         notebook.parent.mkdir(parents=True, exist_ok=True)

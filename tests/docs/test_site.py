@@ -6,20 +6,24 @@ import tomllib
 
 import pytest
 import yaml
-from docsite import links, navigation, notebooks
+from docsite import built, links, navigation, notebooks
 from docsite.pages import blocks
-from docsite.reference import examples, page
+from docsite.reference import ROLES, examples, page
 from docsite.runner import Ran
 from docsite.site import public, with_outputs
 
 from support.architecture import PUBLIC
-from support.paths import ROOT
+from support.paths import DOCS, ROOT
+from vedette.cli import _parser
 from vedette.config.builder import Builder
-from vedette.config.parameters import APART
+from vedette.config.parameters import APART, parameters
 from vedette.config.registry import Registry
+from vedette.metrics import FIGURES, Judge
+from vedette.testing import laws_of
 
 KNOWN = examples()
-KINDS = [entry for entry in Registry.installed().entries if entry.distribution == "vedette"]
+HAVE_LAWS = ("motion", "sensor", "associator", "estimator", "birth", "lifecycle", "preprocessor", "source", "format")
+KINDS = [entry for entry in Registry.installed() if entry.distribution == "vedette" and entry.role in ROLES]
 
 
 def test_every_page_has_one_place_in_the_navigation():
@@ -78,6 +82,29 @@ def test_every_kind_has_an_example_that_builds_it(entry):
     built = builder.construct(entry.cls, entry.parameters, given, "", set())
     assert not builder.problems
     assert isinstance(built, entry.cls)
+
+
+def reference(name):
+    return built.with_tables((DOCS / "reference" / f"{name}.md").read_text(encoding="utf-8"), "../kinds")
+
+
+def test_the_references_have_every_command_figure_and_law():
+    commands, figures, laws = map(reference, ("commands", "figures", "laws"))
+    parser = _parser()
+    for name, below in parser.below.items():
+        assert f"## vedette {name}\n" in commands
+        assert all(f"`{option}" in commands for option in below._option_string_actions if option not in ("-h", "--help"))
+    assert all(f"| `{figure.name}` | {figure.unit} |" in figures for figure in FIGURES)
+    assert all(f"| `{parameter.name}` |" in figures for parameter in parameters(Judge))
+    assert all(f"| `{law.name}` | " in laws for entry in KINDS if entry.role in HAVE_LAWS for law in laws_of(entry.cls))
+    assert "<!-- build" not in commands + figures + laws
+
+
+def test_a_table_of_kinds_leads_to_their_pages():
+    own = [entry for entry in KINDS if entry.cls.__module__.startswith("vedette_flir.")]
+    text = built.with_tables("<!-- build: kinds vedette_flir -->")
+    assert all(f"[`{entry.kind}`](kinds/{entry.role}/{entry.kind}.md)" in text for entry in own)
+    assert text.count("](kinds/") == len(own)
 
 
 TEXT = """# Page

@@ -8,6 +8,7 @@ from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 
 import pytest
+from docsite.reference import ROLES
 from docsite.site import HTML
 
 from support.browser import LACKING, browser
@@ -22,7 +23,9 @@ pytestmark = [
     pytest.mark.skipif(not BUILT, reason="needs the site: cd docs && python -m docsite build"),
 ]
 WIDE, PHONE = (1200, 900), (400, 800)
-KINDS = sorted({(entry.role, entry.kind) for entry in Registry.installed().entries if entry.distribution == "vedette"})
+KINDS = sorted(
+    {(entry.role, entry.kind) for entry in Registry.installed() if entry.distribution == "vedette" and entry.role in ROLES}
+)
 BROKEN_NAMES = """[...document.querySelectorAll('td code')]
     .filter((code) => /^\\w+$/.test(code.textContent) && code.getClientRects().length > 1).map((code) => code.textContent)"""
 CURES = [

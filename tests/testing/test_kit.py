@@ -159,9 +159,10 @@ def test_check_of_nothing_is_wrong_use(capsys, subject, words):
     assert words in capsys.readouterr().err
 
 
-def test_the_page_names_every_law_and_no_other():
-    page, _, _ = (DOCS / "conformance.md").read_text().partition("### Automatic mutants")  # they are counted by role alone
+def test_the_table_of_mutants_has_every_law_and_no_other():
+    page, _, _ = (
+        (DOCS / "measured" / "laws.md").read_text().partition("### Automatic mutants")
+    )  # they are counted by role alone
     for role, (laws, _) in kit._ROLES.items():
-        row, *mutants = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
+        mutants = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
         assert [line.split(" | ")[1] for line in mutants] == [law.name for law in laws]
-        assert row == f"| {role} | {', '.join(law.name for law in laws)} |"

@@ -23,19 +23,12 @@ def written(folder):
 
 
 def documented_keys():
-    section = (DOCS / "command-line.md").read_text().split("### The line of JSON")[1].split("\n### ")[0]
+    section = (DOCS / "reference" / "json.md").read_text().split("## run")[1].split("\n## ")[0]
     before, after = section.split("| `scans` to `position_bound_m` |")
     own = [re.findall(r"^\| `(\w+)` \|", part, flags=re.MULTILINE) for part in (before, after)]
     names = [field.name for field in attrs.fields(metrics.Score) if field.name not in ("more", "truths")]
     assert (names[0], names[-1]) == ("scans", "position_bound_m")
     return [*own[0], *names, *own[1]]
-
-
-def test_every_figure_is_defined():
-    text = (DOCS / "metrics.md").read_text()
-    for figure in metrics.FIGURES:
-        whole, part = f"`{figure.name}`", f"`_{figure.name.rpartition('_')[2]}`"
-        assert whole in text or part in text, figure.name
 
 
 def test_a_run_leaves_its_files_and_tells_their_names(config, tmp_path, capsys):

@@ -1,8 +1,6 @@
-"""The page of the standard shelf against the registry, and the shelf's examples as they stand."""
+"""The shelf's examples as they stand."""
 
-import re
 import runpy
-import tomllib
 
 import numpy as np
 import pytest
@@ -10,42 +8,6 @@ import pytest
 import vedette
 from support.paths import ROOT, recording
 from vedette import metrics
-from vedette.config.builder import Builder
-from vedette.config.registry import Registry
-
-INSTALLED = Registry.installed()
-SHELF = [entry for entry in INSTALLED if entry.cls.__module__.startswith("vedette_standard.")]
-ROW = re.compile(r"^\| `(?P<kind>\w+)` \| (?P<what>[^|]+) \| `(?P<line>\{.*\})` \| (?P<reference>[^|]+) \|$")
-
-
-def rows():
-    """Role and row of every line of the page's tables."""
-    role, found = "", []
-    for line in (ROOT / "docs" / "components.md").read_text().splitlines():
-        if line.startswith("## "):
-            role = line.removeprefix("## ").lower().removesuffix("s")
-        elif line.startswith("| `"):
-            match = ROW.match(line)
-            assert match, line
-            found.append((role, match.groupdict()))
-    return found
-
-
-def test_every_kind_of_the_shelf_has_its_line():
-    assert sorted((role, row["kind"]) for role, row in rows()) == sorted((entry.role, entry.kind) for entry in SHELF)
-
-
-@pytest.mark.parametrize(("role", "row"), rows(), ids=lambda value: value["kind"] if isinstance(value, dict) else value)
-def test_every_line_builds_what_it_says(role, row):
-    entry = INSTALLED.find(role, row["kind"])
-    given = tomllib.loads(f"it = {row['line']}")["it"]
-    assert given["kind"] == row["kind"]
-    builder = Builder(INSTALLED)
-    built = builder.construct(entry.cls, entry.parameters, {k: v for k, v in given.items() if k != "kind"}, "", set())
-    assert not builder.problems
-    assert isinstance(built, entry.cls)
-    docstring = " ".join(entry.cls.__doc__.split())
-    assert row["reference"] == "none needed" or row["reference"] in docstring
 
 
 def judged(name, *overrides):
