@@ -165,6 +165,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "mutants/test_cures.py",
     ),
     "testing/test_plugin_template.py::test_it_keeps_the_laws": (".ci/run",),
+    "testing/test_power.py::test_errors_that_are_not_white_are_named_and_white_ones_are_not": (
+        "testing/test_whole_trackers.py::test_errors_that_are_not_white_are_named",
+    ),
     "testing/test_power.py::test_p_values_of_right_problems_are_uniform_and_alarms_as_rare_as_stated": (
         "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
         "testing/test_power.py::test_detection_is_what_theory_says",

@@ -68,5 +68,7 @@ MIXTURES = [
      {"_each": wider_modes, "moments": taken_together}, TWO),
     ("modes that all weigh the same", Imm, "modes_follow_their_chain",
      {"mode_prob": lambda s, b: np.full(b.log_prob.shape, 0.5)}, TWO),
+    ("smoothed modes that forget what came after", Imm, "modes_smooth_as_their_pairs",
+     {"smooth_step": lambda s, b, after, dt, rng: Modes(Imm.smooth_step(s, b, after, dt, rng).beliefs, b.log_prob)}, TWO),
     ("modes whose frames stay", Imm, "a_frame_turns_before_each_prediction", {"predict": alone}, TWO),
 ]  # fmt: skip

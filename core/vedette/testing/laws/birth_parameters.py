@@ -90,7 +90,7 @@ def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
 def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
     """If it gives tracks: they are Gaussians over the state; `start`, `spread` and `offset`, if it has them, say where."""
     state, rng = drawn.estimator.state, drawn.rng()
-    path = Trajectory("kit", state, np.array([0.0, 1.0]), rng.uniform(-50.0, 50.0, (2, len(state))))
+    path = Trajectory("kit", state, np.array([-1.0, 0.0, 1.0]), rng.uniform(-50.0, 50.0, (3, len(state))))
     nothing = Detections.of([], 2)
     recording = Recording((Scan(0.0, SENSOR, nothing), Scan(1.0, SENSOR, nothing)), (path,))
     tables = {name: getattr(birth, name, None) for name in ("start", "spread", "offset")}
@@ -105,8 +105,8 @@ def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
     t, n = prior.mean.shape[0], len(state)
     demand(prior.mean.shape == (t, n) and prior.cov.shape == (t, n, n), f"given: is of shape {prior.mean.shape}")
     covariance("given", prior.cov, definite=False)
-    for i, name in enumerate(state.names if isinstance(tables["start"], Mapping) else ()):
-        mean, deviation = start.get(name, (path.states[0, i] + offset.get(name, 0.0), spread.get(name)))
+    for i, name in enumerate(state.names if start or spread else ()):
+        mean, deviation = start.get(name, (path.states[1, i] + offset.get(name, 0.0), spread.get(name)))
         same(f"given: mean of {name}", prior.mean[:, i], np.full(t, float(mean)), 1e-9, 1.0 + abs(mean))
         if deviation is not None:
             same(f"given: variance of {name}", prior.cov[:, i, i], np.full(t, float(deviation) ** 2), 1e-9)

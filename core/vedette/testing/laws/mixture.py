@@ -21,6 +21,7 @@ from vedette.testing.laws.estimator_cases import (
     mixture_moments,
     not_if_it_draws,
     soft,
+    started,
     sure,
 )
 from vedette.testing.truth import chain_of, initial_of, modes_of
@@ -120,10 +121,45 @@ def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)
 
 
+def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture that smooths: over a first scan, modes and moments are Bayes' rule over pairs of a mode and the next."""
+    modes = _like_modes(estimator)
+    not_if_it_draws(estimator, "what it draws hides it")
+    rng, dt, prior = drawn.rng(), drawn.dt, drawn.prior
+    now = started(estimator, drawn, rng)
+    belief = predicted(estimator, now, dt, rng)
+    innovation = innovation_of(estimator, belief, drawn)
+    weights = soft(innovation.loglik, drawn.seed)
+    later = estimator.update(belief, innovation, weights)
+    own = [mode.start(prior, mode.state, rng) for mode in modes]
+    likely, ends = [], []
+    for mode, part in zip(modes, own, strict=True):
+        ahead = predicted(mode, part, dt, rng)
+        seen = mode.evaluate(ahead, drawn.watch, drawn.seen, P_GATE)
+        ends.append((ahead, seen))
+        likely.append(seen.loglik)
+    before, chain = initial_of(estimator), chain_of(estimator, dt)
+    share = (before @ chain)[:, None, None, None] * np.exp(np.stack(likely) - np.max(likely, axis=0))
+    share = weights * share / share.sum(axis=0)  # of mode and return, (modes, 2, 2, 1 + returns)
+    try:
+        found = estimator.smooth_step(now, later, dt, rng)
+        back = [
+            mode.moments(mode.smooth_step(part, mode.update(*end, each / each.sum(axis=-1, keepdims=True)), dt, rng))
+            for mode, part, end, each in zip(modes, own, ends, share, strict=True)
+        ]
+    except NotImplementedError:
+        raise Closed("it does not smooth") from None
+    after = np.moveaxis(share.sum(axis=-1), 0, -1)
+    alike(estimator, found, mixture_moments(estimator.state, after, back), 1e-6, "smoothed ")
+    wanted = np.sum(after[..., None, :] * before[:, None] * chain / (before @ chain), axis=-1)
+    same("smoothed mode probabilities", np.asarray(estimator.mode_prob(found)), wanted, 1e-7, 1.0)
+
+
 LAWS = (
     Law(modes_follow_their_chain),
     Law(first_scan_is_the_exact_mixture),
     Law(equal_modes_are_one),
     Law(switching_moves_nothing),
     Law(modes_remember_every_scan),
+    Law(modes_smooth_as_their_pairs),
 )
