@@ -47,6 +47,10 @@ def noise(value: Any) -> Array | None:
     return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
 
 
+def times(value: Any) -> Array | None:
+    return _array("time", value, _FLOAT)  # type: ignore[no-any-return]
+
+
 def missing(value: Any) -> Mask | None:
     return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
 

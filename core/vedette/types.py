@@ -37,6 +37,7 @@ class Detections:
     noise     (*b, k, m, m) a return's own covariance; otherwise the sensor's applies
     missing   (*b, k, m)   True where a return lacks a component: its z and noise are ignored
     identity  (*b, k)      the code by which a return names its object, or its class, as an MMSI; -1 or None for none
+    time      (k,)         when each was measured, s, until the scan's time; None: all then. In one run, not in lock-step
     """
 
     z: Array = field(converter=given.z)
@@ -45,6 +46,7 @@ class Detections:
     noise: Array | None = field(default=None, converter=given.noise)
     missing: Mask | None = field(default=None, converter=given.missing)
     identity: Indices | None = field(default=None, converter=given.identity)
+    time: Array | None = field(default=None, converter=given.times)
 
     @classmethod
     def of(cls, z: Any, axes: int | None = None) -> Detections:
@@ -73,6 +75,7 @@ class Frame:
     evidence: ClassVar[None] = None
     missing: ClassVar[None] = None
     identity: ClassVar[None] = None
+    time: ClassVar[None] = None
     pixels: Array = field(converter=given.pixels)
     corner: Array | None = field(default=None, converter=given.corner)
     geometry: Mapping[str, Any] | None = None

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 from itertools import groupby
+from math import floor, inf
 from typing import final
 
 from attrs import evolve, frozen
@@ -45,17 +47,25 @@ class Reading:
 
 @frozen
 class Look:
-    """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes."""
+    """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes.
+
+    times: of the returns, where they have their own; else nothing.
+    """
 
     scan: str
     returns: tuple[tuple[float, ...], ...]
     codes: tuple[int, ...] = ()
+    times: tuple[float, ...] = ()
 
 
 @final
 @frozen
 class DetectionColumns:
-    """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan."""
+    """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan.
+
+    Where most rows of scans have times of their own, or with `turn`, each return is taken at its own time, and the scan is
+    of its last one.
+    """
 
     time: str = fields.text("column of the time")
     columns: dict[str, str] = fields.names(
@@ -67,6 +77,10 @@ class DetectionColumns:
     )
     file: str = fields.text("file in the folder `path`; default: `path` is the file", default="")
     scan: str = fields.text("column that numbers the scans; default: rows of one time are a scan", default="")
+    turn: float | None = fields.quantity(
+        "s", "duration of a turn of the antenna, whose rows are a scan, where no column numbers them; default: none",
+        default=None, above=0,
+    )  # fmt: skip
     sensor: str = fields.text("the tracker's name of the sensor; default: its only one", default="")
     sensor_column: str = fields.text(
         "column with the tracker's name of the sensor, where several share the file", default=""
@@ -82,6 +96,8 @@ class DetectionColumns:
     def __attrs_post_init__(self) -> None:
         if self.sensor and self.sensor_column:
             raise ValueError("sensor: give either `sensor` or `sensor_column`")
+        if self.scan and self.turn is not None:
+            raise ValueError("turn: goes without `scan`, whose column numbers the turns")
         if wrong := complaint(self.columns):
             raise ValueError(f"columns: {wrong}")
         for name, period in self.periods.items():
@@ -158,7 +174,7 @@ class DetectionColumns:
                 refused.append(Problem(row.place, str(error)))
             else:
                 told[sensor].append(sample)
-        group = _by_scan if self.scan else _by_time
+        group = _by_scan if self.scan else _by_time if self.turn is None else partial(_by_turn, self.turn)
         placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 
@@ -183,10 +199,13 @@ def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
 
 
 def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    """Return scans at the time of most of their rows; rows of another time are refused."""
+    """Return scans at the time of most of their rows; rows of another time are refused, unless most rows are such."""
     scans: dict[str, list[Sample[_Cells]]] = {}
     for row in rows:
         scans.setdefault(row.value[0], []).append(row)
+    times = sum(len({row.time for row in members}) for members in scans.values())
+    if times > 0.5 * (len(scans) + len(rows)):
+        return _of_turns(list(scans.values()), refused, sort)
     looks = []
     for scan, members in scans.items():
         time = Counter(row.time for row in members).most_common(1)[0][0]
@@ -199,7 +218,34 @@ def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
     return in_time_order(looks, refused, sort=sort)
 
 
-def _look(rows: list[Sample[_Cells]]) -> Sample[Look]:
-    told = [(values, code) for _, values, code in (row.value for row in rows) if values is not None]
-    look = Look(rows[0].value[0], tuple(values for values, _ in told), tuple(code for _, code in told))
-    return Sample(rows[0].place, rows[0].time, look, len(rows))
+def _by_turn(turn: float, rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans of the rows of each turn, the first of which begins with the first row."""
+    kept = in_time_order(rows, refused, sort=sort)
+    first = kept[0].time if kept else 0.0
+    return [_look(list(scan), own=True) for _, scan in groupby(kept, lambda row: floor((row.time - first) / turn))]
+
+
+def _of_turns(turns: list[list[Sample[_Cells]]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans whose rows have times of their own; rows out of the time between the scans around are refused."""
+    turns = sorted(turns, key=_middle) if sort else turns
+    middles = [-inf, *map(_middle, turns), inf]
+    looks = []
+    for before, own, after in zip(middles, turns, middles[2:], strict=False):
+        low, high = (before, after) if before <= after else (-inf, inf)  # if the scans are out of order, they are told
+        looks.append(_look(sorted((row for row in own if low <= row.time <= high), key=lambda row: row.time), own=True))
+        text = f"is not between the scans around its own, of {before!r} and {after!r} s"
+        refused += [Problem(row.place, f"time {row.time!r} s {text}") for row in own if not low <= row.time <= high]
+    return in_time_order(looks, refused, sort=sort)
+
+
+def _middle(rows: list[Sample[_Cells]]) -> float:
+    """Return a scan's median time."""
+    return sorted(row.time for row in rows)[(len(rows) - 1) // 2]
+
+
+def _look(rows: list[Sample[_Cells]], own: bool = False) -> Sample[Look]:
+    """Return the scan of rows, of the time of the last; `own`: each return keeps its time."""
+    told = [(row.time, values, row.value[2]) for row in rows if (values := row.value[1]) is not None]
+    times = tuple(time for time, _, _ in told) if own else ()
+    look = Look(rows[0].value[0], tuple(values for _, values, _ in told), tuple(code for _, _, code in told), times)
+    return Sample(rows[0].place, rows[-1].time, look, len(rows))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, ClassVar, final
 
@@ -154,6 +154,7 @@ class CsvSource(Source):
             rows["truth"] = _rows(sum(len(path.times) for path in truth), refused["truth"])
         problems = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
         in_order = tuple(sorted(scans, key=lambda scan: scan.time))
+        odd += _early(in_order, moving=platform is not None)
         return Recording(in_order, truth, tuple(dict.fromkeys(problems)), notes, tuple(odd), rows=rows)
 
     def _layout(self, paths: Mapping[str, TablePath]) -> tuple[Layout, dict[str, str]]:
@@ -219,6 +220,20 @@ def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout)
         )
 
 
+def _early(scans: Sequence[Scan], *, moving: bool) -> Iterator[str]:
+    """Yield a sentence where returns with times of their own are taken at other times, or from another place."""
+    early, before = 0, -np.inf
+    for scan in scans:
+        if scan.detections.time is not None:
+            early += int(np.count_nonzero(scan.detections.time < before))
+            if moving and scan.pose is not None:
+                yield f"{scan.sensor}: the platform moves: the returns of a turn are taken from where it was at the last"
+                moving = False
+        before = scan.time
+    if early:
+        yield f"{early} returns are of before the scan before theirs, as sensors' turns overlap: they are taken at its time"
+
+
 def _scan(
     name: str, look: Sample[Look], reading: Reading, platform: Platforms | None, refused: list[Problem], *, named: bool
 ) -> Scan | None:
@@ -236,4 +251,5 @@ def _scan(
         x, y = pose.position[:2]
         found = polar(found["x"] - x, found["y"] - y, float(pose.heading))
     seen = detections(found, reading.measured)
-    return Scan(look.time, name, evolve(seen, identity=np.array(look.value.codes, dtype=int)) if named else seen, pose)
+    seen = evolve(seen, identity=np.array(look.value.codes, dtype=int)) if named else seen
+    return Scan(look.time, name, evolve(seen, time=np.array(look.value.times)) if look.value.times else seen, pose)

@@ -23,7 +23,7 @@ from vedette_files.writing import whole_file
 FORMAT = "vedette"
 VERSION = 1
 HEADER_FIELDS = ("format", "version", "sensors", "detected", "truth", "nobody", "notes")
-SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity", "arrived")
+SCAN_FIELDS = ("time", "sensor", "z", "noise", "evidence", "pose", "frame", "identity", "times", "arrived")
 LEFT_OUT_FIELDS = ("left_out", "time", "sensor", "returns", "arrived")
 STATE_FIELDS = ("truth", "time", "state")
 POSE_FIELDS = ("position", "velocity", "heading")
@@ -171,6 +171,8 @@ def _scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
         found["evidence"] = seen.evidence[seen.valid].tolist()
     if seen.identity is not None:
         found["identity"] = [identity_value(one) for one in seen.identity[seen.valid].tolist()]
+    if seen.time is not None:
+        found["times"] = seen.time[seen.valid].tolist()
     if pose is not None:
         velocity = {} if pose.velocity is None else {"velocity": pose.velocity.tolist()}
         found["pose"] = {"position": pose.position.tolist(), **velocity, "heading": float(pose.heading)}
@@ -251,7 +253,7 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
     if "arrived" in given:
         number(given["arrived"], "arrived")
     frame = read_frame(given["frame"], folder) if "frame" in given else None
-    columns = {part: given[part] for part in ("z", "noise", "evidence", "identity") if part in given}
+    columns = {part: given[part] for part in ("z", "noise", "evidence", "identity", "times") if part in given}
     k = len(columns["z"]) if isinstance(columns.get("z"), list) else -1
     for part, values in {"z": None, **columns}.items():
         if not isinstance(values, list) or len(values) != k:
@@ -263,7 +265,10 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
             noise = _matrix(columns["noise"][i], f"noise[{i}]", m) if "noise" in columns else []
             evidence = number(columns["evidence"][i], f"evidence[{i}]") if "evidence" in columns else 0.0
             code = identity_code(columns["identity"][i]) if "identity" in columns else -1
-            good.append((z, noise, evidence, code))
+            own = number(columns["times"][i], f"times[{i}]") if "times" in columns else time
+            if own > time:
+                raise ValueError(f"times[{i}] must be until the scan's time, {time!r} s, got {own!r}")
+            good.append((z, noise, evidence, code, own))
         except ValueError as error:
             problems.append(str(error))
     if k and not good:
@@ -271,9 +276,10 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
     detections = Detections(
         np.array([z for z, *_ in good]).reshape(-1, m),
         np.ones(len(good), dtype=bool),
-        np.array([evidence for _, _, evidence, _ in good]) if "evidence" in columns else None,
+        np.array([evidence for _, _, evidence, *_ in good]) if "evidence" in columns else None,
         np.array([noise for _, noise, *_ in good]).reshape(-1, m, m) if "noise" in columns else None,
-        identity=np.array([code for *_, code in good], dtype=np.int64) if "identity" in columns else None,
+        identity=np.array([code for *_, code, _ in good], dtype=np.int64) if "identity" in columns else None,
+        time=np.array([own for *_, own in good]) if "times" in columns else None,
     )
     return Scan(time, name, detections, pose, frame), problems
 

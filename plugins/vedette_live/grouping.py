@@ -37,7 +37,8 @@ class Formed:
 class Grouping:
     """How the messages of an input become scans, and by whose clock.
 
-    A scan's time is that of its last return: mark returns that lie within a turn by their own times where that matters.
+    A scan's time is that of its last return. With `own_times` each return is taken at its own: that of its message, or what
+    the message says of it.
     """
 
     by: str = fields.choice("what belongs to one scan", WAYS, default="message")
@@ -50,6 +51,7 @@ class Grouping:
         "s", "by which a time may be ahead of the last one; a longer leap is believed once the next message agrees",
         default=86400.0, above=0,
     )  # fmt: skip
+    own_times: bool = fields.flag("take each return of a scan at its own time, not at the scan's", default=False)
 
 
 @final
@@ -128,7 +130,7 @@ class Grouper:
         came = time if arrived is None else arrived
         if self.grouping.by == "message":
             if not message.marker:
-                yield _formed(name, [(message, z, time, stream)], came)
+                yield _formed(name, [(message, z, time, stream)], came, self.grouping)
             return
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
@@ -158,12 +160,12 @@ class Grouper:
         """Return the complete scan of a sensor; one without returns, between two marks, has the `time` of the last."""
         one = self.opened.pop(name)
         if one.pieces:
-            return _formed(name, one.pieces, one.arrived)
+            return _formed(name, one.pieces, one.arrived, self.grouping)
         nothing = Detections.of([], len(self.placing.sensors[name].measurement))
         return Formed(Scan(one.first if time is None else time, name, nothing), one.arrived, 0)
 
 
-def _formed(name: str, pieces: list[_Piece], arrived: float) -> Formed:
+def _formed(name: str, pieces: list[_Piece], arrived: float, grouping: Grouping) -> Formed:
     messages = [message for message, *_ in pieces]
     z = np.concatenate([z for _, z, _, _ in pieces])
     detections = Detections(
@@ -172,11 +174,25 @@ def _formed(name: str, pieces: list[_Piece], arrived: float) -> Formed:
         _joined([message.evidence for message in messages]),
         _joined([message.noise for message in messages]),
         identity=_identities(messages),
+        time=_times(pieces, grouping.length) if grouping.own_times else None,
     )
     pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
     numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
-    scan = Scan(max(time for _, _, time, _ in pieces), name, detections, pose)
+    last = max(time for _, _, time, _ in pieces)
+    if detections.time is not None:
+        last = float(np.max(detections.time, initial=last))
+    scan = Scan(last, name, detections, pose)
     return Formed(scan, arrived, len(messages), numbered)
+
+
+def _times(pieces: list[_Piece], length: float) -> Array:
+    """Return when each return was measured, by the clock of the messages; at most `length` s from its message."""
+    found = []
+    for message, z, time, _ in pieces:
+        known = message.times is not None and message.time is not None
+        apart = message.times - message.time if known else np.zeros(len(z))  # type: ignore[operator]
+        found.append(time + np.clip(apart, -length, length))
+    return np.concatenate(found)
 
 
 def _identities(messages: list[Message]) -> Indices | None:

@@ -51,7 +51,8 @@ def _leaves(given: Any, place: str) -> Iterator[tuple[str, Any]]:
         yield place, given
 
 
-_ARRAYS = ("evidence", "noise", "identity")
+_ARRAYS = {"evidence": "evidence", "noise": "noise", "identity": "identity", "times": "time"}
+"""What is written of returns, and what `Detections` calls it."""
 
 
 def scan_data(scan: Scan) -> dict[str, Any]:
@@ -66,7 +67,7 @@ def scan_data(scan: Scan) -> dict[str, Any]:
         "sensor": scan.sensor,
         "z": seen.z.tolist(),
         "axes": seen.z.shape[-1],
-        **{name: None if getattr(seen, name) is None else getattr(seen, name).tolist() for name in _ARRAYS},
+        **{key: getattr(seen, name).tolist() for key, name in _ARRAYS.items() if getattr(seen, name) is not None},
         "pose": place,
     }
 
@@ -74,14 +75,12 @@ def scan_data(scan: Scan) -> dict[str, Any]:
 def scan_from(given: Mapping[str, Any]) -> Scan:
     """Return the scan of `scan_data`."""
     z = np.array(given["z"], dtype=float).reshape(-1, given["axes"])
-    evidence, noise, identity = (None if given[name] is None else np.array(given[name]) for name in _ARRAYS)
+    own = {name: np.array(given[key]) for key, name in _ARRAYS.items() if given.get(key) is not None}
     pose = None
     if given["pose"] is not None:
         position, velocity, heading = given["pose"]
         pose = Pose(np.array(position), None if velocity is None else np.array(velocity), heading)
-    return Scan(
-        given["time"], given["sensor"], Detections(z, np.ones(len(z), dtype=bool), evidence, noise, None, identity), pose
-    )
+    return Scan(given["time"], given["sensor"], Detections(z, np.ones(len(z), dtype=bool), **own), pose)
 
 
 def formed_data(formed: Formed) -> dict[str, Any]:

@@ -73,5 +73,5 @@ def _stream(seeds: np.random.SeedSequence, key: int, name: str = "") -> np.rando
 
 def _those(detections: Detections, keep: Mask) -> Detections:
     """Return the returns (k,) that are kept."""
-    parts = (detections.evidence, detections.noise, detections.missing, detections.identity)
+    parts = (detections.evidence, detections.noise, detections.missing, detections.identity, detections.time)
     return Detections(detections.z[keep], detections.valid[keep], *(None if part is None else part[keep] for part in parts))

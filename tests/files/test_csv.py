@@ -223,3 +223,42 @@ def test_joyride_seen_in_polar_coordinates_is_the_same(joyride):
         r, b = polar.detections.z.T
         positions = polar.pose.position + np.stack([r * np.cos(b), r * np.sin(b)], axis=-1)
         np.testing.assert_allclose(positions, flat.detections.z, rtol=0, atol=1e-6)
+
+
+def turns(folder, text, **columns):
+    (folder / "d.csv").write_text(text)
+    detections = DetectionColumns(time="t", columns=XY, **columns)
+    recording = CsvSource(detections, str(folder / "d.csv")).open(PLANE, RNG)
+    own = [None if scan.detections.time is None else scan.detections.time.tolist() for scan in recording.scans]
+    return recording, own
+
+
+ROWS = "t,n,north,east\n0.1,1,1,1\n0.9,1,2,2\n1.1,2,,\n1.3,2,3,3\n1.2,2,4,4\n2.0,3,5,5\n"
+
+
+def test_returns_of_a_turn_keep_their_own_times(tmp_path):
+    recording, own = turns(tmp_path, ROWS, scan="n")
+    assert shown(recording) == [(0.9, [[1, 1], [2, 2]]), (1.3, [[4, 4], [3, 3]]), (2.0, [[5, 5]])]
+    assert own == [[0.1, 0.9], [1.2, 1.3], [2.0]]
+    assert (recording.refused, recording.rows["detections"].used) == ((), 6)
+
+
+def test_turns_that_no_column_numbers_are_of_their_duration(tmp_path):
+    recording, own = turns(tmp_path, ROWS.replace("1.3,2,3,3\n1.2,2,4,4", "1.2,2,4,4\n1.3,2,3,3"), turn=0.95)
+    assert own == [[0.1, 0.9], [1.2, 1.3], [2.0]]
+    assert [scan.time for scan in recording.scans] == [0.9, 1.3, 2.0]
+    with pytest.raises(ValueError, match=r"^turn"):
+        DetectionColumns(time="t", columns=XY, scan="n", turn=1.0)
+
+
+def test_a_time_far_from_its_turn_is_refused_by_itself(tmp_path):
+    recording, own = turns(tmp_path, ROWS.replace("0.9,1", "900,1").replace("1.2,2", "0.0,2"), scan="n")
+    assert own == [[0.1], [1.3], [2.0]]
+    assert [problem.place for problem in recording.refused] == ["d.csv:3", "d.csv:6"]
+
+
+def test_one_wrong_time_among_scans_of_one_time_is_still_refused(tmp_path):
+    text = "t,n,north,east\n1,a,1,1\n1,a,2,2\n2,b,1,1\n2,b,2,2\n3,c,1,1\n9,c,2,2\n3,c,4,4\n"
+    recording, own = turns(tmp_path, text, scan="n")
+    assert own == [None] * 3
+    assert [problem.place for problem in recording.refused] == ["d.csv:7"]

@@ -39,7 +39,9 @@ def scans(draw, time):
     k, m = draw(st.integers(0, 3)), len(SPACES[name])
     evidence = draw(st.none() | arrays(float, k, elements=NUMBERS))
     noise = draw(st.none() | arrays(float, (k, m, m), elements=NUMBERS))
-    detections = Detections(draw(arrays(float, (k, m), elements=NUMBERS)), np.ones(k, dtype=bool), evidence, noise)
+    own = draw(st.none() | arrays(float, k, elements=st.floats(-1e15, time)))
+    z = draw(arrays(float, (k, m), elements=NUMBERS))
+    detections = Detections(z, np.ones(k, dtype=bool), evidence, noise, time=own)
     return Scan(time, name, detections, draw(st.none() | poses()))
 
 
@@ -107,6 +109,12 @@ def test_padding_is_not_written(tmp_path):
     write_recording(tmp_path / "r.jsonl", Recording((Scan(0.0, "radar", detections),)), SPACES)
     (scan,) = read_recording(tmp_path / "r.jsonl")[0].scans
     assert (scan.detections.z.tolist(), scan.detections.evidence.tolist()) == ([[2, 0]], [4])
+
+
+def test_a_return_of_after_its_scan_is_left_out(tmp_path):
+    recording = read(tmp_path, HEADER, GOOD | {"z": [[1.0, 2.0], [3.0, 4.0]], "times": [1.5, 0.5]})
+    assert recording.scans[0].detections.time.tolist() == [0.5]
+    assert [problem.place for problem in recording.refused] == ["r.jsonl:2"]
 
 
 def with_z(z):

@@ -10,6 +10,7 @@ from vedette.streams import Message
 from vedette_files import Origin
 from vedette_live.grouping import Clock, Formed, Grouper, Grouping
 from vedette_live.placing import Placing
+from vedette_live.saving import scan_data, scan_from
 
 SENSORS = vedette.build(
     {
@@ -131,3 +132,15 @@ def test_what_no_sensor_measures_is_refused_and_changes_nothing(message: Message
     with pytest.raises(ValueError, match=r"^(sensor|z|time): "):
         list(grouper.add(message, None))
     assert grouper.opened == {}
+
+
+def test_returns_of_a_turn_are_taken_at_their_own_times_where_that_is_wanted() -> None:
+    of_message = Message("2/17", 2.5, np.array([[900.0, 0.1], [950.0, 0.2]]), ("range", "azimuth"), np.array([2.25, 1e9]))
+    came = [mark(0.5), plot(1.0), plot(2.0), of_message, mark(3.0)]
+    ((plain),) = grouped(Grouper(Grouping(by="turn"), PLACING), came)
+    assert (plain.scan.time, plain.scan.detections.time) == (2.5, None)
+    ((own),) = grouped(Grouper(Grouping(by="turn", own_times=True), PLACING), came)
+    assert own.scan.detections.time.tolist() == [1.0, 2.0, 2.25, 12.5]
+    assert own.scan.time == 12.5
+    assert scan_from(scan_data(own.scan)).detections.time.tolist() == [1.0, 2.0, 2.25, 12.5]
+    assert scan_from(scan_data(plain.scan)).detections.time is None

@@ -6,12 +6,14 @@ from copy import deepcopy
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import begun, without_second
 from vedette.tracking.memory_limits import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
+from vedette.tracking.own_times import at_the_scan, moments_of
 from vedette.tracking.rows import Rows, compact
 from vedette.types import Detections, Newborn
 
@@ -35,8 +37,17 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
         return Newborn.none(n)
     if claims.ndim > 1:
         raise ValueError(f"birth: no track begins in runs in lock-step, got claims of shape {claims.shape}")
-    sources = None if it.undetected is None else it.undetected.sources
-    begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, it.observed, claims)
+    sources, seen = None if it.undetected is None else it.undetected.sources, it.observed
+    if seen.time is None:
+        begin = plan.birth.begin(sources, plan.estimator, it.sensor, name, seen, claims)
+    else:
+        parts, every = [], moments_of(it.scan, seen, it.dt)
+        for (_, _, some), source in zip(every, [None] * len(every) if sources is None else sources, strict=True):
+            own = pytrees.take(seen, some, 0)
+            part = plan.birth.begin(source, plan.estimator, it.sensor, name, own, claims[some])
+            parts.append(evolve(part, returns=some[part.returns]))
+        joined_parts = pytrees.in_order(parts)
+        begin = pytrees.take(joined_parts, np.argsort(joined_parts.returns, kind="stable"), 0)
     if plan.offsets is not None and it.offsets is not None:
         begin = plan.offsets.begun(it.sensor, begin, it.offsets)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
@@ -84,6 +95,9 @@ def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Ar
         returns = np.full((count, k), -1)
         returns[:, 0] = begin.returns
     belief = plan.estimator.start(begin.prior, plan.state, it.rng)
+    if it.observed.time is not None:
+        ago = np.minimum(it.scan.time - it.observed.time[begin.returns], it.dt)
+        belief = at_the_scan(plan.estimator, belief, ago, it.rng)
     memory = plan.lifecycle.start(existence if of_track is None else of_track)
     unconfirmed = np.zeros(count, dtype=bool)
     names = None if rows.names is None else begun(plan.identity, it.observed, begin.returns)

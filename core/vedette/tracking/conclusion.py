@@ -16,6 +16,7 @@ from vedette.tracking.expected import Expected
 from vedette.tracking.identity import after_scan
 from vedette.tracking.lineage import Gates, new_gates
 from vedette.tracking.meeting import Met, Part
+from vedette.tracking.own_times import updated
 from vedette.tracking.registration import LINKS, Offsets
 from vedette.tracking.rows import Rows, judged, new_rows
 from vedette.tracking.state import State, next_state
@@ -32,7 +33,7 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
     else:
         if not plan.certain:
             weights = kernels.given_existence(weights, scores, innovation.loglik, it.existence)
-        belief = plan.estimator.update(it.belief, innovation, weights)
+        belief = updated(plan.estimator, it.belief, innovation, weights)
     offsets, linked = it.offsets, state.linked
     if plan.offsets is not None:
         belief, offsets, linked = _agreed(it, plan.offsets, by, belief)
@@ -112,7 +113,7 @@ def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
     # Each leaf has its return for certain: there is no existence to condition on.
     estimator, parent, (innovation, _, parts) = it.plan.estimator, by.parent, met
     if parts is None:
-        return estimator.update(pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
+        return updated(estimator, pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
     part_of, place = np.zeros(len(it.existence), dtype=np.int64), np.zeros(len(it.existence), dtype=np.int64)
     for number, part in enumerate(parts):
         part_of[part.rows], place[part.rows] = number, np.arange(len(part.rows))
@@ -123,7 +124,7 @@ def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
         sure = np.concatenate([taken == 0, (part.returns[at] == taken - 1) & (taken > 0)], axis=1)[:, None].astype(float)
         after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
         rows.append(own)
-    return _in_order(rows, after)
+    return pytrees.take(pytrees.in_order(after, rows), 0, 1)
 
 
 def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) -> Any:
@@ -135,16 +136,7 @@ def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) 
             prior = it.existence[part.rows, None]
             weights = kernels.given_existence(weights, part.scores, part.innovation.loglik, prior)
         after.append(estimator.update(part.belief, part.innovation, weights))
-    return _in_order([part.rows for part in parts], after)
-
-
-def _in_order(rows: Sequence[Indices], after: Sequence[Any]) -> Any:
-    """Return the beliefs of parts, each of runs of one row, as one of all rows."""
-    joined = after[0]
-    for more in after[1:]:
-        joined = pytrees.join(joined, more, 0)
-    back = np.argsort(np.concatenate(list(rows)), kind="stable")
-    return pytrees.take(pytrees.take(joined, back, 0), 0, 1)
+    return pytrees.take(pytrees.in_order(after, [part.rows for part in parts]), 0, 1)
 
 
 def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Leaves, int]:

@@ -6,15 +6,17 @@ import math
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.filters.linear import expected_return
 from vedette.filters.motion import predicted
 from vedette.roles import Sensor
 from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Array
+from vedette.tracking import pytrees
 from vedette.tracking.gate import SensorGate
 from vedette.tracking.identity import Names
+from vedette.tracking.own_times import evaluated, moments_of
 from vedette.tracking.plan import Plan
 from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Gaussian, Innovation, Scan
@@ -29,7 +31,7 @@ class Undetected:
     """Targets without a track at the scan, as the birth models them.
 
     memory: the birth's; rate (k,): the density of returns from them at each return, None of a frame; sources: what the
-    birth begins tracks with.
+    birth begins tracks with, of each time at which there are returns if these have times of their own.
     """
 
     memory: Any
@@ -89,7 +91,20 @@ class Expected:
     @property
     def innovation(self) -> Innovation:
         """How each track, or leaf, compares with each return; `distance` (*b, t, k) beyond `gate.threshold` is outside."""
-        return self.plan.estimator.evaluate(self.belief, self.sensor, self.observed, self.plan.p_gate)
+        plan, observed = self.plan, self.observed
+        if isinstance(observed, Frame) or observed.time is None:
+            return plan.estimator.evaluate(self.belief, self.sensor, observed, plan.p_gate)
+        beliefs, limit = (_rows(plan, self.state).belief, self.belief), self.gate.threshold
+        return evaluated(plan.estimator, self.sensor, beliefs, self.scan, observed, self.dt, plan.p_gate, limit, self.rng)
+
+    def at(self, i: int) -> Expected:
+        """Return what is expected at the time of return `i`; where returns have no times of their own, this."""
+        if self.scan.detections.time is None:
+            return self
+        time = max(float(self.scan.detections.time[i]), self.scan.time - self.dt)
+        dt = self.dt - (self.scan.time - time)
+        belief = predicted(self.plan.estimator, _rows(self.plan, self.state).belief, dt, self.rng)
+        return evolve(self, scan=evolve(self.scan, time=time), dt=dt, belief=belief)
 
     def returns_of(self, tracks: Gaussian, noise: Array | None = None) -> tuple[Array, Array, Array]:
         """Return what the sensor is expected to measure of some tracks (*b, t, n).
@@ -123,10 +138,10 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     """Return what is expected of a scan, with `observed` its returns or frame as they were admitted."""
     gate, estimator = plan.gates[scan.sensor], plan.estimator
     sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
-    dt = scan.time - state.time if state.time != NEVER else 0.0
+    dt = scan.time - (state.time if state.time != NEVER else _earliest(scan, observed))
 
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
-    rows = state.leaves if plan.keeps_hypotheses else state
+    rows = _rows(plan, state)
     belief, existence = rows.belief, rows.existence
     if plan.reframes and dt > 0:
         belief = estimator.reframe(belief, estimator.moments(belief))
@@ -135,19 +150,38 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
         existence = plan.lifecycle.predict(existence, dt)
         if isinstance(observed, Frame):
             belief = estimator.informed(belief, existence)
-    undetected = _undetected(plan, state, dt, sensor, observed, rng) if plan.models_unseen else None
+    undetected = _undetected(plan, state, scan, dt, sensor, observed, rng) if plan.models_unseen else None
     offsets = state.offsets
     if plan.offsets is not None and offsets is not None:
         offsets = plan.offsets.ahead(estimator, offsets, dt)
     return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng, offsets)
 
 
+def _rows(plan: Plan, state: State) -> Any:
+    """Return the tracks of a state, or their leaves."""
+    return state.leaves if plan.keeps_hypotheses else state
+
+
+def _earliest(scan: Scan, observed: Detections | Frame) -> float:
+    """Return the time of the first scan's first return: tracks that are given without a time are of then."""
+    return scan.time if observed.time is None else float(np.min(observed.time, initial=scan.time))
+
+
 def _undetected(
-    plan: Plan, state: State, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
+    plan: Plan, state: State, scan: Scan, dt: float, sensor: Sensor, observed: Detections | Frame, rng: np.random.Generator
 ) -> Undetected:
-    """Return what the birth models of targets without a track, at the scan."""
-    assert plan.birth is not None
-    memory = plan.birth.predict(state.unseen, plan.estimator, dt, rng)
+    """Return what the birth models of targets without a track, at the scan and at the times of its returns."""
+    birth, estimator = plan.birth, plan.estimator
+    assert birth is not None
+    memory = birth.predict(state.unseen, estimator, dt, rng)
     if isinstance(observed, Frame):
         return Undetected(memory, None, None)
-    return Undetected(memory, *plan.birth.reveal(memory, plan.estimator, sensor, observed, plan.p_gate))
+    if observed.time is None:
+        return Undetected(memory, *birth.reveal(memory, estimator, sensor, observed, plan.p_gate))
+    rate, sources, stated = np.zeros(len(observed.z)), [], True
+    for ahead, _, some in moments_of(scan, observed, dt):
+        then = birth.predict(state.unseen, estimator, ahead, rng)
+        own, source = birth.reveal(then, estimator, sensor, pytrees.take(observed, some, 0), plan.p_gate)
+        rate[some], stated = 0.0 if own is None else own, own is not None
+        sources.append(source)
+    return Undetected(memory, rate if stated else None, sources)

@@ -13,11 +13,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
+from vedette.errors import ScanRefused
 from vedette.space import Array, Indices
 from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import weighed
-from vedette.tracking.memory_limits import FEW, is_sparse, most_pairs, refused
+from vedette.tracking.memory_limits import FEW, check_pairs, is_sparse, most_pairs, refused
+from vedette.tracking.plan import untimed
 from vedette.types import Detections, Innovation
 
 
@@ -47,11 +49,15 @@ A plain tuple, as a value of its own would cost a step 2 % of its time.
 def meet(it: Expected) -> Met:
     """Return how rows and returns met: all with all, or where there are many, those that may be within gates."""
     plan, observed = it.plan, it.observed
-    if it.scan.sensor in plan.coarse and (close := plan.associator.meet_close(it)) is not None:
+    if observed.time is not None:
+        if why := untimed(plan) if it.existence.ndim == 1 else "runs go in lock-step":
+            raise ScanRefused(f"time: returns have none of their own where {why}: leave it out, and all are of the scan's")
+        check_pairs(it.state, it.scan, len(plan.state))
+    elif it.scan.sensor in plan.coarse and (close := plan.associator.meet_close(it)) is not None:
         return None, None, (close, *_met_by_others(it, it.scan.detections, close.rows))
-    if it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
+    elif it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
         return _met_in_parts(it, observed)
-    innovation = plan.estimator.evaluate(it.belief, it.sensor, observed, plan.p_gate)
+    innovation = it.innovation
     rate = None if it.undetected is None else it.undetected.rate
     scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate)
     if observed.identity is not None:

@@ -20,6 +20,8 @@ from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections, Gaussian, Mixtures
 
+_MERGE = "'kalman', 'ekf' and an 'imm' of them"
+
 
 @frozen(eq=False)
 class Plan:
@@ -107,6 +109,13 @@ def planned(
     )
 
 
+def untimed(plan: Plan) -> str:
+    """Return why returns with times of their own are not taken, or ""."""
+    if plan.offsets is not None or plan.coarse:
+        return "tracks share offsets" if plan.offsets is not None else "sensors merge returns"
+    return "" if _merges(plan.estimator) else f"{plan.estimator.kind!r} merges no beliefs, as {_MERGE} do"
+
+
 def _coarse(sensors: Mapping[str, Sensor], associator: Associator, gate: Gate) -> Iterator[str]:
     """Yield the sensors by which two targets may give one return, if the associator takes such returns."""
     for name, sensor in sensors.items():
@@ -143,18 +152,16 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
         yield name
 
 
-def _check_merging(associator: Associator, estimator: Estimator[Any]) -> None:
-    """Raise ValueError if the estimator cannot merge beliefs."""
+def _merges(estimator: Estimator[Any]) -> bool:
+    """Return whether the estimator merges beliefs."""
     n, nothing = len(estimator.state), np.zeros(0, dtype=np.int64)
     rng = np.random.default_rng(0) if estimator.traits.draws else NO_DRAWS
     none = estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), estimator.state, rng)
     try:
         estimator.merge(none, Mixtures(nothing, nothing, np.zeros(0), 0))
     except NotImplementedError:
-        raise ValueError(
-            f"estimator: must merge beliefs, as 'kalman', 'ekf' and an 'imm' of them do, for {associator.kind!r} merges "
-            f"those of different tracks; {estimator.kind!r} does not"
-        ) from None
+        return False
+    return True
 
 
 def _check_hypotheses(
@@ -166,8 +173,11 @@ def _check_hypotheses(
             f"lifecycle: must keep existence probabilities, as 'existence' does, for {associator.kind!r} weighs hypotheses "
             f"by them; {lifecycle.kind!r} takes every track to exist"
         )
-    if associator.merges:
-        _check_merging(associator, estimator)
+    if associator.merges and not _merges(estimator):
+        raise ValueError(
+            f"estimator: must merge beliefs, as {_MERGE} do, for {associator.kind!r} merges those of different tracks; "
+            f"{estimator.kind!r} does not"
+        )
     for name, sensor in sensors.items():
         if isinstance(sensor, ImagingSensor):
             raise ValueError(f"sensors.{name}: is a camera, but {associator.kind!r} takes returns only: use 'pda'")

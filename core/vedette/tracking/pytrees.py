@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
+from collections.abc import Callable, Sequence
+from functools import cache, reduce
 from typing import Any, TypeVar
 
 import attrs
@@ -38,6 +38,12 @@ def join(first: T, second: T, axis: int) -> T:
         return np.concatenate([first, second], axis=axis)  # type: ignore[return-value]
     pairs = zip(_parts(first), _parts(second), strict=True)
     return _rebuild(first, [join(one, other, axis) for one, other in pairs])
+
+
+def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None) -> T:
+    """Return the tracks of all trees, one after the other, or where `rows` of each say."""
+    joined = reduce(lambda one, other: join(one, other, 0), trees)
+    return joined if rows is None else take(joined, np.argsort(np.concatenate(list(rows)), kind="stable"), 0)
 
 
 def size(tree: Any) -> int:

@@ -69,7 +69,7 @@ def flaws(scan: Scan, sensors: Mapping[str, Sensor], since: float) -> list[Probl
         return [*problems, Problem("frame", text)]
     if scan.frame is not None:
         return problems + _frame_flaws(scan.frame)
-    return problems + _return_flaws(scan.detections, sensor)
+    return problems + (_return_flaws(scan.detections, sensor) or _time_flaws(scan))
 
 
 def with_axes(scan: Scan, sensors: Mapping[str, Sensor]) -> Scan:
@@ -122,6 +122,7 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         and detections.noise is None
         and detections.missing is None
         and detections.identity is None
+        and detections.time is None
         and sensor_gate.axes
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):
@@ -141,12 +142,14 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
 
 def _without_padding(detections: Detections, unread: Mask) -> Detections:
     """Return the detections with 0 where z (*b, k, m) is `unread`, and noises and evidence of padding that are numbers."""
-    noise, evidence, valid = detections.noise, detections.evidence, detections.valid
+    noise, evidence, valid, time = detections.noise, detections.evidence, detections.valid, detections.time
     if noise is not None:
         noise = np.where(valid[..., None, None], noise, np.eye(noise.shape[-1]))
     if evidence is not None:
         evidence = np.where(valid, evidence, 0.0)
-    return evolve(detections, z=np.where(unread, 0.0, detections.z), noise=noise, evidence=evidence)
+    if time is not None:
+        time = np.where(valid, time, np.min(time, where=valid, initial=ABSURD))
+    return evolve(detections, z=np.where(unread, 0.0, detections.z), noise=noise, evidence=evidence, time=time)
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
@@ -216,6 +219,7 @@ def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
         ("noise", detections.noise, (*detections.z.shape, m)),
         ("missing", detections.missing, detections.z.shape),
         ("identity", detections.identity, detections.z.shape[:-1]),
+        ("time", detections.time, detections.z.shape[:1]),
     ):
         if part is not None and part.shape != shape:
             return [Problem(name, f"must have shape {shape} as `z` has {detections.z.shape}, got {part.shape}")]
@@ -228,6 +232,14 @@ def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
     if good.all():
         return []
     return [Problem(f"return {list(map(int, i))}", _complaint(detections, tuple(i))) for i in np.argwhere(~good)]
+
+
+def _time_flaws(scan: Scan) -> list[Problem]:
+    """Return which returns have times of their own that are none, or after the scan's."""
+    own, valid = scan.detections.time, scan.detections.valid
+    wrong = [] if own is None else np.flatnonzero(valid & ~((own >= LONG_AGO) & (own <= scan.time))).tolist()
+    told = f"its time must be a number of s until the scan's, {scan.time:.6f} s"
+    return [Problem(f"return {[i]}", f"{told}, got {own[i]}") for i in wrong]  # type: ignore[index]
 
 
 def _good(detections: Detections) -> Mask:

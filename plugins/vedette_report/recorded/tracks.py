@@ -16,7 +16,7 @@ from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Credibility, at_fault, autocorrelation, free_axes, nees, noncredibility, pooled_nis
 from vedette.progress import Progress, silent
-from vedette.space import Array, Mask, Space
+from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian, Track, Trajectory
@@ -244,18 +244,27 @@ def _entries(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
         at = {track: row for row, track in enumerate(before.ids.tolist())}
         for row, track in enumerate(state.ids.tolist()):
             if track in at:
-                prior = Gaussian(predicted.mean[at[track]], predicted.cov[at[track]])
-                pooled, S, declared = _used(it, prior, state, row)
+                then, ahead = it, predicted
+                if scan.detections.time is not None and state.hit[row] > 0:
+                    then = it.at(int(_returns(state, row)[np.argmax(state.weights[row, 1:])]))
+                    ahead = then.tracks
+                prior = Gaussian(ahead.mean[at[track]], ahead.cov[at[track]])
+                pooled, S, declared = _used(then, prior, state, row)
                 entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
                 rows.setdefault(track, []).append(entry)
     return rows
+
+
+def _returns(state: State, row: int) -> Indices:
+    """Return which return each of a track's columns is of."""
+    return np.arange(state.weights.shape[-1] - 1) if state.returns is None else state.returns[row]
 
 
 def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array, Array, float]:
     """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
     weights = state.weights[row, 1:]
     used = np.flatnonzero(weights)
-    own = used if state.returns is None else state.returns[row, used]
+    own = _returns(state, row)[used]
     sensor, seen = it.sensor, it.scan.detections
     noise = seen.noise[own[np.argmax(weights[used])]] if len(own) and seen.noise is not None else None
     expected, S, _ = it.returns_of(prior, noise)

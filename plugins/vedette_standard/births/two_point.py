@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
+from vedette.errors import ScanRefused
 from vedette_standard.births.one_point import unclaimed, within
 from vedette_standard.regions import Polygon
 
@@ -73,7 +74,10 @@ class TwoPoint(Birth):
         claimed: Array,
         p_gate: float,
     ) -> Waiting:
-        """Return this scan's returns that no track claims."""
+        """Return this scan's returns that no track claims; ScanRefused if they have times of their own."""
+        if detections.time is not None:
+            told = "'two_point' takes all returns of a scan to be of one time: use 'from_returns', or leave their times out"
+            raise ScanRefused(f"birth: {told}")
         rows = unclaimed(detections, claimed, self.claimed)
         if not len(rows):
             return _nothing(len(sensor.observes))

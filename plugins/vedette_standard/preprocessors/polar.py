@@ -53,4 +53,4 @@ class PolarConversion(Preprocessor):
         noise[..., 0, 0] = along * cos**2 - 2 * cross * sin * cos + across * sin**2
         noise[..., 1, 1] = along * sin**2 + 2 * cross * sin * cos + across * cos**2
         noise[..., 0, 1] = noise[..., 1, 0] = (along - across) * sin * cos + cross * (cos**2 - sin**2)
-        return Detections(z, seen.valid, seen.evidence, noise, None, seen.identity)
+        return Detections(z, seen.valid, seen.evidence, noise, None, seen.identity, seen.time)
