@@ -49,6 +49,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "flir/test_reproduction.py::test_a_broken_component_flips_what_is_reproduced",
         "laws",
     ),
+    "reproduction/test_elsewhere.py::test_an_imm_beats_detection_with_a_base": (
+        "bayes_risk/test_verdicts.py::test_what_a_default_run_finds_decides_all",
+    ),
     "mutants/test_automatic.py::test_those_that_were_caught_are": (
         "testing/test_mutants.py::test_a_mutant_is_caught_by_the_law_named_for_it",
     ),
