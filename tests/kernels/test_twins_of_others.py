@@ -1,4 +1,4 @@
-"""A third party's compiled twin, as docs/kernels.md shows it: by a C compiler, and by numba."""
+"""A third party's compiled twin, as docs/compiled.md shows it: by a C compiler, and by numba."""
 
 import ctypes
 import re
@@ -15,7 +15,7 @@ from vedette import Detections, Gaussian, Sensor, Space, Twin, kernels
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
-PAGE = (ROOT / "docs" / "kernels.md").read_text()
+PAGE = (ROOT / "docs" / "compiled.md").read_text()
 COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
 
 
@@ -77,4 +77,4 @@ def test_a_function_by_numba():
     pytest.importorskip("numba")
     scope = {}
     exec(re.search(r"```python\n(from numba.*?)```", PAGE, re.S)[1], scope)
-    check(scope["function"])
+    check(scope["FUNCTION"])
