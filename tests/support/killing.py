@@ -24,8 +24,8 @@ OPTIONS = {"run": "--out", "study": "--out", "export": "--to"}
 """What names the place of a command's results."""
 
 
-def killed(seconds, command):
-    """Run a command in a fork and kill it after some time; return its exit code."""
+def killed(seconds, command, number=signal.SIGKILL):
+    """Run a command in a fork and send it a signal after some time; return its exit code."""
     child = os.fork()
     if not child:
         with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
@@ -36,7 +36,7 @@ def killed(seconds, command):
         if ended:
             return os.waitstatus_to_exitcode(status)
         time.sleep(0.0005)
-    os.kill(child, signal.SIGKILL)
+    os.kill(child, number)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
 
 
