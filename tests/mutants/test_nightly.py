@@ -101,7 +101,7 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "live/test_brokers.py::test_scans_come_and_tracks_go_through_a_broker": (
         "live/test_brokers.py::test_a_third_partys_kafka_input_reads_a_topic",
     ),
-    "report/test_interrupting.py::test_the_files_of_an_interrupted_run_hold_the_same_scans": (
+    "report/test_interrupting.py::test_whenever_many_runs_are_interrupted": (
         "report/test_interrupting.py::test_the_files_of_an_interrupted_run_hold_the_same_scans",
     ),
     "report/test_resuming.py::test_killed_at_any_moment_it_comes_to_the_same_end": (

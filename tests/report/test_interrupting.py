@@ -12,9 +12,7 @@ from support import interrupting
 from support.results import config
 
 
-@pytest.mark.costly
-@pytest.mark.parametrize("runs", [6, pytest.param(100, marks=pytest.mark.nightly("interrupts many runs"))])
-def test_the_files_of_an_interrupted_run_hold_the_same_scans(runs, tmp_path):
+def check(runs, tmp_path):
     experiment = config()
     experiment["source"]["duration"] = 600.0
     (tmp_path / "config.json").write_text(json.dumps(experiment))
@@ -31,3 +29,13 @@ def test_the_files_of_an_interrupted_run_hold_the_same_scans(runs, tmp_path):
         if left:  # it had begun to write results
             assert left["recorded"] == left["series"] == left["counted"]
             assert left["interrupted"] == (code == 130)
+
+
+@pytest.mark.costly
+def test_the_files_of_an_interrupted_run_hold_the_same_scans(tmp_path):
+    check(6, tmp_path)
+
+
+@pytest.mark.nightly("interrupts many runs")
+def test_whenever_many_runs_are_interrupted(tmp_path):
+    check(100, tmp_path)
