@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+from collections import defaultdict
 from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -25,6 +26,9 @@ HELD, LOST, BOX, TEXT = (0, 128, 255), (60, 60, 255), (0, 200, 0), (200, 200, 20
 
 DOUBT = 0.5
 """A track that exists with a lower probability has lost its target."""
+
+SURE = 0.95
+"""Probability of a link below which a track may have become that of another target."""
 
 TRAIL = 30
 """Frames whose positions are drawn behind a track."""
@@ -149,22 +153,28 @@ def is_lost(track: Track) -> Mask:
 
 
 def episodes(folder: Path, result: Result) -> list[str]:
-    """Write when tracks lost their target and found it again, if any did; return the names of the files.
+    """Write when tracks lost their target, found it again, or may have exchanged it, if any did; return the files' names.
 
     They are those of tracks.csv in the folder: a run that was written as it went has kept none.
     """
     if not result.intake.frames:
         return []
-    rows, lost = list[tuple[int, str]](), dict[int, bool]()
+    rows, lost, met = list[tuple[int, str]](), dict[int, bool](), defaultdict[str, list[int]](list)
     with (folder / "tracks.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             track, now = int(row["track"]), float(row["existence"] or "nan") < DOUBT
             if now != lost.get(track, False):
                 rows.append((track, f"{track},{float(row['time'])!r},{'lost' if now else 'found again'}\n"))
             lost[track] = now
+            if float(row.get("link") or "nan") < SURE:
+                met[row["time"]].append(track)
+    for time, tracks in met.items():
+        for track in tracks:
+            others = " and ".join(str(other) for other in tracks if other != track)
+            rows += [(track, f"{track},{float(time)!r},may have been exchanged with {others}\n")] if others else []
     if not rows:
         return []
-    rows.sort(key=lambda row: row[0])
+    rows.sort(key=lambda row: (row[0], float(row[1].split(",")[1])))
     text = "".join(["track,time,event\n", *(line for _, line in rows)])
     (folder / EPISODES).write_text(text, encoding="utf-8", newline="\n")
     return [EPISODES]

@@ -30,6 +30,9 @@ COMMON = 8.0
 ALONE = 0.15
 """Margin of likeness below which another place is as good: a lost track's median is .07, a held one's .7."""
 
+UNLIKE = 0.05
+"""Mean of 1 less the likeness of a target in a frame to what it was."""
+
 ENOUGH, PULL, JUMP = 0.5, 1.5, 1.0
 """Log-odds from which another place is taken; what it must be better by than the place expected; what is kept back of its
 odds, as the place was the best of several.

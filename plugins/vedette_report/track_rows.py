@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from vedette.experiment import Result
@@ -11,6 +14,9 @@ from vedette_report.columns import aligned
 
 MOST_TRACKS = 30
 """Number of tracks that the summary tells of; `tracks.csv` has all."""
+
+SURE, MOST_TIMES = 0.95, 5
+"""Probability of a link below which ids may have been exchanged; how many such times the summary tells of."""
 
 
 def track_rows(result: Result) -> list[str]:
@@ -28,7 +34,26 @@ def track_rows(result: Result) -> list[str]:
     lines = ["Confirmed tracks" + (f": the last speed, and the course {_sense(terms)}" if moving else "")]
     lines += [f"  {line}" for line in aligned([titles, *table])]
     more = len(tracks) - MOST_TRACKS
-    return [*lines, f"  and {more:,} more, which tracks.csv has"] if more > 0 else lines
+    lines += [f"  and {more:,} more, which tracks.csv has"] if more > 0 else []
+    return lines + list(_exchanges(tracks, terms))
+
+
+def _exchanges(tracks: Sequence[Track], terms: Terms) -> Iterator[str]:
+    """Yield when two tracks or more may have exchanged what they track, as their links say."""
+    met = defaultdict[float, list[tuple[int, float]]](list)
+    for track in tracks:
+        if track.link is not None:
+            for k in np.flatnonzero((track.link < SURE) & track.confirmed):
+                met[float(track.times[k])].append((track.id, float(track.link[k])))
+    times = sorted(time for time, seen in met.items() if len(seen) > 1)
+    if times:
+        yield "Ids may have been exchanged"
+    for time in times[:MOST_TIMES]:
+        ids = " and ".join(str(number) for number, _ in met[time])
+        risk = 1.0 - min(link for _, link in met[time])
+        yield f"  from {utc(time) if terms.dated else f'{time:.2f} s'} on: tracks {ids}, with probability {risk:.2f}"
+    if len(times) > MOST_TIMES:
+        yield f"  and {len(times) - MOST_TIMES:,} more times, as the links in tracks.csv say"
 
 
 def _sense(terms: Terms) -> str:

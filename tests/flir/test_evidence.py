@@ -90,18 +90,6 @@ def test_a_bird_that_crosses_is_not_taken_for_the_target():
     assert np.abs(place[-1, 0] - path(59)).max() < 2.0
 
 
-def test_tracks_that_cross_keep_their_ids():
-    """Where motion tells them apart: calm targets whose speeds differ by 2 px a frame. They coast through one another."""
-    kept = []
-    for run in range(4):
-        at = np.array([[40.0, 50.0], [100.0, 50.0 + np.random.default_rng(run).uniform(-2.0, 2.0)]])
-        step = np.array([[1.0, 0.0], [-1.0, 0.0]])
-        frames = [sky([run, k]) + sum(spot(one, 60.0) for one in at + k * step) for k in range(50)]
-        _, place = followed(frames, at, "estimator.motion.motion.sigma_accel=50", "estimator.motion.motion.shake=3")
-        kept.append(np.abs(place[-1] - at - 49 * step).max() < 4.0)
-    assert np.mean(kept) >= 0.75
-
-
 def test_the_ring_is_robust_to_what_stands_on_one_side():
     image = np.random.default_rng(1).normal(0.0, 2.0, (80, 80))
     level, spread = ring_spread(image, np.array([40.0, 40.0]), np.array([8.0, 8.0]))

@@ -5,8 +5,8 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
-from vedette_flir.estimators import appearance
-from vedette_flir.estimators.appearance import match_ratio
+from vedette_flir.estimators import matches
+from vedette_flir.estimators.matches import match_ratio
 from vedette_flir.initial_box import target_in
 
 TRACKER = {
@@ -99,7 +99,7 @@ def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     true = np.array([at for _, at in frames])
     found, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(found - true).max() < 0.5
-    monkeypatch.setattr(appearance, "WEAK", 150.0)  # the mutant: a weak match is a sure miss, and the search widens
+    monkeypatch.setattr(matches, "WEAK", 150.0)  # the mutant: a weak match is a sure miss, and the search widens
     fooled, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(fooled - true)[-1].max() > 10.0
 

@@ -77,9 +77,9 @@ class State:
     @property
     def links(self) -> Array | None:
         """The probability (t,) that the return which a track took and its last before are of one target, NaN without such;
-        None where no hypotheses are kept: `weights` has the probabilities then.
+        None where no hypotheses are kept and the belief has no `links`: `weights` has the probabilities then.
         """
-        return None if self.leaves is None else self.leaves.links
+        return getattr(self.belief, "links", None) if self.leaves is None else self.leaves.links
 
     @property
     def identity(self) -> NDArray[np.int64] | None:

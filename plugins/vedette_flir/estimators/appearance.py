@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic
 
 import attrs
 import numpy as np
@@ -19,60 +19,44 @@ from vedette.filters import (
     marginal,
     without_variance,
 )
+from vedette_flir.estimators.matches import MOST, L, Match, known_pixels
+from vedette_flir.estimators.sharing import Expected, Sharing
+from vedette_flir.evidence import LOST
 from vedette_flir.sensors.detected_box import DetectedBox
 
-MOST = 60.0
-"""Greatest log-likelihood ratio of a match."""
-
-WEAK = 40.0
-"""How fast that falls as a match falls below the limit. Faster, and two smeared frames are misses that widen the search."""
-
-
-@frozen(eq=False)
-class Appearance:
-    """The appearance of targets; `known` (*b, t) is 0 before their first frame, then 1. Every array leads with (*b, t)."""
-
-    known: Array
-
-
-L = TypeVar("L", bound=Appearance)
+CALMEST, SETTLING = 0.005, 0.2
+"""Least share of the squared innovations that are expected, and the part of the way that it goes in a frame."""
 
 
 @frozen(eq=False)
 class AppearanceBelief(Generic[L]):
-    """Position and appearance of the targets, where they `began`, and the `existence` (*b, t) that a frame meets."""
+    """Position and appearance of the targets, where they `began`, and the `existence` (*b, t) that a frame meets.
+
+    calm   squared innovations of late over those expected (*b, t), 1 at most: how much calmer the target is than the motion
+           allows for
+    links  the probability (*b, t) that the places of the last frame and the one before are of one target: less than 1 where
+           targets met and may have been exchanged, NaN where a track coasts until they part
+    """
 
     position: Gaussian
     appearance: L
     began: Gaussian
     existence: Array
+    calm: Array
+    links: Array
 
 
 @frozen(eq=False)
 class AppearanceHypotheses(Generic[L]):
-    """Position and appearance updated by a frame, and the share (*b, t) of the appearance that is learned from it."""
+    """Position and appearance updated by a frame, the share (*b, t) of the appearance that is learned from it, how calm the
+    targets are by it, and their links, as those of the belief.
+    """
 
     position: Hypotheses
     appearance: L
     learned: Array
-
-
-@frozen(eq=False)
-class Match(Generic[L]):
-    """Where one target was found: the residual (2,) in px, log-likelihood ratios, and its appearance there.
-
-    place     that the target is at this place, given that it is in view: it weighs the position
-    presence  that the target is in view: it weighs existence; None: the same
-    elsewhere whether the place is none that the motion leads to, so that the target starts anew there
-    learned   which part of its appearance there is taken; None: as likely as the frame shows the target
-    """
-
-    residual: Array
-    place: float
-    appearance: L
-    presence: float | None = None
-    elsewhere: bool = False
-    learned: float | None = None
+    calm: Array
+    links: Array
 
 
 @frozen
@@ -80,8 +64,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     """A Kalman filter that takes its measurement from a search for the target: R = sigma^2 I.
 
     Its process noise says how far to search for a target that turns, so the covariance is larger than that of its errors.
-    Two tracks that find their targets in one place, within half the smaller box, are not updated by the frame: both coast
-    until the places part.
+    Targets near each other share the frame out (`vedette_flir.estimators.sharing`), each taken to be as calm as it has been.
     """
 
     declares: ClassVar[Traits] = Traits(takes_frames=True, conservative=True)
@@ -106,10 +89,15 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     def find(self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: L) -> Match[L]:
         """Return one target found again, expected at `where` with covariance S (2, 2), if it still is in view."""
 
+    def without(self, pixels: Array, where: Array, appearance: L) -> Array:
+        """Return the frame without a target at its place, so that it is not found again for another; by default as it is."""
+        return pixels
+
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> AppearanceBelief[L]:
         """Return the prior's marginal over the filter's axes, and no appearance yet."""
         position, tracks = marginal(prior, axes, self.state, self.zero_variance), prior.mean.shape[:-1]
-        return AppearanceBelief(position, self.unseen(tracks), position, np.ones(tracks))
+        one = np.ones(tracks)
+        return AppearanceBelief(position, self.unseen(tracks), position, one, one, one)
 
     def reframe(self, belief: AppearanceBelief[L], combined: Gaussian) -> AppearanceBelief[L]:
         """Return the position in the motion's frame of the `combined` estimate; the appearance stays."""
@@ -133,15 +121,15 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         """Find each target again, and return that as one detection; detections carry no appearance."""
         if not isinstance(observed, Frame):
             plain = evaluate_linearised(belief.position, self.state, sensor, observed, p_gate)
-            own = belief.appearance
+            own, one = belief.appearance, np.ones(belief.calm.shape)
             if isinstance(sensor, DetectedBox):
                 return self._claiming(plain, sensor, observed, belief)
-            return evolve(plain, detail=AppearanceHypotheses(plain.detail, own, np.full(own.known.shape, np.nan)))
+            return evolve(plain, detail=AppearanceHypotheses(plain.detail, own, np.nan * one, belief.calm, one))
         where = self.state.locate(sensor.observes)
         x = belief.position.mean[..., where]
         H = embedded(sensor.jacobian(x), where, len(self.state))
         S = H @ belief.position.cov @ np.swapaxes(H, -1, -2)
-        found, appearance = self._find(belief, sensor.measure(x), S, observed)
+        found, appearance, links = self._find(belief, sensor.measure(x), S, observed)
         tracks = found.shape
         nu = np.array([match.residual for match in found.flat]).reshape(*tracks, 1, 2)
         R = np.broadcast_to(self.sigma**2 * np.eye(2), (*tracks, 1, 2, 2))
@@ -159,7 +147,12 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             shift = np.where(anew[..., None, None], begun, shift)
             post = np.where(anew[..., None, None, None], belief.began.cov[..., None, :, :], post)
         learned = np.array([match.learned for match in found.flat], dtype=float).reshape(tracks)
-        return evolve(made, loglik=columns, detail=AppearanceHypotheses(Hypotheses(shift, post), appearance, learned))
+        seen = np.where(
+            (place > 0) & ~anew & (belief.appearance.known > 0), np.minimum(0.5 * distance[..., 0], 1.0), belief.calm
+        )
+        calm = np.maximum(belief.calm + SETTLING * (seen - belief.calm), CALMEST)
+        detail = AppearanceHypotheses(Hypotheses(shift, post), appearance, learned, calm, links)
+        return evolve(made, loglik=columns, detail=detail)
 
     def _claiming(
         self, plain: Innovation, sensor: DetectedBox, observed: Detections, belief: AppearanceBelief[L]
@@ -170,7 +163,9 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         detail = AppearanceHypotheses(
             Hypotheses(np.zeros_like(plain.detail.shift), belief.position.cov[..., None, :, :]),
             belief.appearance,
-            np.zeros(belief.appearance.known.shape),
+            np.zeros(belief.calm.shape),
+            belief.calm,
+            np.ones(belief.calm.shape),
         )
         return evolve(plain, loglik=plain.loglik - np.logaddexp.reduce(scores, axis=-1)[..., None], detail=detail)
 
@@ -183,7 +178,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         part = np.where((belief.appearance.known > 0) | (detail.learned == 0), part, 1.0)
         appearance = _between(belief.appearance, detail.appearance, part)
         position = Gaussian(self.state.displace(belief.position.mean, step), cov)
-        return evolve(belief, position=position, appearance=appearance)
+        return evolve(belief, position=position, appearance=appearance, calm=detail.calm, links=detail.links)
 
     def _anew(self, belief: AppearanceBelief[L], H: Array, nu: Array) -> Array:
         """Return the shift (*b, t, 1, n) of targets found elsewhere: to there, moving as when they began."""
@@ -196,66 +191,47 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         """Return the position."""
         return belief.position
 
-    def _find(self, belief: AppearanceBelief[L], expected: Array, S: Array, frame: Frame) -> tuple[Any, L]:
-        """Return the match of each track (*b, t) and the new appearances, track by track as grids differ."""
+    def _find(self, belief: AppearanceBelief[L], expected: Array, S: Array, frame: Frame) -> tuple[Any, L, Array]:
+        """Return the match of each track (*b, t), the new appearances, and the links (*b, t)."""
         names = self.state.names
         box = np.stack([belief.position.mean[..., names.index(name)] for name in ("width", "height")], axis=-1)
         tracks = expected.shape[:-1]
-        corner = np.zeros(2) if frame.corner is None else frame.corner
-        pixels = np.broadcast_to(frame.pixels[..., None, :, :], (*tracks, *frame.pixels.shape[-2:]))
-        start = np.broadcast_to(corner[..., None, :], expected.shape)
-        found = np.empty(tracks, dtype=object)
-        places, earlier = np.array(expected), dict[tuple[int, ...], list[tuple[int, ...]]]()
+        start = np.zeros(2) if frame.corner is None else frame.corner[..., None, :]
+        where, pixels = expected - start, np.broadcast_to(frame.pixels, (*tracks[:-1], *frame.pixels.shape[-2:]))
+        found, links = np.empty(tracks, dtype=object), np.ones(tracks)
         appearance = _each(belief.appearance, np.array)
-        for one in np.ndindex(tracks):
-            where, image = expected[one] - start[one], known_pixels(pixels[one])
-            own = _each(appearance, lambda array, one=one: array[one])
-            if appearance.known[one] == 0:
-                match = Match(np.zeros(2), MOST, self.first(image, where, box[one]))
-            else:
-                match = self.find(image, where, box[one], S[one], float(belief.existence[one]), own)
-            places[one] = expected[one] + match.residual
-            for other in earlier.setdefault(one[:-1], []):
-                if _same_place(places[one], box[one], places[other], box[other]):
-                    match = _unseen(match, own)
-                    found[other] = _unseen(found[other], _each(belief.appearance, lambda array, other=other: array[other]))
-                    _keep(appearance, other, found[other].appearance)
-            earlier[one[:-1]].append(one)
-            found[one] = match
-            _keep(appearance, one, match.appearance)
-        return found, appearance
+        for run in np.ndindex(tracks[:-1]):
+            image = known_pixels(pixels[run])
+            seen = [(*run, t) for t in range(tracks[-1]) if belief.appearance.known[(*run, t)] > 0]
+            for one in ((*run, t) for t in range(tracks[-1])):
+                if one not in seen:
+                    found[one] = Match(np.zeros(2), MOST, self.first(image, where[one], box[one]))
+            who = [
+                Expected(
+                    where[one],
+                    box[one],
+                    belief.calm[one] * S[one],
+                    bool(belief.existence[one] >= LOST),
+                    _each(belief.appearance, lambda array, one=one: array[one]),
+                )
+                for one in seen
+            ]
 
+            def find(i: int, image: Array, at: Array, seen: Any = seen, who: Any = who) -> Match[L]:
+                one = seen[i]
+                return self.find(image, at, box[one], S[one], float(belief.existence[one]), who[i].appearance)
 
-def _unseen(match: Match[L], before: L) -> Match[L]:
-    """Return a match that says nothing: two targets are in one place, and neither can be told from the other."""
-    if before.known == 0:
-        return match
-    return evolve(match, place=-MOST, presence=0.0, elsewhere=False, learned=1.0, appearance=before)
+            matches, links_of_run = Sharing(image, who, find, self.without).found()
+            for one, match, link in zip(seen, matches, links_of_run, strict=True):
+                found[one], links[one] = match, link
+            for one in ((*run, t) for t in range(tracks[-1])):
+                _keep(appearance, one, found[one].appearance)
+        return found, appearance, links
 
 
 def _keep(appearance: L, one: tuple[int, ...], new: L) -> None:
     for field in attrs.fields(type(appearance)):
         getattr(appearance, field.name)[one] = getattr(new, field.name)
-
-
-def _same_place(place: Array, box: Array, other: Array, others_box: Array) -> bool:
-    return bool(np.all(np.abs(place - other) < 0.5 * np.minimum(box, others_box)))
-
-
-def known_pixels(pixels: Array) -> Array:
-    """Return the frame with the median where a pixel is unknown; 0 where all are."""
-    if not np.issubdtype(pixels.dtype, np.floating) or not np.isnan(pixels).any():
-        return pixels
-    known = ~np.isnan(pixels)
-    return np.where(known, pixels, np.median(pixels[known]) if known.any() else 0.0)
-
-
-def match_ratio(match: float, limit: float, independent: float) -> float:
-    """Return (n / 2) log[(1 - limit^2) / (1 - match^2)], n cells, at most 60; below the limit 40 (match / limit - 1)."""
-    if match < limit:
-        return WEAK * (match / limit - 1.0)
-    ratio = 0.5 * independent * float(np.log((1.0 - limit**2) / max(1.0 - match**2, 1e-12)))
-    return min(ratio, MOST)
 
 
 def _each(appearance: L, change: Any) -> L:

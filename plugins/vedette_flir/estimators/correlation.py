@@ -8,7 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
-from vedette_flir.estimators.appearance import Appearance, AppearanceFilter, Match, match_ratio
+from vedette_flir.estimators.appearance import AppearanceFilter
+from vedette_flir.estimators.matches import Appearance, Match, match_ratio
 from vedette_flir.patches import peak, sample
 from vedette_flir.sources.images import opencv
 

@@ -11,9 +11,8 @@ from vedette import Array, Gaussian, fields
 from vedette_flir.estimators.appearance import (
     AppearanceBelief,
     AppearanceFilter,
-    Match,
-    match_ratio,
 )
+from vedette_flir.estimators.matches import Match, match_ratio
 from vedette_flir.estimators.template_search import (
     NEAR,
     Look,
@@ -136,7 +135,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         presence = presence_ratio(ratio, existence, cut=cut, elsewhere=elsewhere)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
-        return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, learned=1.0)
+        return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness)
+
+    def without(self, pixels: Array, where: Array, appearance: TemplateAppearance) -> Array:
+        """Return the frame less the smoothed template at its place."""
+        return self._matcher.without(pixels, where + appearance.offset, appearance)
 
     def _renewed(self, appearance: TemplateAppearance, best: Look, share: float) -> tuple[TemplateAppearance, Array]:
         """Return the appearance after a frame of which a `share` counts, and the target's place there."""

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array
-from vedette_flir.estimators.appearance import Appearance
+from vedette_flir.estimators.matches import Appearance
 from vedette_flir.evidence import ENOUGH, PULL, clearness, found_ratio, rival
 from vedette_flir.patches import blurred, isolated, mask_of, peak, sample, similarity
 from vedette_flir.spots_in_frame import spots
@@ -156,6 +156,21 @@ class Matcher:
             found.append(np.clip(0.5 * last + step * (2.0 * np.array([i, j]) - np.array([columns, rows])), 0.0, last))
             likeness[max(j - y, 0) : j + y + 1, max(i - x, 0) : i + x + 1] = -1.0
         return found
+
+    def without(self, pixels: Array, place: Array, appearance: TemplateAppearance) -> Array:
+        """Return the frame less a target at a place: its template as contrast, within its mask."""
+        step, _, mask = self.grid(appearance.size)
+        half = int(np.ceil(0.5 * step * self.cells))
+        first = np.rint(place).astype(np.intp) - half
+        low, high = np.maximum(first, 0), np.minimum(first + 2 * half + 1, pixels.shape[::-1])
+        if np.any(high <= low):
+            return pixels
+        middle = (first + half - place) / step + 0.5 * (self.cells - 1)
+        image = sample(mask * appearance.patch, middle, 1.0 / step, 2 * half + 1) * float(appearance.amplitude)
+        left, top, right, bottom = *(low - first), *(high - first)
+        rest = np.array(pixels, dtype=float)
+        rest[low[1] : high[1], low[0] : high[0]] -= image[top:bottom, left:right]
+        return rest
 
     def scaled(self, appearance: TemplateAppearance, scale: float) -> TemplateAppearance:
         """Return the appearance of a target that is so many times larger in the image."""

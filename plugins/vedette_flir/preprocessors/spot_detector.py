@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, ImagingSensor, Preprocessor, Scan, Space, fields
-from vedette_flir.estimators.appearance import known_pixels
+from vedette_flir.estimators.matches import known_pixels
 from vedette_flir.sources.boxes import BOX
 from vedette_flir.spots_in_frame import spots
 
