@@ -35,6 +35,7 @@ VEDETTE_INLINE void with_sizes(int n, int m, const F& f) {
     if (m == 2 && n == 4) return f(std::integral_constant<int, 4>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 5) return f(std::integral_constant<int, 5>(), std::integral_constant<int, 2>());
     if (m == 2 && n == 6) return f(std::integral_constant<int, 6>(), std::integral_constant<int, 2>());
+    if (m == 3 && n == 6) return f(std::integral_constant<int, 6>(), std::integral_constant<int, 3>());
     if (m == 1 && n == 2) return f(std::integral_constant<int, 2>(), std::integral_constant<int, 1>());
     f(n, m);
 }
@@ -84,6 +85,7 @@ VEDETTE_INLINE void outlined_for_eight(const F& f) {
 }
 
 constexpr double kLog2Pi = 1.8378770664093454836;
+constexpr double kLeastIndependence = 1e-3;  // the least |S| / (S_11 S_22 ..) at which P - K S K' is: K S K' errs by its inverse
 constexpr double kSingular = 1e-12;  // an S with a smaller pivot than this part of its diagonal has no good inverse
 
 // What the comparison of two numbers says, or of eight pairs.
@@ -103,8 +105,52 @@ VEDETTE_INLINE T safe_log(T p) {
     return Lane<T>::log(Lane<T>::maximum(p, Lane<T>::broadcast(kTiny)));
 }
 
-// With four columns, one problem by itself is worked on row by row, a row a vector.
-#define VEDETTE_BY_ROWS(columns) (std::is_same_v<T, double> && __builtin_constant_p(columns) && (columns) == 4)
+// One problem by itself, of four columns or more, is worked on row by row: a row is one to three vectors, of which the last holds
+// the last four columns, some of them once more. Calls f with how many as a constant.
+template <class F>
+VEDETTE_INLINE void with_vectors(int columns, const F& f) {
+    if (columns == 4) return f(std::integral_constant<int, 1>());
+    if (columns <= 8) return f(std::integral_constant<int, 2>());
+    f(std::integral_constant<int, 3>());
+}
+constexpr int kMostInRows = 12;
+static_assert(kMostInRows >= kMostStates);
+template <class T>
+VEDETTE_INLINE bool is_by_rows(int columns) {
+    return std::is_same_v<T, double> && columns >= 4;
+}
+
+template <int vectors>
+struct Rows {
+    Row each[vectors];
+    int last;  // where the last begins
+
+    VEDETTE_INLINE explicit Rows(int columns) : each{}, last(columns - 4) {}
+    VEDETTE_INLINE int begin(int v) const { return v == vectors - 1 ? last : 4 * v; }
+    VEDETTE_INLINE void load(const double* at) {
+        for (int v = 0; v < vectors; ++v) each[v] = load_row(at + begin(v));
+    }
+    VEDETTE_INLINE void add(double factor, const double* at) {
+        for (int v = 0; v < vectors; ++v) each[v] += factor * load_row(at + begin(v));
+    }
+    VEDETTE_INLINE void store(double* at) const {
+        for (int v = 0; v < vectors; ++v) store_row(at + begin(v), each[v]);
+    }
+};
+
+// B (n, p) = A' with A (p, n), in blocks of four by four, the last ones some of them once more.
+VEDETTE_INLINE void transpose_blocks(const double* A, double* B, int p, int n) {
+    for (int i = 0; i < p; i += 4) {
+        if (i > p - 4) i = p - 4;
+        for (int j = 0; j < n; j += 4) {
+            if (j > n - 4) j = n - 4;
+            Row rows[4];
+            for (int l = 0; l < 4; ++l) rows[l] = load_row(A + (i + l) * n + j);
+            transpose(rows);
+            for (int l = 0; l < 4; ++l) store_row(B + (j + l) * p + i, rows[l]);
+        }
+    }
+}
 
 // C (4, 4), its lower triangle made that of its transpose.
 VEDETTE_INLINE void copy_upper_to_lower_by_rows(double* C) {
@@ -125,6 +171,8 @@ VEDETTE_INLINE const T& entry(const T* A, int i, int j, int columns) {
 // Makes the lower triangle of a symmetric C that of its upper one.
 template <class T>
 VEDETTE_INLINE void copy_upper_to_lower(T* C, int n) {
+    if constexpr (std::is_same_v<T, double>)
+        if (n == 4) return copy_upper_to_lower_by_rows(C);
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) C[j * n + i] = C[i * n + j];
 }
@@ -191,14 +239,14 @@ enum Side { kNeither, kLeft, kRight };
 template <Side which = kNeither, class T, class L, class R>
 VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(q)) {
-            for (int i = 0; i < p; ++i) {
-                Row sum = A[i * s] * load_row(B);
-                for (int l = 1; l < s; ++l) sum += A[i * s + l] * load_row(B + 4 * l);
-                store_row(C + 4 * i, sum);
-            }
-            return;
-        }
+        if (is_by_rows<T>(q))
+            return with_vectors(q, [&](auto vectors) {
+                for (int i = 0; i < p; ++i) {
+                    Rows<vectors> sum(q);
+                    for (int l = 0; l < s; ++l) sum.add(A[i * s + l], B + q * l);
+                    sum.store(C + q * i);
+                }
+            });
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
             T sum = T{} + entry<which == kLeft>(A, i, 0, s) * entry<which == kRight>(B, 0, j, q);
@@ -211,14 +259,14 @@ VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) 
 template <class T, class L, class R>
 VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, int p, int s, int q) {
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(q)) {
-            for (int i = 0; i < p; ++i) {
-                Row sum = A[i] * load_row(B);
-                for (int l = 1; l < s; ++l) sum += A[l * p + i] * load_row(B + 4 * l);
-                store_row(C + 4 * i, sum);
-            }
-            return;
-        }
+        if (is_by_rows<T>(q))
+            return with_vectors(q, [&](auto vectors) {
+                for (int i = 0; i < p; ++i) {
+                    Rows<vectors> sum(q);
+                    for (int l = 0; l < s; ++l) sum.add(A[l * p + i], B + q * l);
+                    sum.store(C + q * i);
+                }
+            });
     for (int i = 0; i < p; ++i)
         for (int j = 0; j < q; ++j) {
             T sum = T{} + A[i] * B[j];
@@ -231,13 +279,16 @@ VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, int p, int
 template <int sign = 1, class T, class C, class L, class R>
 VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T* to, int p, int s) {
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(p)) {
-            for (int i = 0; i < p; ++i) {
-                Row sum = load_row(D + 4 * i);
-                for (int l = 0; l < s; ++l) sum += sign * A[l * 4 + i] * load_row(B + 4 * l);
-                store_row(to + 4 * i, sum);
-            }
-            return copy_upper_to_lower_by_rows(to);
+        if (is_by_rows<T>(p)) {
+            with_vectors(p, [&](auto vectors) {
+                for (int i = 0; i < p; ++i) {
+                    Rows<vectors> sum(p);
+                    sum.load(D + p * i);
+                    for (int l = 0; l < s; ++l) sum.add(sign * A[l * p + i], B + p * l);
+                    sum.store(to + p * i);
+                }
+            });
+            return copy_upper_to_lower(to, p);
         }
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
@@ -247,21 +298,14 @@ VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T
         }
 }
 
-// B (4, 4) = A'
-VEDETTE_INLINE void transpose_rows(const double* A, double* B) {
-    Row rows[4] = {load_row(A), load_row(A + 4), load_row(A + 8), load_row(A + 12)};
-    transpose(rows);
-    for (int i = 0; i < 4; ++i) store_row(B + 4 * i, rows[i]);
-}
-
 // A x with A (p, n)
 template <class T, class C>
 VEDETTE_INLINE void apply(const C* A, const T* x, T* to, int p, int n) {
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(n) && p == 4) {
-            double transposed[16];
-            transpose_rows(A, transposed);
-            return multiply(x, transposed, to, 1, n, n);
+        if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
+            double transposed[kStates2];
+            transpose_blocks(A, transposed, p, n);
+            return multiply(x, transposed, to, 1, n, p);
         }
     multiply(A, x, to, p, n, 1);
 }
@@ -271,15 +315,18 @@ template <class T, class C>
 VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to, int p, int n) {
     multiply<kRight>(A, P, AP, p, n, n);
     if constexpr (std::is_same_v<T, double>)
-        if (VEDETTE_BY_ROWS(n) && p == 4) {
-            double transposed[16];
-            transpose_rows(A, transposed);
-            for (int i = 0; i < 4; ++i) {
-                Row sum = load_row(D + 4 * i);
-                for (int l = 0; l < 4; ++l) sum += AP[4 * i + l] * load_row(transposed + 4 * l);
-                store_row(to + 4 * i, sum);
-            }
-            return copy_upper_to_lower_by_rows(to);
+        if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
+            double transposed[kStates2];
+            transpose_blocks(A, transposed, p, n);
+            with_vectors(p, [&](auto vectors) {
+                for (int i = 0; i < p; ++i) {
+                    Rows<vectors> sum(p);
+                    sum.load(D + p * i);
+                    for (int l = 0; l < n; ++l) sum.add(AP[n * i + l], transposed + p * l);
+                    sum.store(to + p * i);
+                }
+            });
+            return copy_upper_to_lower(to, p);
         }
     for (int i = 0; i < p; ++i)
         for (int j = i; j < p; ++j) {
@@ -289,10 +336,27 @@ VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to,
         }
 }
 
+// Whether a symmetric A (m, m) is more than a part of B in every direction: whether A - part B has positive pivots.
+template <class T, class C>
+VEDETTE_INLINE bool exceeds_part(const C* A, const T* B, double part, int m) {
+    T left[kMeasured2];
+    for (int i = 0; i < m; ++i)
+        for (int j = i; j < m; ++j) left[i * m + j] = A[i * m + j] - part * B[i * m + j];
+    for (int j = 0; j < m; ++j) {
+        if (!all_of(left[j * m + j] > 0.0)) return false;
+        const T over = 1.0 / left[j * m + j];
+        for (int i = j + 1; i < m; ++i) {
+            const T factor = left[j * m + i] * over;
+            for (int l = i; l < m; ++l) left[i * m + l] -= factor * left[j * m + l];
+        }
+    }
+    return true;
+}
+
 // The inverse of a positive definite S (m, m), and the logarithm of its determinant; if m > 2, also where no pivot is too small
-// for them.
+// for them, and where |S| is a fair part of the product of its diagonal.
 template <class T>
-VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular) {
+VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular, Mask<T>& is_independent) {
     if (m == 1) {
         inverse[0] = 1.0 / S[0];
         return Lane<T>::log(S[0]);
@@ -305,18 +369,18 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular) {
         return Lane<T>::log(det);
     }
     // S = L D L' with a unit lower triangular L; then the inverse of L by substitution.
-    T L[kMeasured2], D[kMostMeasured], M[kMeasured2];
-    T log_det = Lane<T>::broadcast(0.0);
+    T L[kMeasured2], D[kMostMeasured], over[kMostMeasured], M[kMeasured2];
+    T log_det = Lane<T>::broadcast(0.0), det = Lane<T>::broadcast(1.0), diagonal = det;
     is_regular = T{} == 0.0;
     for (int j = 0; j < m; ++j) {
         D[j] = S[j * m + j];
         for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
         is_regular = is_regular & (D[j] > kSingular * S[j * m + j]);
-        log_det += Lane<T>::log(D[j]);
+        log_det += Lane<T>::log(D[j]), det *= D[j], diagonal *= S[j * m + j], over[j] = 1.0 / D[j];
         for (int i = j + 1; i < m; ++i) {
             T sum = S[j * m + i];
             for (int l = 0; l < j; ++l) sum -= L[i * m + l] * L[j * m + l] * D[l];
-            L[i * m + j] = sum / D[j];
+            L[i * m + j] = sum * over[j];
         }
     }
     for (int j = 0; j < m; ++j) {
@@ -330,9 +394,10 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular) {
     for (int i = 0; i < m; ++i)
         for (int j = i; j < m; ++j) {
             T sum = Lane<T>::broadcast(0.0);
-            for (int l = j; l < m; ++l) sum += M[l * m + i] * M[l * m + j] / D[l];
+            for (int l = j; l < m; ++l) sum += M[l * m + i] * M[l * m + j] * over[l];
             set_entry(inverse, i, j, m, sum);
         }
+    is_independent = det > kLeastIndependence * diagonal;
     return log_det;
 }
 

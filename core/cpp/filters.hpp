@@ -8,8 +8,7 @@
 
 namespace vedette::VEDETTE_ISA {
 
-constexpr double kLeastNoiseShare = 1e-3;  // the least |R| / |S| at which a covariance is updated by the short form
-constexpr double kLeastIndependence = 1e-3;  // the least |S| / (S_11 S_22) at which it is: K S K' errs by its inverse
+constexpr double kLeastNoiseShare = 1e-3;  // the least part of S that R is where a covariance is updated by the short form
 
 // What one noise R makes of a predicted P (n, n) seen through H (m, n): H P (m, n), inverse of S, the gain transposed (m, n),
 // log |S|, and whether the noise is so large a part of S that P - K S K' keeps its digits (ADR 11); if not, whether S has an
@@ -29,7 +28,8 @@ struct Correction {
     VEDETTE_INLINE void compute(const T* P, const C* H, const C* R, int n, int m) {
         T S[kMeasured2];
         congruence(H, P, R, cross, S, m, n);
-        log_det = invert(S, inverse, m, is_regular);
+        Mask<T> is_independent;
+        log_det = invert(S, inverse, m, is_regular, is_independent);
         multiply<kLeft>(inverse, cross, gain, m, m, n);
         keeps_digits = false;
         if (m == 1) keeps_digits = all_of(R[0] > kLeastNoiseShare * S[0]);
@@ -37,6 +37,7 @@ struct Correction {
             keeps_digits =
                 all_of((R[0] * R[3] - R[1] * R[1] > kLeastNoiseShare * (S[0] * S[3] - S[1] * S[1])) &
                        (S[0] * S[3] - S[1] * S[1] > kLeastIndependence * S[0] * S[3]));
+        if (m > 2) keeps_digits = all_of(is_independent) && exceeds_part(R, S, kLeastNoiseShare, m);
         if (keeps_digits) return;
         if (m == 1) is_regular = S[0] > 0.0;
         if (m == 2) is_regular = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];

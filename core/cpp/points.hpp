@@ -148,7 +148,8 @@ struct EvaluatePoints : shapes::EvaluatePoints {
             Correction<T> correction;
             for (int i = 0; i < m; ++i)
                 for (int j = i; j < m; ++j) set_entry(S, i, j, m, T(spread[i * m + j] + R[i * m + j]));
-            correction.log_det = invert(S, correction.inverse, m, correction.is_regular);
+            Mask<T> is_independent;
+            correction.log_det = invert(S, correction.inverse, m, correction.is_regular, is_independent);
             if (m == 1) correction.is_regular = S[0] > 0.0;
             if (m == 2) correction.is_regular = S[0] * S[3] - S[1] * S[1] > kSingular * S[0] * S[3];
             multiply<kLeft>(correction.inverse, cross, correction.gain, m, m, n);
