@@ -2,6 +2,7 @@
 
     python benchmarks/power.py size      p-values and false alarms on 2,000 correct problems
     python benchmarks/power.py power     detection of P, Q or R that is off by 5 to 50 %
+    python benchmarks/power.py right     alarms of 300 drawn right trackers, at alpha .05 and at the default
     python benchmarks/power.py errors    how often errors that are not white are named, 100 drawn worlds of each kind
 
 docs/conformance.md shows what it printed.
@@ -197,6 +198,23 @@ def power(plan: dict[int, int]) -> None:
             print(f"| {what} | {percent} % |" + "".join(cells), flush=True)
 
 
+def alarms(trackers: int = 300) -> tuple[int, int, int, int]:
+    """Return how many drawn right trackers are exact, how many of these alarm at .05, how many at 1e-6, and how many others."""
+    rng = np.random.default_rng(1)
+    exact = at_05 = usual = others = 0
+    for i in range(trackers):
+        tracker = scene_of(rng)
+        report = consistency(tracker, seed=i)
+        exact += report.exact
+        at_05 += report.exact and not consistency(tracker, seed=i, alpha=0.05).consistent
+        usual += report.exact and not report.consistent
+        others += not report.exact and not report.consistent
+    print(
+        f"{trackers} right trackers, {exact} of them exact: {at_05} alarms of these at .05, {usual} at 1e-6; {others} others"
+    )
+    return exact, at_05, usual, others
+
+
 SAID = {
     "correlated": "are correlated in time",
     "heavy-tailed": "have heavy tails",
@@ -255,6 +273,8 @@ def errors(worlds: int = 100) -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["errors"]:
         errors()
+    elif sys.argv[1:] == ["right"]:
+        alarms()
     elif sys.argv[1:] == ["size"]:
         size()
     elif sys.argv[1:] == ["power"]:

@@ -174,6 +174,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "testing/test_power.py::test_errors_that_are_not_white_are_named_and_white_ones_are_not": (
         "testing/test_whole_trackers.py::test_errors_that_are_not_white_are_named",
     ),
+    "testing/test_power.py::test_right_trackers_give_no_alarm_by_default_and_exact_ones_as_many_as_stated": (
+        "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
+    ),
     "testing/test_power.py::test_p_values_of_right_problems_are_uniform_and_alarms_as_rare_as_stated": (
         "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
         "testing/test_power.py::test_detection_is_what_theory_says",

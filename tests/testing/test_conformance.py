@@ -23,7 +23,7 @@ from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.hot_spots import Spot
 from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
-from vedette_sim import Drawn, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
+from vedette_sim import Drawn, Leg, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
 from vedette_sim.infrared import HotSpot, HotTarget
 from vedette_standard.births.poisson import Appearance
 from vedette_standard.estimators.kalman import Kalman
@@ -39,9 +39,16 @@ DRAWN = Drawn(
     start={"x": (0, 10), "y": (5, 10), "vx": (3, 1), "vy": (-2, 1)},
     appears=1.0,
 )
+LEGS = (
+    Leg("turn", seconds=4.0, rate=0.5),
+    Leg("accelerate", seconds=4.0, accel=3.0),
+    Leg("stop", decel=20.0),
+)
+COMES_AND_GOES = Ship(start=[200.0, -350.0], course=2.0, speed=9.0, legs=LEGS, appears=1.5, disappears=11.0)
 SIMULATION = {
     "duration": st.floats(2.0, 12.0),
     "looks": st.just({SENSOR: Look(interval=1.0, jitter=0.3)}),
+    "ships": st.sampled_from([{}, {"ship": COMES_AND_GOES}]),
     "drawn": st.sampled_from([{}, {"boat": DRAWN}, {"boat": DRAWN, "other": DRAWN}]),
 }
 
@@ -65,7 +72,9 @@ IN_THE_MIDDLE = {"x": (32.0, 2.0), "y": (32.0, 2.0), "vx": (0.0, 5.0), "vy": (0.
 VESSEL = Vessel(Ship(start=[-200.0, 300.0], speed=8.0), length=40.0, width=8.0, ais=Transponder(antenna=[-10.0, 1.0]))
 PICTURES = {
     "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128, beam=0.06)),
-    "vessels": st.just({"boat": VESSEL}),
+    "vessels": st.sampled_from(
+        [{"boat": VESSEL}, {"boat": VESSEL, "ferry": Vessel(COMES_AND_GOES, length=30.0, width=9.0)}]
+    ),
     "frames": st.just(5),
     "interval": st.sampled_from([1.0, 2.5]),
     "lost": st.sampled_from([0, 2]),
@@ -218,7 +227,7 @@ def test_a_source_that_reads_a_file_keeps_the_laws(kind, tmp_path, vedette_kit):
     cls = Registry.installed().get("source", kind).cls
     for law in laws_of(cls):
         outcome = vedette_kit.take(examine(cls, law, components(cls, given), vedette_kit.profile))
-        closed = ("draws nothing", "too little truth", "has no `duration`", "gives no pictures", "no truth with velocities")
+        closed = ("draws nothing", "too little truth", "has no `", "gives no pictures", "no truth with velocities")
         assert outcome.verdict == "held" or any(why in outcome.text for why in closed), outcome.text
 
 

@@ -169,6 +169,11 @@ def rewritten(recording, change):
     return Recording(tuple(scans), recording.truth)
 
 
+def late(recording, sensors, rng):
+    """The truth says that targets came later than they were seen."""
+    return Recording(recording.scans, tuple(Trajectory(t.name, t.space, t.times[3:], t.states[3:]) for t in recording.truth))
+
+
 def unwrapped(recording, sensors, rng):
     angles = [axis.period or 0.0 for axis in sensors[SENSOR].measurement.axes]
     return rewritten(recording, lambda scan: scan.detections.z + np.array(angles))
@@ -258,5 +263,10 @@ DECLARED = [
     ("velocities of the wrong sign", Simulation, "truth_moves_as_its_velocities", opened(backward), TWO),
     ("targets that are always seen", Simulation, "targets_are_missed_as_stated", opened(always), TWO),
     ("returns in the order of targets", Simulation, "targets_are_missed_as_stated", opened(in_order), TWO),
+    ("seen before they come", Simulation, "nobody_is_seen_before_or_after", opened(late),
+     SCENE | {"duration": st.just(9.0)}),
+    ("a variance for a deviation in the background", InfraredScene, "pictures_vary_as_stated",
+     {"open": lambda s, sensors, rng: InfraredScene.open(evolve(s, clutter=s.clutter**2), sensors, rng)},
+     SPOTS | {"clutter": st.floats(3.0, 8.0)}),
     ("pictures of rows for columns", InfraredScene, "pictures_show_the_truth", {"open": mirrored}, SPOTS),
 ]  # fmt: skip

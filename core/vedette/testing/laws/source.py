@@ -18,6 +18,7 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor, Source
+from vedette.testing.bands import judge_run_means
 from vedette.testing.comparisons import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
@@ -27,6 +28,10 @@ from vedette.wrapping import WrappedSensor
 
 OTHER = "kit_other"
 """The name of a second sensor, which a source may not know."""
+NEAR, FAR = 20.0, 100.0
+"""Squared distances, in deviations: a return is a target's within the first, and none that is farther off than the other."""
+BESIDE, PICTURES = 12.0, 12
+"""Pixels from a target from which on there is nothing but background; so many openings say how that varies."""
 
 
 @final
@@ -243,12 +248,12 @@ def _units(path: Trajectory) -> list[str]:
 
 
 def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
-    """If its truth has vx beside x: x gains what vx adds up to, give or take a half, along the whole of a path."""
+    """If its truth has vx beside x: x gains what vx adds up to, give or take a fifth, along the whole of a path."""
     judged = False
     for path in drawn.open(source).truth:
         names, dt = path.space.names, np.diff(path.times)[:, None]
         pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
-        if not pairs or len(path.times) < 3:
+        if not pairs or len(path.times) < 6:
             continue
         judged = True
         places, speeds = (list(each) for each in zip(*pairs, strict=True))
@@ -257,7 +262,7 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
         off, far = np.linalg.norm(moved - steps.sum(axis=0)), np.sum(np.linalg.norm(steps, axis=-1))
         rough = np.sum(dt[:, 0] * np.linalg.norm(np.diff(v, axis=0), axis=-1))  # how much the velocity changes between
         demand(
-            off <= 0.5 * far + rough + 1e-6,
+            off <= 0.2 * far + rough + 1e-6,
             f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}",
         )
     if not judged:
@@ -297,23 +302,43 @@ def scans_come_unseen(source: Source, drawn: Opened) -> None:
     demand(2 * blind >= seen, f"scans: {seen}, but {blind} of a sensor that detects nothing: one without returns is a scan")
 
 
-def _near(sensor: Sensor, recording: Recording) -> Iterator[tuple[int, int, NDArray[np.int64], float]]:
-    """Yield for each target in each scan: which scan, how many returns, those near it, and how surely it is detected."""
+def _near(sensor: Sensor, recording: Recording, beyond: bool = False) -> Iterator[tuple[int, int, NDArray[np.int64], float]]:
+    """Yield for each target in each scan: which scan, how many returns, those near it, and how surely it is detected.
+
+    `beyond`: for each that is not there yet, or no longer, where it appears, or was last, if nobody else is there; and at
+    last how many returns lie around that.
+    """
     if any(scan.pose is not None for scan in recording.scans):
         raise Closed("its sensor is on a moving platform")
     if any(scan.frame is not None for scan in recording.scans):
         raise Closed("its scans are pictures")
+    paths = [path for path in recording.truth if all(axis in path.space for axis in sensor.observes.names)]
+    if beyond:  # others say where a target is now and then, not when it is there
+        within = [[scan.time for scan in recording.scans if path.at(scan.time) is not None] for path in paths]
+        paths = [path for path, times in zip(paths, within, strict=True) if times and np.all(np.isin(times, path.times))]
     for number, scan in enumerate(recording.scans):
         z = scan.detections.z[scan.detections.valid]
-        for path in recording.truth:
-            state = path.at(scan.time)
-            if state is None or any(axis not in path.space for axis in sensor.observes.names):
+        states = [path.at(scan.time) for path in paths]
+        there = [path.space.locate(sensor.observes) for path in paths]
+        seen = [sensor.measure(state[own]) for state, own in zip(states, there, strict=True) if state is not None]
+        for path, state, own in zip(paths, states, there, strict=True):
+            if beyond:
+                state = None if state is not None else path.states[0 if scan.time < path.times[0] else -1]
+            if state is None:
                 continue
-            x = state[path.space.locate(sensor.observes)]
+            x = state[own]
             root = np.linalg.cholesky(np.broadcast_to(sensor.noise(x), (z.shape[-1],) * 2))
-            off = np.linalg.solve(root, sensor.measurement.difference(z, sensor.measure(x)).T)
-            near = np.flatnonzero(np.sum(off**2, axis=0) < 20.0) if len(z) else np.zeros(0, dtype=int)
-            yield number, len(z), near, float(sensor.detects(x))
+            others = _apart(sensor, root, np.reshape(seen, (-1, len(root))), x)
+            if beyond and np.any(others < FAR):
+                continue
+            apart = _apart(sensor, root, z, x)
+            last = np.sum((apart >= NEAR) & (apart < FAR)) if beyond else sensor.detects(x)
+            yield number, len(z), np.flatnonzero(apart < NEAR), float(last)
+
+
+def _apart(sensor: Sensor, root: Array, z: Array, x: Array) -> Array:
+    """Return how far returns (k, m) are from that of a target at x, squared, in deviations of the root of its noise."""
+    return np.asarray(np.sum(np.linalg.solve(root, sensor.measurement.difference(z, sensor.measure(x)).T) ** 2, axis=0))
 
 
 def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
@@ -328,6 +353,45 @@ def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
     if chances < 20:
         raise Closed("it has too little truth for that")
     demand(hits > 0.8 * chances - 3 * np.sqrt(chances), f"returns: {hits} lie at the truth, {chances:.0f} should")
+
+
+def nobody_is_seen_before_or_after(source: Source, drawn: Opened) -> None:
+    """If it draws, and its truth comes and goes: before and after, no returns lie where a target appears, or was last."""
+    if not source.draws or getattr(source, "sensors", None):
+        raise Closed("it draws nothing, or its scene has a sensor of its own")
+    sensor = Altered(drawn.plain, 1.0, 0.0)
+    scenes = [drawn.again(k, sensor).open(source) for k in range(6)]
+    looks = [(len(near) > 0, around) for scene in scenes for *_, near, around in _near(sensor, scene, beyond=True)]
+    if len(looks) < 6 or any(around for _, around in looks):
+        raise Closed("its targets are there all the time, or in clutter")
+    seen = sum(hit for hit, _ in looks)
+    demand(seen < 0.8 * len(looks), f"returns: in {seen} of {len(looks)} looks lie at a target that is not there")
+
+
+def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
+    """If it has `sigma` and `level` in counts, and perhaps `clutter`: so pixels vary beside the targets, and around that."""
+    level, parts = getattr(source, "level", None), [getattr(source, name, 0.0) for name in ("sigma", "clutter")]
+    if not isinstance(level, float) or not all(isinstance(part, float) for part in parts):
+        raise Closed("it has no `sigma` and `level`")
+    ratios = []
+    for k in range(PICTURES):
+        squares = []
+        recording = drawn.again(k).open(source)
+        for scan in recording.scans:
+            if scan.frame is None:
+                raise Closed("its scans are no pictures")
+            pixels, corner = told(scan), np.zeros(2) if scan.frame.corner is None else scan.frame.corner
+            rows, columns = np.indices(pixels.shape[-2:])
+            beside = np.isfinite(pixels)
+            for path in recording.truth:
+                state = path.at(scan.time)
+                if state is not None:
+                    named = dict(zip(path.space.names, state.tolist(), strict=True))
+                    x, y = (named[axis] + named.get(f"j{axis}", 0.0) for axis in "xy")
+                    beside &= np.hypot(columns - x + corner[0], rows - y + corner[1]) > BESIDE
+            squares.append((pixels[beside] - level) ** 2)
+        ratios.append(float(np.mean(np.concatenate(squares))))
+    judge_run_means("variance of pixels", np.array(ratios) / (np.sum(np.square(parts)) + 1e-300), 0.6, 1.6, drawn.alpha / 20)
 
 
 def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
@@ -404,6 +468,8 @@ LAWS = (
     Law(returns_are_of_the_truth),
     Law(truth_moves_as_its_velocities),
     Law(pictures_show_the_truth),
+    Law(nobody_is_seen_before_or_after),
+    Law(pictures_vary_as_stated),
     Law(targets_are_missed_as_stated, effort="statistical"),
     Law(order_of_returns_tells_nothing, effort="statistical"),
 )
