@@ -14,7 +14,6 @@ from vedette.experiment import Experiment
 from vedette.metrics import (
     FIGURES,
     Figure,
-    bound_along,
     gate_of,
     gate_truncation,
     judge,
@@ -25,6 +24,7 @@ from vedette.metrics import (
 from vedette.sampling import NotInLockStep
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
+from vedette_standard.whole_tracks import bound_along
 from vedette_study.lockstep import run_together
 from vedette_study.redraw import Redraw
 from vedette_study.scenes import DrawsTogether, Scenes

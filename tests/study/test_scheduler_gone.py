@@ -30,6 +30,7 @@ def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
                     yield done
 
             impatient = distributed.Client(address, timeout=1, set_as_default=False)  # ours waits 10 s for its return
+            impatient.wait_for_workers(1, timeout=120)  # or the study says that there is none
             study = {"progress": progress, "chunk": 20, "out": tmp_path / "out", "scheduler": impatient}
             with pytest.raises(vedette.VedetteError) as error:
                 vedette.monte_carlo(CONFIG, 100_000, 3, **study)

@@ -1,6 +1,6 @@
 """How good tracks are: errors, coverage, losses, identity switches, set distances. docs/metrics.md defines the figures."""
 
-from vedette.metrics.bound import Bound, bound_along, enumerated_bound, information, reduced_bound
+from vedette.metrics.bound import Bound
 from vedette.metrics.consistency import (
     Credibility,
     autocorrelation,

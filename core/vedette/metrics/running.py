@@ -10,7 +10,6 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import PluginError
-from vedette.metrics.bound import position_bound
 from vedette.metrics.coverage import Held, Indices, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, truth_at
 from vedette.metrics.matching import Match, Pairs, matched
@@ -185,9 +184,9 @@ class RunningJudge:
             fate.score(path.name, self._options.lost_scans) for path, fate in zip(self._truth, self._fates, strict=True)
         ]
         lowest = None
-        if self._looks and self._sensors is not None and self._options.bound is not None and not self.whole.dropped:
+        if self._looks and self._sensors is not None:
             numbers = np.array(self._numbers[: self._judged], dtype=np.intp)
-            lowest = position_bound(self._options.bound, self._sensors, self._truth, self._looks, numbers)
+            lowest = self.whole.position_bound(self._sensors, self._truth, self._looks, numbers)
         return Score(
             scans=self._judged,
             tracks=self.tracks,

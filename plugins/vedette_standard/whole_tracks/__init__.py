@@ -1,5 +1,9 @@
-"""Figures that compare whole tracks with whole true trajectories: trajectory GOSPA, OSPA(2), HOTA, MOTA, IDF1, SIAP."""
+"""Figures that compare whole tracks with whole true trajectories, and the least error that a filter can have along them."""
 
+from vedette_standard.whole_tracks.bound import bound_along as bound_along
+from vedette_standard.whole_tracks.bound import enumerated_bound as enumerated_bound
+from vedette_standard.whole_tracks.bound import information as information
+from vedette_standard.whole_tracks.bound import reduced_bound as reduced_bound
 from vedette_standard.whole_tracks.clear import Clear as Clear
 from vedette_standard.whole_tracks.clear import clear_mot as clear_mot
 from vedette_standard.whole_tracks.collector import WholeTracks as WholeTracks

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, final
 
 import numpy as np
 from attrs import asdict, frozen
 
 from vedette.metrics import NONE, Indices, Judge, Match, Near, positions, velocities
+from vedette.roles import Sensor
 from vedette.space import Array, Mask
+from vedette.types import Scan, Trajectory
+from vedette_standard.whole_tracks.bound import position_bound
 from vedette_standard.whole_tracks.clear import clear_mot
 from vedette_standard.whole_tracks.hota import hota
 from vedette_standard.whole_tracks.idf1 import idf1
@@ -108,6 +111,13 @@ class WholeTracks:
             **self._of_trajectories(apart, present, alive, len(named)),
             **_siap(looks, present, alive),
         }
+
+    def position_bound(
+        self, sensors: Mapping[str, Sensor], truth: Sequence[Trajectory], scans: Sequence[Scan], judged: Indices
+    ) -> float | None:
+        """Return the bound of the position error in m, over the judged ones of these scans; None if none was asked for."""
+        bound = self._options.bound
+        return None if bound is None or self.dropped else position_bound(bound, sensors, truth, scans, judged)
 
     def _of_trajectories(
         self, apart: Sequence[Near], present: Sequence[Indices], alive: Mask, tracks: int

@@ -8,13 +8,13 @@ import pytest
 import vedette
 from support.scenes import Polar
 from vedette import ConfigError, Scan, Space, Trajectory
-from vedette.metrics import Bound, Judge, enumerated_bound, information, judge, reduced_bound
-from vedette.metrics.bound import bound_along
+from vedette.metrics import Bound, Judge, judge
 from vedette.sampling import draw_states
 from vedette.types import Detections
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.whole_tracks import bound_along, enumerated_bound, information, reduced_bound
 from vedette_study.plan import plan
 from vedette_study.study import perform
 
@@ -75,7 +75,7 @@ def test_the_information_reduction_is_tichavskys_recursion_and_below_the_enumera
 
 
 def test_beyond_the_sequences_that_are_enumerated_information_is_reduced(monkeypatch):
-    monkeypatch.setattr("vedette.metrics.bound.ENUMERATED", 5)
+    monkeypatch.setattr("vedette_standard.whole_tracks.bound.ENUMERATED", 5)
     F, Q, info, p = linear(12, 0.6)
     both, reduced = enumerated_bound(P0, F, Q, info, p), reduced_bound(P0, F, Q, info, p)
     np.testing.assert_allclose(enumerated_bound(P0, F[:5], Q[:5], info[:5], p[:5]), both[:5])
