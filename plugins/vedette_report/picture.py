@@ -58,11 +58,12 @@ def plot(result: Result, axes: Axes | None = None) -> Axes:
     if axes is None:
         from matplotlib import pyplot as plt
 
-        axes = plt.subplots(figsize=(9.0, 6.5))[1]
+        axes = plt.subplots(figsize=(9.0, 7.0), layout="constrained")[1]
     elif not isinstance(axes, of_matplotlib.Axes):
         raise InputError(f"axes: must be axes of matplotlib, got {axes!r}; result.plot().figure.savefig(...) writes a file")
     show(axes, result.made_by, result)
-    axes.legend(fontsize=canvas.letters(8), frameon=False)
+    # below the axes: on the map it would hide returns and tracks, which may be anywhere
+    axes.legend(fontsize=canvas.letters(8), frameon=False, ncols=3, loc="upper center", bbox_to_anchor=(0.5, -0.12))
     return axes
 
 
