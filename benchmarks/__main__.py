@@ -2,7 +2,7 @@
 
     python -m benchmarks                 everything, about ten minutes; --quick: a rough picture within a minute
     python -m benchmarks --only "KF"     the heats whose title has these words
-    python -m benchmarks --write         puts the tables into docs/speed.md
+    python -m benchmarks --write         puts the tables into docs/measured/speed.md
 
 Every contender runs in its own process, first shows that it solves the problem (against textbook numpy), and then all
 take turns; times are CPU times, ratios are taken within a round and shown as median and quartiles. A peer that is not
@@ -42,7 +42,7 @@ def options() -> argparse.Namespace:
         metavar="[NAME=]PATH",
         help="the interpreter that has the peers, or the peer of this name; may be given several times",
     )
-    parser.add_argument("--write", action="store_true", help="write the tables into docs/speed.md")
+    parser.add_argument("--write", action="store_true", help="write the tables into docs/measured/speed.md")
     return parser.parse_args()
 
 
@@ -107,7 +107,7 @@ def main() -> None:
     chosen = options()
     machine = described()
     print(machine, file=sys.stderr)
-    page = ROOT / "docs" / "speed.md"
+    page = ROOT / "docs" / "measured" / "speed.md"
     if first := users.table(chosen.only, 2 if chosen.quick else 7, page if chosen.write else None):
         print(first, flush=True)
     bench = Bench(chosen.peers_python, chosen.quick)

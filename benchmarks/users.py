@@ -1,7 +1,7 @@
 """What users run: whole jobs, beside FilterPy and Stone Soup on the same scenes. The first table of `python -m benchmarks`.
 
     python -m benchmarks.users                  all jobs; --only WORDS: those whose title has these words
-    python -m benchmarks.users --write          puts the table into docs/speed.md
+    python -m benchmarks.users --write          puts the table into docs/measured/speed.md
 
 All take turns in one process and one thread, A B C A B C; the times are CPU times, the least of the rounds. Where two
 solve the same equations, they must agree first. Where rules differ, as those by which tracks begin, only the scene is one.
@@ -499,6 +499,6 @@ if __name__ == "__main__":
     parser = argparse.ArgumentParser("python -m benchmarks.users", description=__doc__)
     parser.add_argument("--only", default="", metavar="WORDS", help="jobs whose title has these words")
     parser.add_argument("--rounds", type=int, default=7)
-    parser.add_argument("--write", action="store_true", help="write the table into docs/speed.md")
+    parser.add_argument("--write", action="store_true", help="write the table into docs/measured/speed.md")
     options = parser.parse_args()
-    print(table(options.only, options.rounds, ROOT / "docs" / "speed.md" if options.write else None))
+    print(table(options.only, options.rounds, ROOT / "docs" / "measured" / "speed.md" if options.write else None))

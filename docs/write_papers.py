@@ -1,4 +1,4 @@
-"""Write what each paper has, where it is here and what verifies it, into docs/papers.md: `python docs/write_papers.py`.
+"""Write what each paper has, where it is here and what verifies it, into docs/measured/papers.md.
 
 The rows are the studies' `elements`; a test holds the page to them.
 """
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from vedette import Registry
 
-PAGE = Path(__file__).parent / "papers.md"
+PAGE = Path(__file__).parent / "measured" / "papers.md"
 BEGIN, END = "<!-- elements -->\n", "<!-- end of elements -->\n"
 PAPERS = {"vts": "VTS", "target_oriented": "target-oriented", "bayes_risk": "Bayes risk", "marine": "marine", "flir": "FLIR"}
 

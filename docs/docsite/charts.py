@@ -1,4 +1,4 @@
-"""Draw the tables of measured speed as a chart."""
+"""Show what of measured speed stands on the users' page: a table, and the others as a chart."""
 
 import re
 from pathlib import Path
@@ -7,8 +7,13 @@ _PEERS = "FilterPy|Stone Soup|simdkalman|textbook numpy"
 _ROW = re.compile(rf"^\| (?P<what>[^|]*?): (?P<own>Vedette[^|]*?) / (?P<peer>{_PEERS}) \| 1/(?P<times>[\d,.]+)")
 
 
+def users(text: str) -> str:
+    """Return the first table of the record: times of whole jobs."""
+    return text.partition("<!-- users: begin -->")[2].strip().partition("\n\n")[0]
+
+
 def speed(text: str, file: Path) -> str:
-    """Draw how many times as fast as its peers Vedette is, by the page's own table; return the line that shows it."""
+    """Draw how many times as fast as its peers Vedette is, by the record's own table; return the line that shows it."""
     import matplotlib as mpl
 
     mpl.use("Agg")

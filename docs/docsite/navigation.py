@@ -64,3 +64,8 @@ def committed() -> dict[str, Path]:
     found = {path.relative_to(DOCS).as_posix(): path for path in DOCS.rglob("*.md")}
     found = {name: path for name, path in found.items() if not name.startswith(DEVELOPERS)}
     return found | {"contributing.md": DOCS.parent / "CONTRIBUTING.md", "changelog.md": DOCS.parent / "CHANGELOG.md"}
+
+
+def measured() -> dict[str, Path]:
+    """Return the records of measurements: pages to which others lead, in no navigation and not searched."""
+    return {path.relative_to(DOCS).as_posix(): path for path in (DOCS / "measured").glob("*.md")}

@@ -46,7 +46,7 @@ def build(pace: str = "nightly") -> int:
     if wrong:
         print(*wrong, sep="\n", file=sys.stderr)
         return 1
-    for name, page in committed.items():
+    for name, page in {**committed, **navigation.measured()}.items():
         _lay_out(name, page, ran.get(page, []))
     _files()
     (OUT / "mkdocs.yml").write_text(yaml.safe_dump(config, sort_keys=False, allow_unicode=True), encoding="utf-8")
@@ -84,10 +84,12 @@ def _lay_out(name: str, page: Path, ran: list[Ran]) -> None:
     if name == "examples.md":
         text = text.replace("<!-- build: examples -->", _examples())
     if name == "speed.md":
-        text = text.replace("<!-- build: speed -->", charts.speed(text, PAGES / "pictures" / "speed" / "times.svg"))
+        record = (DOCS / "measured" / "speed.md").read_text(encoding="utf-8")
+        text = text.replace("<!-- build: users -->", charts.users(record))
+        text = text.replace("<!-- build: speed -->", charts.speed(record, PAGES / "pictures" / "speed" / "times.svg"))
     target = PAGES / name
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(text, encoding="utf-8")
+    target.write_text(UNSEARCHED + text if name.startswith("measured/") else text, encoding="utf-8")
 
 
 def _picture(match: re.Match[str], folder: str, pictures: str) -> str:

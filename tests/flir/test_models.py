@@ -3,9 +3,7 @@
 import numpy as np
 import pytest
 
-from support.paths import DOCS
 from vedette import Frame, Gaussian
-from vedette.config.registry import Registry
 from vedette.filters import evaluate_frame
 from vedette.testing import conformance
 from vedette_flir.camera import Camera
@@ -200,10 +198,3 @@ def test_batch_equals_loop_and_windows_at_the_edge():
             np.testing.assert_allclose(
                 learnt[i, t], sensor.learn(x[i, [t]], Frame(pixels[i], corner[i]))[0], rtol=1e-9, atol=1e-12
             )
-
-
-def test_the_page_names_every_kind_of_the_plugin():
-    page = (DOCS / "flir.md").read_text()
-    named = {tuple(part.strip(" `") for part in row.split("|")[1:3]) for row in page.splitlines() if row.startswith("| ")}
-    own = {(entry.role, entry.kind) for entry in Registry.installed() if entry.cls.__module__.startswith("vedette_flir.")}
-    assert own <= named
