@@ -181,6 +181,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
         "testing/test_power.py::test_detection_is_what_theory_says",
     ),
+    "tools/tuning/test_births.py::test_errors_hold_what_they_promise": (
+        "tools/tuning/test_births.py::test_a_probability_of_detection_is_that_of_the_data",
+        "tools/tuning/test_births.py::test_targets_that_leave_the_clutter_do_not_thin_it",
+    ),
     "tools/tuning/test_calibration.py::test_an_imms_transition_is_found_within_its_error": ("tools/tuning/test_mutants.py",),
     "tools/tuning/test_calibration.py::test_errors_hold_what_they_promise": ("tools/tuning/test_mutants.py",),
     "tools/tuning/test_tune.py::test_workers_change_nothing": ("tools/tuning/test_tune.py",),

@@ -6,6 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Indices
+from vedette_tools.tuning.evaluation import Data
 from vedette_tools.tuning.evaluator import Asker
 
 DROP = 2.0
@@ -50,6 +51,7 @@ def curvature(asked: Asker, top: Array) -> Curvature:
     The covariance is the sandwich H^-1 J H^-1, with J the long-run covariance of the scans' scores, which holds for a
     likelihood whose model is wrong, too; but no variance is less than that of H^-1, which is right where the model is, as
     J is known badly from few scans. For moments it is H^-1.
+    Where clutter is tuned, J has a part by the views, whose volumes are guessed from the returns in them.
     White, Maximum Likelihood Estimation of Misspecified Models, Econometrica 50, 1982.
     """
     p = len(top)
@@ -71,9 +73,11 @@ def curvature(asked: Asker, top: Array) -> Curvature:
         if asked.height(moved) >= asked.height(top):
             top, shift = moved, np.zeros_like(shift)
         J = surface.H if asked.by == "consistency" else long_run(surface.scores)
+        J = J + surface.by_views
         sandwich = inverse @ J @ inverse
         with np.errstate(invalid="ignore", divide="ignore"):
-            short = np.sqrt(np.maximum(np.diagonal(inverse) / np.diagonal(sandwich), 1.0))
+            least = np.diagonal(inverse + inverse @ surface.by_views @ inverse)
+            short = np.sqrt(np.maximum(least / np.diagonal(sandwich), 1.0))
         sandwich = sandwich * short * short[:, None] + np.diag(shift**2)
         unknown = np.sum(axes[:, ~told] ** 2, axis=1) > 0.1
         sandwich[unknown] = np.nan
@@ -132,12 +136,15 @@ def _moved(top: Array, by: dict[int, float]) -> Array:
 class Surface:
     """A smooth surface through the criterion about its top, off which it jumps by `jumps` at worst.
 
-    scores (s, p): by how much each scan's part of the criterion grows with each parameter.
+    scores (s, p): by how much each scan's part of the criterion grows with each parameter. by_views (p, p): the covariance
+    of the slope by the errors of the views' volumes V, by which the log-likelihood falls as the returns of no track that are
+    expected in them: d/dln V of it is -V c.
     """
 
     slope: Array
     H: Array
     scores: Array
+    by_views: Array
     jumps: float
 
 
@@ -166,15 +173,24 @@ def _surface(asked: Asker, top: Array, inner: Indices, steps: Array) -> Surface:
     sound[known] = weights
     here = asked.found(top)
     assert here is not None
-    scores = [np.zeros_like(here)] * p
+    grows = [np.zeros_like(here)] * p
     for i in range(p):
         axial = [k for k in range(i * 2 * len(AXIAL), (i + 1) * 2 * len(AXIAL)) if sound[k] > 0.5]
         if len(axial) > 1:
             first, last = min(axial, key=lambda k: away[k, i]), max(axial, key=lambda k: away[k, i])
             low, high = asked.found(place(away[first])), asked.found(place(away[last]))
             if low is not None and high is not None:
-                scores[i] = (high - low) / ((away[last, i] - away[first, i]) * steps[i])
-    return Surface(coefficients[1 : 1 + p] / steps, H, np.stack(scores, axis=-1), jumps)
+                grows[i] = (high - low) / ((away[last, i] - away[first, i]) * steps[i])
+    slopes = np.stack(grows, axis=-1)
+    scores, by_views = (slopes, np.zeros((p, p))) if slopes.ndim == 2 else (slopes[0], _by_views(asked.data, slopes[1]))
+    return Surface(coefficients[1 : 1 + p] / steps, H, scores, by_views, jumps)
+
+
+def _by_views(data: Data, slopes: Array) -> Array:
+    """Return the covariance (p, p) of the slope by the views, from those of the returns (s, p) expected in each scan."""
+    sensors = np.array(data.sensors[: len(slopes)])
+    each = [view.doubt * np.sum(slopes[sensors == name], axis=0) for name, view in data.unstated.views.items()]
+    return np.einsum("vi,vj->ij", each, each) if each else np.zeros((slopes.shape[1],) * 2)
 
 
 def _robust(terms: Array, heights: Array) -> tuple[Array, Array]:

@@ -16,15 +16,23 @@ from vedette.progress import silent
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.tracking import State, open_source
+from vedette.tracking import Expected, State, open_source
 from vedette.types import LazyScans, Recording, Scan
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
 from vedette_tools.tuning.parameters import Free, applied
+from vedette_tools.tuning.unstated import Unstated, found
+from vedette_tools.tuning.unthresholded import unthresholded
 
 LEAST = 10
 """Scans that are needed to tune on, and to judge by."""
+
+PASSES = 4
+"""So often what a config does not state is found anew from what was found before."""
+
+FAULTS = (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError)
+"""What a tracker that cannot run raises."""
 
 
 @frozen(eq=False)
@@ -32,8 +40,9 @@ class Data:
     """An experiment's recording, opened once, so that every evaluation meets the same scans and draws the same numbers.
 
     Scans before the time `cut` are tuned on, `tuned` of them, the others judged by; `times` (s,). `scans` are those that
-    the tracker took; None of cameras, whose frames need not fit into memory. `covers` are the sensors' views at each scan,
-    `densities` stand in where the gate counts clutter itself. `odd`: what looks wrong with the input.
+    the tracker took; None of cameras, whose frames need not fit into memory. `unstated` is what the config does not state,
+    `covers` are the sensors' views of it at each scan, `densities` stand in where the gate counts clutter itself. `odd`:
+    what looks wrong with the input.
     """
 
     experiment: Experiment
@@ -41,6 +50,8 @@ class Data:
     scans: Sequence[Scan] | None
     times: Array
     tuned: int
+    sensors: Sequence[str]
+    unstated: Unstated
     covers: Sequence[Cover]
     densities: dict[str, float] | None
     odd: tuple[str, ...] = ()
@@ -49,6 +60,12 @@ class Data:
     def cut(self) -> float:
         """The time of the first scan that is held back, in s."""
         return float(self.times[self.tuned]) if self.tuned < len(self.times) else math.inf
+
+    def within(self, unstated: Unstated) -> Data:
+        """Return the same data with something else of what the config does not state."""
+        assert self.scans is not None
+        sensors = self.experiment.tracker.sensors
+        return evolve(self, unstated=unstated, covers=tuple(_cover(sensors, unstated.views, scan) for scan in self.scans))
 
     def run(self, experiment: Experiment) -> Iterator[tuple[State, Scan, State]]:
         """Run the experiment over the recording: yield each scan with the states before and after it."""
@@ -76,10 +93,10 @@ def _steps(experiment: Experiment, recording: Recording, seed: int) -> Steps:
 
 @frozen(eq=False)
 class Evaluated:
-    """The log-likelihood of each scan (s,), and its moments if asked for."""
+    """The log-likelihood of each scan (s,), and how many returns of no track were expected there (s,)."""
 
     loglik: Array
-    moments: Moments | None = None
+    expected: Array
 
 
 def open_data(experiment: Experiment, part: float) -> Data:
@@ -118,24 +135,58 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     if tracker.gate.clutter == "nonparametric":
         densities = {name: _density(seen[name], name, scans) for name in seen}
     covers = tuple(_cover(tracker.sensors, seen, scan) for scan in scans)
-    return Data(experiment, recording, None if framed else scans, times, tuned, covers, densities, odd)
+    names = tuple(scan.sensor for scan in scans)
+    kept = None if framed else scans
+    return Data(experiment, recording, kept, times, tuned, names, Unstated(seen), covers, densities, odd)
 
 
-def evaluate(
-    data: Data, free: Sequence[Free], values: Sequence[float], *, whole: bool = False, moments: bool = False
-) -> Evaluated | None:
+def evaluate(data: Data, free: Sequence[Free], values: Sequence[float], *, whole: bool = False) -> Evaluated | None:
     """Return how likely the scans are with these values, by default of those that are tuned on; None if it cannot run."""
     try:
-        return _evaluated(data, applied(data.experiment, free, values), len(data.times) if whole else data.tuned, moments)
-    except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
+        return _evaluated(data, _judging(data, free, values), len(data.times) if whole else data.tuned)
+    except FAULTS:
         return None
+
+
+def moments(data: Data, free: Sequence[Free], values: Sequence[float], *, whole: bool = False) -> Moments | None:
+    """Return what the tracker itself, with its thresholds, makes of the scans with these values; None if it cannot run."""
+    count = len(data.times) if whole else data.tuned
+    try:
+        experiment = applied(data.experiment, free, values)
+        gathering, i = Gathering(experiment.tracker), 0
+        for (it, expected, _), state in _expected(data, experiment, count):
+            gathering.add(it, state, expected)
+            i += 1
+    except FAULTS:
+        return None
+    return gathering.found() if i == count else None
+
+
+def settled(data: Data, free: Sequence[Free], values: Sequence[float]) -> Data:
+    """Return the data with what the config does not state as a tracker with these values finds it, if that can run."""
+    if data.scans is None:
+        return data
+    first = data.unstated
+    for _ in range(PASSES):
+        try:
+            experiment = _judging(data, free, values)
+            now = found(experiment.tracker, data.run(experiment), data.unstated)
+        except FAULTS:
+            return data
+        if now.like(data.unstated):
+            break
+        data = data.within(now)
+    return data.within(evolve(data.unstated, number=first.number + 1)) if data.unstated is not first else data
 
 
 def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     """Raise ConfigError, with the reason, if the tracker cannot run on the data with these values."""
     reason = "the likelihood of its scans is no number"
     try:
-        if _evaluated(data, applied(data.experiment, free, values), len(data.times), False) is not None:
+        own = applied(data.experiment, free, values)
+        if all(1 for _ in _expected(data, own, len(data.times))) and _evaluated(
+            data, _judging(data, free, values), len(data.times)
+        ):
             return
     except (VedetteError, ValueError, ArithmeticError) as error:
         reason = str(error)
@@ -143,20 +194,29 @@ def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     raise ConfigError([Problem("", f"the tracker cannot run on this recording with {told}: {reason}")])
 
 
-def _evaluated(data: Data, experiment: Experiment, count: int, moments: bool) -> Evaluated | None:
-    predictive, gathering = Predictive(experiment.tracker), Gathering(experiment.tracker)
-    loglik, i = np.zeros(count), 0
+def _judging(data: Data, free: Sequence[Free], values: Sequence[float]) -> Experiment:
+    """Return the experiment with these values, and with the tracker by which returns are judged."""
+    experiment = applied(data.experiment, free, values)
+    freed = [each.place.path for each in free]
+    return evolve(experiment, tracker=unthresholded(experiment.tracker, data.unstated.real, freed))
+
+
+def _evaluated(data: Data, experiment: Experiment, count: int) -> Evaluated | None:
+    loglik, expected, i = np.zeros(count), np.zeros(count), 0
+    for (_, expected[i], loglik[i]), _ in _expected(data, experiment, count):
+        i += 1
+    return Evaluated(loglik, expected) if i == count and np.all(np.isfinite(loglik)) else None
+
+
+def _expected(data: Data, experiment: Experiment, count: int) -> Iterator[tuple[tuple[Expected, float, float], State]]:
+    """Yield what was expected of each scan, how many returns of no track, and how likely it was, with the state after it."""
+    predictive = Predictive(experiment.tracker)
     with np.errstate(over="ignore", under="ignore", divide="ignore", invalid="ignore"):
-        for before, scan, state in islice(data.run(experiment), count):
+        for i, (before, scan, state) in enumerate(islice(data.run(experiment), count)):
             density = None if data.densities is None else data.densities.get(scan.sensor, 0.0)
             it = experiment.tracker.expect(before, scan)
-            loglik[i], expected = predictive(it, data.covers[i], density)
-            if moments:
-                gathering.add(it, state, expected)
-            i += 1
-    if i < count or not np.all(np.isfinite(loglik)):
-        return None
-    return Evaluated(loglik, gathering.found() if moments else None)
+            loglik, expected = predictive(it, data.covers[i], density)
+            yield (it, expected, loglik), state
 
 
 def _cover(sensors: Mapping[str, Sensor], seen: Mapping[str, View], scan: Scan) -> Cover:

@@ -15,8 +15,9 @@ from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette_tools.tuning.checkpoint import Kept
-from vedette_tools.tuning.evaluation import Data, evaluate, open_data
+from vedette_tools.tuning.evaluation import Data, evaluate, moments, open_data
 from vedette_tools.tuning.parameters import Free
+from vedette_tools.tuning.unstated import Unstated
 
 Criterion = Literal["likelihood", "consistency"]
 
@@ -25,18 +26,23 @@ _HERE: dict[str, Data] = {}
 
 
 def run_one(data: Data, free: Sequence[Free], values: tuple[float, ...], by: Criterion) -> Array | None:
-    """Return what a criterion is made of: the log-likelihood of each scan (s,), or the moments over all of them (q,)."""
-    found = evaluate(data, free, values, moments=by == "consistency")
-    if found is None:
-        return None
-    return found.loglik if found.moments is None else found.moments.normalised(slice(0, data.tuned))
+    """Return what a criterion is made of: (2, s) the log-likelihood of each scan, and how many returns of no track were
+    expected in it; or the moments over all of them (q,).
+    """
+    if by == "consistency":
+        gathered = moments(data, free, values)
+        return None if gathered is None else gathered.normalised(slice(0, data.tuned))
+    found = evaluate(data, free, values)
+    return None if found is None else np.stack([found.loglik, found.expected])
 
 
 def _open(experiment: Experiment, part: float) -> None:
     _HERE["data"] = open_data(experiment, part)
 
 
-def _run_there(free: Sequence[Free], values: tuple[float, ...], by: Criterion) -> Array | None:
+def _run_there(unstated: Unstated, free: Sequence[Free], values: tuple[float, ...], by: Criterion) -> Array | None:
+    if _HERE["data"].unstated.number != unstated.number:
+        _HERE["data"] = _HERE["data"].within(unstated)
     return run_one(_HERE["data"], free, values, by)
 
 
@@ -55,6 +61,10 @@ class Asker:
         self._kept, self._pool, self._lock = kept, pool, Lock()
         self._order: tuple[float, ...] = (-np.inf,)
 
+    def go_on(self, data: Data) -> None:
+        """Go on with the same data, of which something is known better that the config does not state."""
+        self.data, self.best, self._order = data, None, (-np.inf,)
+
     def values(self, position: Array) -> tuple[float, ...]:
         """Return the parameters at a position."""
         inside = np.clip(position, 0.0, 1.0)
@@ -62,19 +72,20 @@ class Asker:
 
     def found(self, position: Array) -> Array | None:
         """Return what the criterion is made of at a position; None if the tracker cannot run there."""
-        values = self.values(position)
+        values, data = self.values(position), self.data
+        key = (float(data.unstated.number), *values)
         with self._lock:
-            if values in self._kept:
-                return self._kept[values]
+            if key in self._kept:
+                return self._kept[key]
         if self._pool is None:
-            found = run_one(self.data, self.free, values, self.by)
+            found = run_one(data, self.free, values, self.by)
         else:
             try:
-                found = self._pool.submit(_run_there, self.free, values, self.by).result()
+                found = self._pool.submit(_run_there, data.unstated, self.free, values, self.by).result()
             except RuntimeError as error:
                 raise VedetteError(f"a worker failed: {error or type(error).__name__}; --resume goes on from here") from None
         with self._lock:
-            self._kept.add(values, found)
+            self._kept.add(key, found)
             self.evaluations += 1
         return found
 
@@ -83,7 +94,7 @@ class Asker:
         found = self.found(position)
         if found is None:
             return -np.inf
-        height = float(np.sum(found)) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
+        height = float(np.sum(found[0])) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
         order = (height, *position.tolist())  # of two as high always the same one, whichever thread came first
         with self._lock:
             if np.isfinite(height) and order > self._order:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from attrs import field, frozen
 
 from vedette.roles import Sensor
-from vedette.space import Array
+from vedette.space import Array, Mask
 from vedette.supporting import ImagingSensor
 from vedette.types import Pose, Scan
 
@@ -41,13 +42,23 @@ class View:
     low: Array
     high: Array
     moves: bool
+    count: int
     _kept: dict[str, Cover] = field(init=False, factory=dict, repr=False)
+
+    @property
+    def volume(self) -> float:
+        """Of the whole box."""
+        return float(np.prod(self.high - self.low))
+
+    @property
+    def doubt(self) -> float:
+        """The standard error of the volume's logarithm: each of m axes is guessed from k returns to sqrt(2) / k."""
+        return math.sqrt(2.0 * len(self.low)) / self.count
 
     def cover(self, sensor: Sensor, pose: Pose | None) -> Cover:
         """Return points over the part of the view in which the sensor, placed at `pose`, can detect anything."""
         if pose is None and "here" in self._kept:
             return self._kept["here"]
-        volume = float(np.prod(self.high - self.low))
         points = self.low + (self.high - self.low) * even(POINTS, len(self.low))
         if self.moves and pose is not None:
             points = points + pose.position
@@ -55,20 +66,24 @@ class View:
             inside = np.broadcast_to(sensor.detects(sensor.invert(points).mean) > 0, len(points))
         except NotImplementedError:
             inside = np.broadcast_to(sensor.covers(points), len(points))
-        made = Cover(points[inside], volume * float(np.mean(inside)))
+        made = Cover(points[inside], self.volume * float(np.mean(inside)))
         if pose is None:
             self._kept["here"] = made
         return made
 
 
-def views(sensors: Mapping[str, Sensor], scans: Iterable[Scan]) -> dict[str, View]:
-    """Return the view of each sensor that has returns in enough places; cameras have none."""
+def views(sensors: Mapping[str, Sensor], scans: Sequence[Scan], of: Sequence[Mask] | None = None) -> dict[str, View]:
+    """Return the view of each sensor that has returns in enough places; cameras have none.
+
+    of: which returns (k,) of each scan to go by; None: all.
+    """
     returns: dict[str, list[Array]] = {}
-    for scan in scans:
+    for i, scan in enumerate(scans):
         sensor, seen = sensors[scan.sensor], scan.detections
         if isinstance(sensor, ImagingSensor):
             continue
         whole = seen.valid if seen.missing is None else seen.valid & ~np.any(seen.missing, axis=-1)
+        whole = whole if of is None else whole & of[i]
         moves = _moves(sensor, scan.pose)
         z = seen.z[whole] - scan.pose.position if moves and scan.pose is not None else seen.z[whole]
         returns.setdefault(scan.sensor, []).append(z)
@@ -102,7 +117,7 @@ def _box(sensor: Sensor, z: Array, moves: bool) -> View:
     wider = 0.5 * (high - low) * ((len(z) + 1) / (len(z) - 1) - 1.0)
     circles = [i for i, period in sensor.measurement.periods if high[i] - low[i] == period]
     wider[circles] = 0.0
-    return View(low - wider, high + wider, moves)
+    return View(low - wider, high + wider, moves, len(z))
 
 
 def even(count: int, axes: int) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from attrs import define, evolve, field
+from attrs import evolve, frozen
 
 from vedette import kernels
 from vedette.hypotheses import HypothesisAssociator
@@ -19,11 +19,9 @@ NEGLIGIBLE = 40.0
 SETS = 12
 """Joint associations are summed exactly while so many tracks, or returns, need to be kept apart at once."""
 NOTHING: Array = np.zeros(1)
-LIFETIME, START = 600.0, 0.5
-"""Where a lifecycle keeps no existence: how long targets stay, in s, and the existence of new tracks, if no birth says."""
 
 
-@define
+@frozen
 class Predictive:
     """The log-likelihood of scans under what a tracker expects of each, scan by scan in order.
 
@@ -31,19 +29,12 @@ class Predictive:
     that of two tracks. c is the density of clutter, and of undetected targets if the birth states it; s(t, 0) = 1 - e + e
     (1 - P_D) and s(t, i) = e P_D p(z_i | t) / c(z_i) for a track of existence e. Gates take no part. Exact for one target
     that is there and a filter that is exact; else as good as the tracker's belief. A frame counts by its ratio to its
-    background. Where the associator keeps hypotheses, each track's leaves are weighed by their marginal probabilities, and
-    where the lifecycle keeps no existence, it is followed here: e <- e exp(-dt / 600 s), then by Bayes' rule.
+    background. Where the associator keeps hypotheses, each track's leaves are weighed by their marginal probabilities.
     Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
     Implementation, IEEE Trans. Aerospace and Electronic Systems 54, 2018.
     """
 
     tracker: Tracker
-    _exists: dict[int, float] = field(init=False, factory=dict)
-    _follows: bool = field(init=False)
-
-    def __attrs_post_init__(self) -> None:
-        lifecycle = self.tracker.lifecycle
-        self._follows = lifecycle.certain and not lifecycle.permanent
 
     def __call__(self, it: Expected, cover: Cover, density: float | None = None) -> tuple[float, float]:
         """Return the log-likelihood of a scan by what was expected of it, and the expected number of returns of no track.
@@ -51,7 +42,7 @@ class Predictive:
         `density`: that of the clutter, where the tracker counts it itself instead of asking its sensor.
         """
         tracker, before, sensor, observed = self.tracker, it.state, it.sensor, it.observed
-        existence = self._existence(before, it.dt) if self._follows else it.existence
+        existence = it.existence
         innovation = tracker.estimator.evaluate(it.belief, sensor, observed, 1.0)
         log_density: Array
         if isinstance(observed, Frame):
@@ -78,26 +69,9 @@ class Predictive:
         if not tracker.lifecycle.permanent:
             scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
             scores[:, 1:] += kernels.safe_log(existence)[:, None]
-        if self._follows:
-            self._keep(before, scores, innovation.loglik, existence)
         if before.leaves is not None:
             scores = self._of_tracks(before, scores)
         return float(np.sum(log_density)) - expected + joint_likelihood(scores), expected
-
-    def _existence(self, state: State, dt: float) -> Array:
-        """Return the existence (t,) that is expected of tracks whose lifecycle keeps none."""
-        birth = self.tracker.birth
-        first = START if birth is None or birth.initial_existence is None else birth.initial_existence
-        stays = math.exp(-dt / LIFETIME)
-        return np.array([stays * self._exists.get(track, first) for track in state.ids.tolist()])
-
-    def _keep(self, state: State, scores: Array, loglik: Array, existence: Array) -> None:
-        """Remember the existence after a scan."""
-        if not len(existence):
-            return
-        weights, _ = kernels.joint_weights(scores, SETS)
-        _, after, _ = kernels.existence(scores, weights, existence, loglik, 1.0, True)
-        self._exists = dict(zip(state.ids.tolist(), after.tolist(), strict=True))
 
     def _of_tracks(self, state: State, scores: Array) -> Array:
         """Return the scores of tracks from those of their leaves; a hypothesis that holds none of them holds no track."""

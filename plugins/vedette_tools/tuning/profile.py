@@ -9,9 +9,12 @@ from attrs import frozen
 
 from vedette.space import Array
 from vedette_tools.tuning.errors import Curvature, curvature
+from vedette_tools.tuning.evaluation import settled as known_at
 from vedette_tools.tuning.evaluator import Asker
 from vedette_tools.tuning.search import FINE, climbed_on, highest
 
+ROUNDS = 3
+"""So often a top is sought anew with what the config does not state as the top before found it."""
 REACH, CURVE = 2.5, 9
 """A parameter's curve reaches so many standard errors to both sides, in so many points."""
 
@@ -48,6 +51,12 @@ def settled(asked: Asker, first: Array, starts: int, method: str) -> Settled:
     top grows by more than the tolerance, so this ends.
     """
     top, ends = highest(asked, first, starts, method)
+    for _ in range(ROUNDS if asked.by == "likelihood" else 0):
+        data = known_at(asked.data, asked.free, asked.values(top))
+        if data.unstated.like(asked.data.unstated):
+            break
+        asked.go_on(data)
+        top = climbed_on(asked, top)
     onward = 0
     while True:
         known = curvature(asked, top)

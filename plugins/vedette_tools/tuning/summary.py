@@ -26,6 +26,7 @@ def data(tuned: Tuned) -> dict[str, Any]:
     return {
         "title": tuned.title,
         "warnings": list(tuned.odd),
+        "thresholds": tuned.kept,
         "by": tuned.by,
         "parameters": [parameter.data() for parameter in tuned.parameters],
         "correlation": [[None if np.isnan(one) else one for one in row] for row in tuned.correlation.tolist()],
@@ -54,6 +55,8 @@ def summary(parameter: Found) -> str:
 def _lines(tuned: Tuned) -> Iterator[str]:
     judged = tuned.judged
     yield from (f"LOOKS WRONG: {said}" for said in tuned.odd)
+    if tuned.kept:
+        yield f"NOTE: {tuned.kept}"
     rows = [("parameter", "before", "after", "error", "95 % within", "")]
     for parameter in tuned.parameters:
         unit = "" if parameter.free.place.unit == "1" else f" {parameter.free.place.unit}"

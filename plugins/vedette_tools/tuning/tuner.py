@@ -23,6 +23,7 @@ from vedette_tools.tuning.evaluator import Asker, Criterion, asker
 from vedette_tools.tuning.parameters import Free, applied, changes, read_free
 from vedette_tools.tuning.profile import Curve, settled
 from vedette_tools.tuning.search import METHODS, ended_there
+from vedette_tools.tuning.unthresholded import kept_thresholds
 from vedette_tools.tuning.validation import Judged, judge
 
 
@@ -55,7 +56,7 @@ class Tuned:
 
     `ends` counts the searches that ended at the best point, of `starts`; `onward`: how often the search went on from
     a higher point that was met while the errors were found; `jumps`: by how much the criterion jumps about it.
-    `odd`: what looks wrong with the input.
+    `odd`: what looks wrong with the input; `kept`: which thresholds of the tracker the likelihood depends on, "" on none.
     """
 
     title: str
@@ -74,6 +75,7 @@ class Tuned:
     own: dict[str, Any] = field(repr=False)
     written: dict[str, Any] = field(repr=False)
     odd: tuple[str, ...] = ()
+    kept: str = ""
 
     @property
     def values(self) -> dict[str, float]:
@@ -127,8 +129,9 @@ def tune(
         settling = settled(asked, first, starts, method)
         known = settling.known
         results = tuple(_found(asked, known, curve, i) for i, curve in enumerate(settling.curves))
-        evaluations = asked.evaluations
+        evaluations, data = asked.evaluations, asked.data
     values = [parameter.after for parameter in results]
+    thresholds = kept_thresholds(experiment.tracker, [each.place.path for each in parameters])
     check(data, parameters, values)
     own = with_birth(apply_overrides(given, overrides), given, Registry.installed())
     with np.errstate(invalid="ignore"):
@@ -139,7 +142,7 @@ def tune(
         ended_there(settling.ends, known.position),
         settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
-        data.odd,
+        data.odd, thresholds if by == "likelihood" else "",
     )  # fmt: skip
     kept.forget()
     return result

@@ -11,8 +11,8 @@ from attrs import frozen
 
 from vedette.space import Array
 from vedette_tools.tuning.errors import long_run
-from vedette_tools.tuning.evaluation import Data, Evaluated, evaluate
-from vedette_tools.tuning.innovations import Noise
+from vedette_tools.tuning.evaluation import Data, Evaluated, evaluate, moments
+from vedette_tools.tuning.innovations import Moments, Noise
 from vedette_tools.tuning.parameters import Free
 
 
@@ -90,8 +90,8 @@ class Judged:
 def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> Judged:
     """Run the config's own values and the tuned ones, with cov (p, p) of their positions, over all scans."""
     own = [each.start if each.place.value is None else each.place.value for each in free]
-    before = evaluate(data, free, own, whole=True, moments=True)
-    after = evaluate(data, free, values, whole=True, moments=True)
+    before = evaluate(data, free, own, whole=True)
+    after = evaluate(data, free, values, whole=True)
     assert after is not None
     held = slice(data.tuned, len(data.times))
     spread, pull = by_values(data, free, values, cov) if data.tuned < len(data.times) else (0.0, np.zeros(len(free)))
@@ -103,8 +103,8 @@ def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array)
         _gain(before, after, slice(0, data.tuned), 0.0),
         _gain(before, after, held, spread) if data.tuned < len(data.times) else None,
         pull,
-        _noises(before),
-        _noises(after),
+        _noises(moments(data, free, own, whole=True)),
+        _noises(moments(data, free, values, whole=True)),
     )
 
 
@@ -140,5 +140,5 @@ def _gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: floa
     return Gain(len(old), float(np.sum(old)), float(np.sum(new)), error, spread)
 
 
-def _noises(found: Evaluated | None) -> Sequence[Noise]:
-    return [] if found is None or found.moments is None else found.moments.noises(slice(None))
+def _noises(found: Moments | None) -> Sequence[Noise]:
+    return [] if found is None else found.noises(slice(None))

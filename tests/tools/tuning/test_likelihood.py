@@ -18,6 +18,7 @@ from vedette_standard.motion.random_walk import RandomWalk
 from vedette_tools.tuning.evaluation import data_of, evaluate
 from vedette_tools.tuning.field_of_view import Cover
 from vedette_tools.tuning.likelihood import Predictive, joint_likelihood
+from vedette_tools.tuning.unthresholded import unthresholded
 
 HALF = 8.0
 P_D, DENSITY = 0.7, 0.1
@@ -150,11 +151,11 @@ def test_where_a_lifecycle_keeps_no_existence_it_is_followed():
         "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}, "initial": 0.5},
         "lifecycle": {"kind": "m_of_n", "hits": 2, "looks": 9, "misses": 9},
     }
-    tracker = vedette.build(config)
+    tracker = unthresholded(vedette.build(config), None, [])
     predictive, state, cover = Predictive(tracker), tracker.start(), Cover(np.zeros((1, 2)), 1e6)
     state = tracker.step(state, Scan(0.0, "radar", Detections.of([[0.0, 0.0]])))
     e, found, wanted = 0.5, [], []
-    for time in (1.0, 2.0, 3.0):
+    for time in (1.0, 2.0):  # then it is given up
         scan = Scan(time, "radar", Detections.of([], 2))
         e *= np.exp(-1 / 600)
         wanted.append(np.log(1 - 0.9 * e) - 1.0)

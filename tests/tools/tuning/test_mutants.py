@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from tools.tuning import test_errors, test_likelihood, test_parameters
+from support.births import drawn
+from tools.tuning import test_births, test_errors, test_likelihood, test_parameters
 from vedette import kernels
-from vedette_tools.tuning import errors, likelihood, parameters
+from vedette_tools.tuning import errors, evaluation, likelihood, parameters
 from vedette_tools.tuning.field_of_view import Cover
 from vedette_tools.tuning.likelihood import Predictive
 
@@ -23,9 +24,15 @@ MUTANTS = {
     "undetected targets are not expected": (
         Predictive, "_unseen", lambda *given: 0.0, test_likelihood.test_undetected_targets_count_by_what_the_birth_expects
     ),
-    "a track at a false return is taken for certain": (
-        Predictive, "_existence", lambda self, state, dt: np.ones(len(state.ids)),
-        test_likelihood.test_where_a_lifecycle_keeps_no_existence_it_is_followed,
+    "tracks end when their lifecycle says so": (
+        evaluation, "unthresholded", lambda tracker, real, freed: tracker,
+        lambda: test_births.test_when_tracks_end_and_what_gates_leave_out_changes_nothing(
+            drawn(1, 40), {"lifecycle": {"kind": "existence", "delete": 0.15, "confirm": 0.6}}
+        ),
+    ),
+    "false returns lie where all returns do": (
+        evaluation, "found", lambda tracker, ran, before: before,
+        test_births.test_targets_that_leave_the_clutter_do_not_thin_it,
     ),
     "scores that go on in the next do not count": (
         errors, "long_run", lambda scores: scores.T @ scores, None

@@ -1,5 +1,7 @@
 """A top that nothing looked at exceeds, whatever the criterion."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,7 @@ from vedette_tools.tuning import errors, evaluator, profile
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.evaluator import Asker
 from vedette_tools.tuning.search import FINE
+from vedette_tools.tuning.unstated import Unstated
 
 
 class Straight:
@@ -16,11 +19,17 @@ class Straight:
         return position
 
 
+def shared(height):
+    """Return a height shared evenly by 20 scans, none of whose returns is of no target."""
+    return np.stack([np.full(20, height / 20), np.zeros(20)])
+
+
 def asked(criterion, p, monkeypatch):
     """Return an asker of a criterion of the position (p,), shared evenly by 20 scans."""
     monkeypatch.setattr(errors, "long_run", lambda scores: scores.T @ scores)  # of scans that share alike it would be 0
-    monkeypatch.setattr(evaluator, "run_one", lambda data, free, values, by: np.full(20, criterion(np.array(values)) / 20))
-    return Asker(None, [Straight()] * p, "likelihood", Kept(None, {}, resume=False), None)
+    monkeypatch.setattr(evaluator, "run_one", lambda *given: shared(criterion(np.array(given[2]))))
+    nothing = SimpleNamespace(scans=None, unstated=Unstated(), sensors=["radar"] * 20)
+    return Asker(nothing, [Straight()] * p, "likelihood", Kept(None, {}, resume=False), None)
 
 
 def hills(seed, p):
@@ -42,7 +51,7 @@ def two_hills(u):
 def holds(criterion, p, first, monkeypatch):
     one = asked(criterion, p, monkeypatch)
     top = profile.settled(one, np.full(p, first), 1, "nelder-mead")
-    seen = [np.sum(found) for found in one._kept._found.values()]
+    seen = [np.sum(found[0]) for found in one._kept._found.values()]
     assert one.height(top.known.position) >= max(seen) - FINE[1]
     assert all(np.max(curve.heights) <= FINE[1] for curve in top.curves)
     return top

@@ -55,6 +55,11 @@ def test_it_says_what_was_at_fault(tuned):
     assert "after: NIS" in said
 
 
+def test_thresholds_that_the_likelihood_depends_on_are_told(tuned):
+    assert "NOTE" not in text(tuned)
+    assert "NOTE: all of them" in text(evolve(tuned, kept="all of them"))
+
+
 def test_a_loss_on_the_scans_held_back_is_told_with_its_size_and_both_causes(tuned):
     held, pull = Gain(50, 0.0, -13.0, 6.0, 2.0), np.array([1.5, -7.25])
     lower = evolve(tuned, judged=evolve(tuned.judged, on=Gain(50, 0.0, 21.5, 18.0, 0.0), held=held, pull=pull))
