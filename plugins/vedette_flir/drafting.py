@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import math
+import sys
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vedette import ConfigError, Problem
-from vedette_flir.sources.images import IMAGES
+from vedette import ConfigError, Frame, Problem
+from vedette_flir.sources.images import IMAGES, first_frame
 
 VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts")
 """How the names of videos end, in small letters."""
@@ -93,16 +94,20 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     """
     if not _shows_images(path):
         return None
-    box = _box(wishes.get("box"))
-    about = "targets are found where they stand out" if box is None else "one target is followed from its box"
+    boxes = _picked(path) if wishes.get("pick") else _box(wishes.get("box"))
+    start, about = "automatic = true  # no target is given: the tracker finds them", "targets are found where they stand out"
+    if boxes:
+        start, about = f"box = {boxes[0]}", "one target is followed from its box"
+    if len(boxes) > 1:
+        start, about = f"boxes = {boxes}", f"{len(boxes)} targets are followed from their boxes"
     return TEXT.format(
         name=path.name,
         about=about,
         title=json.dumps(f"Targets in {path.name}"),
         path=json.dumps(str(path)),
-        start="automatic = true  # no target is given: the tracker finds them" if box is None else f"box = {box}",
+        start=start,
         camera=CAMERA,
-        begin=FOUND if box is None else GIVEN,
+        begin=GIVEN if boxes else FOUND,
     )
 
 
@@ -112,14 +117,23 @@ def _shows_images(path: Path) -> bool:
     return path.suffix.lower() in VIDEOS
 
 
-def _box(given: str | None) -> list[float] | None:
-    """Return x, y, w, h as given, such as "120,80,20,12"."""
+def _picked(path: Path) -> list[list[float]]:
+    """Return the boxes that somebody draws in the first frame, their corners counted from 1 as those of `box`."""
+    from vedette_report.watching.picking import Picking  # a server, which other drafts do without
+
+    with Picking(path.name, Frame(first_frame(path))) as page:
+        print(f"draw a box around each target: {page.address}", file=sys.stderr, flush=True)
+        return [[round(x + 1.0, 1), round(y + 1.0, 1), round(w, 1), round(h, 1)] for x, y, w, h in page.boxes()]
+
+
+def _box(given: str | None) -> list[list[float]]:
+    """Return x, y, w, h as given, such as "120,80,20,12", as the one box; none if none is given."""
     if given is None:
-        return None
+        return []
     try:
         box = [float(part) for part in given.split(",")]
     except ValueError:
         box = []
     if len(box) != 4 or not all(map(math.isfinite, box)) or min(box[2:]) <= 0:
         raise ConfigError([Problem("--box", f"must be X,Y,W,H in px, with W and H > 0, got {given!r}")])
-    return box
+    return [box]

@@ -1,5 +1,6 @@
 """Targets that nobody marked: the detector over the whole frame, tracks that start by it, and drafts for one's own video."""
 
+import json
 import tomllib
 
 import cv2
@@ -18,6 +19,7 @@ from vedette_flir.lifecycles.sought import SoughtTarget
 from vedette_flir.preprocessors.spot_detector import SpotDetector
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.detected_box import DetectedBox
+from vedette_report.watching.picking import Picking
 
 TestDetectedBox = conformance(DetectedBox)
 TestSoughtTarget = conformance(SoughtTarget, known_failures=SoughtTarget.known_failures)
@@ -109,6 +111,29 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     assert tomllib.loads((tmp_path / "box.toml").read_text())["source"]["box"] == [36.0, 46.0, 10.0, 10.0]
     (tmp_path / "table.csv").write_text("t,x,y\n0,1,2\n1,2,3\n")
     assert main(["new", "config", "table.csv", "--box", "1,2,3,4"]) == 2
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_a_box_is_drawn_on_the_page_of_a_first_frame(tmp_path, monkeypatch, capsys, count):
+    """The middle of a box that is drawn around a spot is where the spot is."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "clip").mkdir()
+    pixels, at = picture(0, snr=20.0)
+    cv2.imwrite(str(tmp_path / "clip" / "000.png"), np.clip(pixels, 0, 255).astype(np.uint8))
+    drawn = [at[0] + 0.5 - 5.0, at[1] + 0.5 - 4.0, 10.0, 8.0]  # a pixel's middle is half a pixel from its edge
+
+    def drawing(page, wait=None):
+        assert page.take(json.dumps([drawn] * count).encode()) is None
+        return list(page._boxes)
+
+    monkeypatch.setattr(Picking, "boxes", drawing)
+    assert main(["new", "config", "clip", "--pick"]) == 0
+    assert "http://127.0.0.1:" in capsys.readouterr().err
+    boxes = [start.states[0] for start in vedette.load("clip.toml").steps().recording.starts]
+    np.testing.assert_allclose(boxes, [[*at, 10.0, 8.0]] * count, atol=0.06)
+    assert main(["new", "config", "clip", "--pick", "--box", "1,2,3,4", "--out", "other.toml"]) == 2
+    (tmp_path / "table.csv").write_text("t,x,y\n0,1,2\n")
+    assert main(["new", "config", "table.csv", "--pick", "--out", "other.toml"]) == 2
 
 
 @pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "1,2,0,4", "1,2,nan,4"])

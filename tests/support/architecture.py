@@ -71,6 +71,7 @@ PLUGINS = (
     "vedette_report.summary",
     "vedette_report.warnings",
     "vedette_report.watching.page",
+    "vedette_report.watching.picking",
     "vedette_report.watching.real_time",
     "vedette_standard",
     "vedette_standard.whole_tracks",

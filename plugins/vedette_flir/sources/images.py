@@ -156,6 +156,21 @@ def look_through(
     )
 
 
+def first_frame(path: Path, how: str = "luminance") -> Grey:
+    """Return the first frame of a video or of a folder of images; InputError if there is none that can be read."""
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
+    problems: list[Problem] = []
+    store = _Folder(path, problems, opencv()) if path.is_dir() else _Video(path, opencv())
+    image = store.raw(0)
+    if image is None:
+        raise InputError(f"{path}: its first frame cannot be read{f': {problems[0]}' if problems else ''}")
+    try:
+        return grey_of(image, how)
+    except ValueError as error:
+        raise InputError(f"{path}: frame 0: {error}") from None
+
+
 def _stated(numbers: list[int], times: list[float], rate: float | None) -> tuple[float, ...] | None:
     """Return the times of frames that a file states, if they rise and are not those of a constant rate."""
     at = np.array(times)

@@ -104,14 +104,14 @@ def limits_of(frame: Frame) -> tuple[float, float]:
     return float(low), max(float(high), float(low) + 1e-9)
 
 
-def picture(frame: Frame, limits: tuple[float, float], every: int = 1) -> dict[str, Any]:
+def picture(frame: Frame, limits: tuple[float, float], every: int = 1, fine: int = _FINE) -> dict[str, Any]:
     """Return the place of a frame's first pixel, its size in px and a PNG in base64, of one pixel in so many each way.
 
-    With `every` 1 a large frame is made coarser by the mean of blocks.
+    With `every` 1 a frame whose longer side has more than `fine` px is made coarser by the mean of blocks.
     """
     pixels = _flat(frame)
     corner = [0.0, 0.0] if frame.corner is None else np.asarray(frame.corner).tolist()
-    shown = _coarse(pixels) if every == 1 else pixels[::every, ::every]
+    shown = _coarse(pixels, fine) if every == 1 else pixels[::every, ::every]
     text = b64encode(png(_grey(shown, *limits))).decode()
     return {"corner": corner, "size": [pixels.shape[1], pixels.shape[0]], "png": text}
 
@@ -122,9 +122,9 @@ def _flat(frame: Frame) -> NDArray[Any]:
     return pixels
 
 
-def _coarse(pixels: Array) -> Array:
+def _coarse(pixels: Array, fine: int) -> Array:
     """Return a large image with blocks of pixels as their mean; what does not fill a block is left out."""
-    by = -(-max(pixels.shape) // _FINE)
+    by = -(-max(pixels.shape) // fine)
     if by == 1:
         return pixels
     height, width = (size // by for size in pixels.shape)

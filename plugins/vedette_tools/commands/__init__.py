@@ -25,13 +25,15 @@ class New(Command):
         about = (
             "Read a file of returns; guess its columns, units, scan interval and noise; try the config on the file, with "
             "alternatives; write the best, with a comment on each guess. Ends with exit code 3 if none fits. Of a video, "
-            "the targets are found where they stand out, or the one in --box is followed."
+            "the targets are found where they stand out, or those in --box or drawn with --pick are followed."
         )
         config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
         about = "a CSV, Parquet, JSON or GPX file with a row or record for each return, a video, or a folder of images"
         config.add_argument("data", metavar="DATA", help=about)
         about = "the target's box in the first frame of a video, in px; default: targets are found"
         config.add_argument("--box", metavar="X,Y,W,H", help=about)
+        about = "draw the boxes of targets in the first frame of a video, on a page of this machine"
+        config.add_argument("--pick", action="store_true", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
         config.add_argument("--time", metavar="COLUMN", help="the column of the time; default: by its title")
         about = "how many counts of the time's column, as frames, a second has"

@@ -33,11 +33,13 @@ def _config(arguments: Namespace) -> int:
         raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
     if path.exists():
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
-    wishes = {"box": arguments.box} if arguments.box is not None else {}
+    if arguments.pick and arguments.box is not None:
+        raise ConfigError([Problem("--pick", "is to draw the box that --box states: give one of the two")])
+    wishes = {"box": arguments.box} if arguments.box is not None else {"pick": True} if arguments.pick else {}
     text, failure = draft_of(data, wishes), ""
     if text is None:
         if wishes:
-            raise InputError(f"{data}: is no video or folder of images, in which --box could mark a target")
+            raise InputError(f"{data}: is no video or folder of images, in which --{next(iter(wishes))} could mark a target")
         stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)
         draft = drafted(data, arguments.identity, Wishes.of(*stated, arguments.scan, arguments.platform))
         text, failure = draft.text, draft.failure

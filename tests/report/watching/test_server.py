@@ -28,9 +28,9 @@ def server(journal):
 
 def ask(server, path="", method="GET", **headers):
     """The answer to a request, with its status."""
-    connection = HTTPConnection("127.0.0.1", server.port, timeout=10)
-    own = {"Host": server.hosts[0]} | {name.replace("_", "-"): value for name, value in headers.items()}
-    connection.putrequest(method, f"/{server.token}/{path}", skip_host=True)
+    connection = HTTPConnection("127.0.0.1", server._local.port, timeout=10)
+    own = {"Host": server._local.hosts[0]} | {name.replace("_", "-"): value for name, value in headers.items()}
+    connection.putrequest(method, f"/{server._local.token}/{path}", skip_host=True)
     for name, value in own.items():
         connection.putheader(name, value)
     connection.endheaders()
@@ -48,12 +48,12 @@ def read(answer, ends):
 
 
 def test_it_listens_on_the_loopback_interface_alone_under_a_path_that_cannot_be_guessed(server, journal):
-    assert server._http.server_address[0] == "127.0.0.1"
-    assert server.address == f"http://127.0.0.1:{server.port}/{server.token}/"
+    assert server._local._http.server_address[0] == "127.0.0.1"
+    assert server.address == f"http://127.0.0.1:{server._local.port}/{server._local.token}/"
     other = Server("", journal, lambda frame: {})
     other.close(0.0)
-    assert len(server.token) >= 20
-    assert server.token != other.token
+    assert len(server._local.token) >= 20
+    assert server._local.token != other._local.token
 
 
 def test_the_page_is_served_with_what_keeps_it_to_itself(server):
@@ -67,7 +67,7 @@ def test_the_page_is_served_with_what_keeps_it_to_itself(server):
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost"])
 def test_this_machine_s_own_names_are_answered(server, name):
-    host = f"{name}:{server.port}"
+    host = f"{name}:{server._local.port}"
     assert ask(server, Host=host, Origin=f"http://{host}", Sec_Fetch_Site="same-origin").status == 200
 
 
@@ -95,13 +95,13 @@ def test_without_the_token_there_is_nothing_and_only_get_is_understood(server):
     for path in (
         "/",
         "/events",
-        f"/{server.token}",
-        f"/{server.token}/x",
-        f"/{server.token[:-1]}x/",
-        f"/{server.token}/../",
+        f"/{server._local.token}",
+        f"/{server._local.token}/x",
+        f"/{server._local.token[:-1]}x/",
+        f"/{server._local.token}/../",
     ):
-        connection = HTTPConnection("127.0.0.1", server.port)
-        connection.request("GET", path, headers={"Host": server.hosts[0]})
+        connection = HTTPConnection("127.0.0.1", server._local.port)
+        connection.request("GET", path, headers={"Host": server._local.hosts[0]})
         assert connection.getresponse().status == 404, path
     assert ask(server, method="POST").status == 501
 
@@ -131,8 +131,8 @@ def test_a_reader_that_lost_its_connection_goes_on_where_it_was(server, journal,
 
 
 def test_a_reader_that_does_not_read_holds_nobody_up_and_gets_all_later(server, journal):
-    with socket.create_connection(("127.0.0.1", server.port)) as lazy:
-        lazy.sendall(f"GET /{server.token}/events HTTP/1.1\r\nHost: {server.hosts[0]}\r\n\r\n".encode())
+    with socket.create_connection(("127.0.0.1", server._local.port)) as lazy:
+        lazy.sendall(f"GET /{server._local.token}/events HTTP/1.1\r\nHost: {server._local.hosts[0]}\r\n\r\n".encode())
         begin, record = monotonic(), b"A" * 240_000
         for _ in range(100):
             journal.add(record, 1)
@@ -172,4 +172,4 @@ def test_closing_lets_readers_take_what_is_left_and_waits_for_no_one_for_ever(jo
     stuck.close(0.2)
     assert monotonic() - begin < 3.0
     with pytest.raises(OSError, match="refused"):
-        socket.create_connection(("127.0.0.1", stuck.port), timeout=1)
+        socket.create_connection(("127.0.0.1", stuck._local.port), timeout=1)
