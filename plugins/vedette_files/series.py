@@ -1,6 +1,6 @@
 """The series of a run: tables of typed columns in one npz archive, written block by block as the run goes.
 
-docs/formats.md lists the tables and their columns.
+docs/reference/series.md lists the tables and their columns.
 """
 
 from __future__ import annotations

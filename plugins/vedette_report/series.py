@@ -1,6 +1,6 @@
 """The series of a run, collected scan by scan: what its page and its pictures show, and what its tracks are written from.
 
-docs/formats.md lists the columns.
+docs/reference/series.md lists the columns.
 """
 
 from __future__ import annotations
