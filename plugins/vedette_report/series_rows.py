@@ -112,7 +112,7 @@ class ScanRows:
         if not near or self.plane is None:
             return {"scan": np.zeros(0, np.int32), "object": np.zeros(0, np.int32), "position": np.zeros((0, 2))}
         truth = truth_at([true for _, true in near], times, self.plane.space, self._gap)
-        scan, j = np.nonzero(truth.alive & ~truth.unsaid[:, None])
+        scan, j = np.nonzero(truth.alive)
         return {
             "scan": (first + scan).astype(np.int32),
             "object": np.array([number for number, _ in near], dtype=np.int32)[j],

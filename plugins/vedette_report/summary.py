@@ -10,6 +10,8 @@ import numpy as np
 from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score, chi_square_band
+from vedette.supporting import ImagingSensor
+from vedette.tracking import Tracker
 from vedette.types import LazyScans
 from vedette.units import say
 from vedette_files import Terms, utc
@@ -69,7 +71,7 @@ def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
     """Return the lines on the input and the number of tracks."""
     title = experiment.title or "Run"
     lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
-    lines += [*rows(_read(result)), *_refused(result)]
+    lines += [*rows(_read(experiment, result)), *_refused(result)]
     return [*lines, *rows(_tracked(result, score))]
 
 
@@ -107,7 +109,7 @@ def rows(pairs: Iterable[tuple[str, str]]) -> list[str]:
     return lines
 
 
-def _read(result: Result) -> Iterator[tuple[str, str]]:
+def _read(experiment: Experiment, result: Result) -> Iterator[tuple[str, str]]:
     intake = result.intake
     for name, came in intake.came.items():
         frames = came.frames == came.scans
@@ -130,11 +132,21 @@ def _read(result: Result) -> Iterator[tuple[str, str]]:
         yield "truth", _named([path.name for path in result.recording.truth])
     for name, note in result.recording.notes.items():
         yield ("note", f"{name}: {note}")
+    for name in _no_starters(experiment.tracker):
+        yield "note", f"{name} starts no tracks: one of its returns gives no position"
     if result.interrupted:
         scans = result.recording.scans
         endless = isinstance(scans, LazyScans) and scans.once
         has = "" if endless else f"; the recording has {len(scans):,}"
         yield "interrupted", f"after {count(intake.scans, 'scan')}{has}"
+
+
+def _no_starters(tracker: Tracker) -> Iterator[str]:
+    """Yield the sensors that the birth does not leave out, and whose returns cannot start tracks."""
+    if tracker.starts_tracks and tracker.birth is not None:
+        for name, sensor in tracker.sensors.items():
+            if name not in tracker.starters and tracker.birth.starts_from(name) and not isinstance(sensor, ImagingSensor):
+                yield name
 
 
 def _named(names: Sequence[str]) -> str:

@@ -36,3 +36,25 @@ def test_scans_in_a_gap_count_for_nobody():
     short, all_gaps = (judge((track,), (BOAT,), scans, Judge(truth_gap=most)) for most in (2.0, None))
     assert (short.scans, short.coverage, short.false_tracks, short.gospa_m) == (5, 1.0, 0.0, 0.0)
     assert (all_gaps.scans, all_gaps.coverage, all_gaps.false_tracks) == (10, 0.5, 0.5)
+
+
+def follows(path, scans, number, apart=0.0):
+    times = np.array([scan.time for scan in scans])
+    mean = np.stack([path.at(time) for time in times.tolist()]) + [0.0, apart]
+    ones = np.ones(len(times))
+    cov = np.tile(np.eye(2), (len(times), 1, 1))
+    return Track(number, PLANE, times, mean, cov, ones > 0, ones, None, (np.ones(1),) * len(times), ones, ones)
+
+
+def test_a_gap_of_one_object_leaves_the_others_judged():
+    """A boat that nobody sees from 2 to 8 s, beside one that is always seen; a third track follows nothing, far off."""
+    scans = tuple(Scan(time, "radar", Detections.of([], 2)) for time in np.arange(10.0).tolist())
+    other = Trajectory("other", PLANE, np.arange(10.0), np.stack([np.zeros(10), 500.0 + np.arange(10.0)], axis=-1))
+    tracks = follows(BOAT, scans, 0, 60.0), follows(other, scans, 1, 3.0), follows(other, scans, 2, 900.0)
+    score = judge(tracks, (BOAT, other), scans, Judge(truth_gap=2.0))
+    assert score.scans == 10
+    boat, seen = score.truths
+    assert (boat.scans, boat.coverage) == (5, 0.0)
+    assert (seen.scans, seen.coverage) == (10, 1.0)
+    # the boat's own track, 60 m off, is false only in the 5 scans in which it is known where the boat is
+    assert score.false_tracks == pytest.approx((10 + 5) / 10)

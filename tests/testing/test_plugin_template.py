@@ -130,7 +130,10 @@ def test_a_birth_at_an_entrance_is_the_bayes_rule_of_one_target(road):
             "birth.places[0].start: must state [mean, standard deviation] of y, vx",
         ),
         ({"places": []}, "birth.places: must hold at least one, got none"),
-        ({"kind": "from_returns", "spread": {"vx": 9, "vy": 9}}, "birth.sensors: must not hold 'ears': one return"),
+        (
+            {"kind": "from_returns", "spread": {"vx": 9, "vy": 9}},
+            "birth: none of the sensors can start tracks: 'ears': one return",
+        ),
     ],
 )
 def test_what_a_config_lacks_is_told_when_it_is_built(registry, change, problem):

@@ -30,7 +30,7 @@ class Entries:
     hit: Array
     mode_prob: Array | None
 
-    def part(self, rows: slice, first: int) -> Entries:
+    def part(self, rows: slice | Mask, first: int) -> Entries:
         """Return some of them, their scans counted from `first` on."""
         modes = None if self.mode_prob is None else self.mode_prob[rows]
         columns = (self.track[rows], self.mean[rows], self.cov[rows], self.nis[rows], self.hit[rows])
@@ -85,7 +85,7 @@ def _scans(tracks: Sequence[Track], number: Indices, entered: Array, times: Arra
 class Truth:
     """True objects at the scans: states (s, j, n) over their common axes, alive (s, j).
 
-    unsaid (s,): the recording does not say where one of them is
+    unsaid (s, j): of those that the recording does not tell the place of; their states are interpolated
     """
 
     space: Space
@@ -102,7 +102,7 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, mos
     """
     if not truth:
         none = np.zeros((len(times), 0), dtype=bool)
-        return Truth(Space(), np.zeros((len(times), 0, 0)), none, np.zeros(len(times), dtype=bool))
+        return Truth(Space(), np.zeros((len(times), 0, 0)), none, none)
     shared, seen = truth[0].space if space is None else space, set[Space]()
     for trajectory in truth:
         if trajectory.space in seen:
@@ -115,8 +115,7 @@ def truth_at(truth: Sequence[Trajectory], times: Array, space: Space | None, mos
         shared = Space(tuple(axis for axis in shared.axes if axis.name in trajectory.space))
     if not positions(shared):
         raise InputError(f"truth {truth[0].name!r}: must have a position axis x, y or z of the tracks, has {truth[0].space}")
-    states, alive, wide = _samples(truth, times, shared, most)
-    return Truth(shared, states, alive, np.any(wide, axis=1))
+    return Truth(shared, *_samples(truth, times, shared, most))
 
 
 def positions(space: Space) -> list[int]:

@@ -83,6 +83,8 @@ def matched(
     offset = dict(zip("xy", options.offset.tolist(), strict=True))
     entries = evolve(entries, mean=entries.mean - [offset.get(name, 0.0) for name in truth.space.names])
     where = positions(truth.space)
+    if truth.unsaid.any():
+        entries = _told(entries, truth, judged, options.cover_radius)
     begin, end = np.searchsorted(entries.scan, judged, "left"), np.searchsorted(entries.scan, judged, "right")
     rows = tuple(slice(i, j) for i, j in zip(begin.tolist(), end.tolist(), strict=True))
     place, spots = truth.states[..., where], entries.mean[:, where]
@@ -92,6 +94,17 @@ def matched(
     present = tuple(entries.track[part] for part in rows)
     cover = covering(every, present, options.cover_radius, held, which)
     return Match(entries, truth, judged, rows, every, cover)
+
+
+def _told(entries: Entries, truth: Truth, judged: Indices, radius: float) -> Entries:
+    """Return the entries without those nearest to an object of which nothing is said, and covering no other."""
+    where, told = positions(truth.space), np.ones(len(entries.scan), dtype=bool)
+    for scan, alive, unsaid, states in zip(judged, truth.alive, truth.unsaid, truth.states[..., where], strict=True):
+        rows = np.arange(*np.searchsorted(entries.scan, [scan, scan + 1])) if unsaid.any() else np.zeros(0, dtype=int)
+        apart = np.linalg.norm(entries.mean[rows][:, None, where] - states, axis=-1)
+        here, there = (np.min(apart[:, some], axis=-1, initial=np.inf) for some in (alive, unsaid))
+        told[rows] = (here <= there) | (here <= radius)
+    return entries.part(told, 0)
 
 
 def _radii(options: Judge) -> tuple[float | None, ...]:

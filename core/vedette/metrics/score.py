@@ -64,7 +64,8 @@ class Judge:
         check=_two,
     )
     truth_gap: float | None = fields.quantity(
-        "s", "the truth is interpolated over gaps of at most this, and unknown in longer ones; default: over all gaps",
+        "s", "truth is interpolated over gaps of at most this; in longer ones nothing is said of the object, nor of tracks "
+        "nearest to it; default: over all gaps",
         default=None, above=0,
     )  # fmt: skip
     sensor: str | None = fields.text("judge at the scans of this sensor; default: of all", default=None)

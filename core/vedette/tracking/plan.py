@@ -134,7 +134,8 @@ def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
 
 
 def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:
-    """Yield the sensors whose returns may start tracks; ValueError, before any run, if one cannot."""
+    """Yield the sensors whose returns may start tracks; ValueError, before any run, if one that is named cannot, or none."""
+    unable, started = "", False
     for name, sensor in sensors.items():
         if birth is None or not birth.starts_from(name):
             continue
@@ -144,12 +145,20 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
         except NotImplementedError as error:
             if not str(error):
                 raise
-            raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
+            if ": " in str(error) and hasattr(sensor, str(error).partition(": ")[0]):
+                raise ValueError(f"sensors.{name}.{error}") from None
+            if name in getattr(birth, "sensors", ()):
+                raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
+            unable = unable or f"birth: none of the sensors can start tracks: {name!r}: {error}"
+            continue
         except ValueError as error:
             if type(error) is not ValueError or ": " not in str(error):
                 raise  # numpy's, say: not the birth's own word on what it cannot start tracks from
             raise ValueError(f"birth.{error}") from None
         yield name
+        started = True
+    if unable and not started:
+        raise ValueError(unable)
 
 
 def _merges(estimator: Estimator[Any]) -> bool:

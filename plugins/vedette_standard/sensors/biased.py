@@ -116,7 +116,7 @@ class Biased(WrappedSensor):
         biases, seen = self._biases(), self.of.invert(z, noise)
         lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:
-            raise NotImplementedError(f"its `spread` does not state the standard deviation of {', '.join(lacking)}")
+            raise NotImplementedError(f"spread: must state the standard deviation of {', '.join(lacking)} in new tracks")
         own, n = len(self.of.observes), len(self.observes)
         mean, cov = np.zeros((*z.shape[:-1], n)), np.zeros((*z.shape[:-1], n, n))
         mean[..., :own], cov[..., :own, :own] = seen.mean, seen.cov

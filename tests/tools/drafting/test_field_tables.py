@@ -7,8 +7,10 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
+from jsonschema import Draft202012Validator
 
 import vedette
+from vedette.config.schema import schema
 from vedette.errors import InputError
 from vedette_tools.drafting.config import draft_config
 
@@ -138,7 +140,9 @@ def test_plain_seconds_are_no_clock_times():
 @pytest.mark.parametrize("titles", ["time,x,y", "time,range,bearing"])
 def test_returns_in_one_place_get_a_config_that_loads(titles):
     still = [(2.0 * k, 0.0, 0.0) for k in range(40)]
-    vedette.load(tomllib.loads(drafted(table(titles, plain, looks=still))))
+    config = tomllib.loads(drafted(table(titles, plain, looks=still)))
+    vedette.load(config)
+    Draft202012Validator(schema()).validate(config)
 
 
 def drafted(text, where="d.csv"):
