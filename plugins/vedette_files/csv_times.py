@@ -28,7 +28,7 @@ DAY = 86_400.0
 LOOKED_AT = 50
 """So many times of a table decide in which form they all are."""
 
-_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]\d{1,4}")
+_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]")
 
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
@@ -117,7 +117,8 @@ class Times:
         cell = row.cells[self.name]
         if self._form.name == NUMBER:
             if _DATE.match(cell):
-                raise ValueError(f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}")
+                written = f"{EXAMPLES[ZONED]}, or as `dates = \"%d/%m/%Y %H:%M\"` says"
+                raise ValueError(f"{self.title} must be a number, or a date and time {written}, got {shown(cell)}")
             return self._column.of(row)
         try:
             name, seconds = stamp(cell, self._form.pattern)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_co
 from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line, is_number, listed
 from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
+from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.titles import NAMES, OF_REPORTS, UNITS, Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
@@ -34,6 +35,9 @@ MANY = 20
 
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
+
+FAR_OFF = 50.0
+"""So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
 
 AID, TRUTH, IGNORE = "aid", "truth", "ignore"
 """What names of objects are to a draft: known to the tracker, to judge its tracks by, or nothing."""
@@ -160,10 +164,20 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if axes is None:
         wanted = "range and bearing, latitude and longitude, or x and y"
         raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN")
+    geodetic = (
+        axes == FLAT and not any(measured[axis].unit for axis in FLAT) and in_degrees(*_cells_of(FLAT, measured, columns))
+    )
+    if geodetic:
+        axes, x, y = GEODETIC, measured.pop("x"), measured.pop("y")
+        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
     names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
     names |= third_column(axes[0], measured, columns)
     units: dict[str, str] = {}
     assumed = ["the row below the header states units; as a return it is refused"] if below else []
+    if geodetic:
+        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
+    dates, told = (wishes.dates, "") if wishes.dates else pattern_of(columns[time.title])
+    assumed += [told] if told else []
     for axis, name in names.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
     compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
@@ -210,7 +224,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         units=units,
         frame=NORTH_EAST if compass else FRAMES[0],
         assumed=(*wishes.assumed, *assumed),
-        dates=wishes.dates,
+        dates=dates,
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if title not in read),
     )
@@ -375,6 +389,25 @@ def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:
     """Return whether the returns of a scan have times of their own."""
     pairs = set(zip(scans, times, strict=True))
     return len(pairs) > 0.5 * (len(set(scans)) + len(scans)) and len(scans) > 2 * len(set(scans))
+
+
+def _cells_of(
+    axes: Iterable[str], measured: Mapping[str, Meaning], columns: Mapping[str, list[str]]
+) -> Iterator[Sequence[str]]:
+    return (columns[measured[axis].title] for axis in axes)
+
+
+def in_degrees(x: Sequence[str], y: Sequence[str]) -> bool:
+    """Return whether positions of unstated unit are longitudes and latitudes.
+
+    They are in range, have the digits for a metre, and lie far from the origin for what they cover.
+    """
+    if min(sum(len(cell.partition(".")[2]) >= len("12345") for cell in cells) for cells in (x, y)) < 0.5 * max(len(x), 1):
+        return False
+    longitude, latitude = _numbers(x), _numbers(y)
+    if not len(longitude) or np.max(np.abs(longitude)) > 180 or np.max(np.abs(latitude)) > 90:
+        return False
+    return any(abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) for each in (longitude, latitude))
 
 
 def _numbers(cells: Sequence[str]) -> Array:

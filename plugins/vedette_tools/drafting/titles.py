@@ -40,12 +40,17 @@ UNITS: dict[str, dict[str, str]] = {
 }
 """Units as titles write them, by the SI unit of what they measure."""
 
-NAMES = ("mmsi", "icao24", "icao", "hex", "track_id", "object_id", "target_id", "ship_id", "id", "callsign", "call_sign")
+BORNE = ("mmsi", "icao24", "icao", "hex", "callsign", "call_sign")
+"""Titles of codes that objects send with what they report of themselves."""
+
+NAMES = (
+    *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
+    "device_id", "individual_local_identifier", "imo", "id", *BORNE[4:], "registration", "tail_number", "flight",
+    "shipname", "ship_name", "vessel_name", "vehicle", "trajectory_id", "trip_id", "tracker", "tag", "name",
+)  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
-OF_REPORTS = frozenset(
-    (*NAMES[:4], *NAMES[-2:], "groundspeed", "groundspeed_kn", "sog", "sog_knots", "cog", "cog_degrees", "track_deg")
-)
+OF_REPORTS = frozenset((*BORNE, "groundspeed", "groundspeed_kn", "sog", "sog_knots", "cog", "cog_degrees", "track_deg"))
 """Titles of what objects report of themselves."""
 
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")

@@ -1,0 +1,70 @@
+"""How the dates of a table are written, where it is not by ISO 8601: 23/11/2026 08:39, 11/23/26 8:39:04 PM, 23-Nov-2026."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from datetime import datetime
+from itertools import pairwise
+
+_DATE = re.compile(
+    r"(?P<first>\d{1,4})(?P<between>[./-]|\s)(?P<second>\d{1,2}|[A-Za-z]{3})(?P=between)(?P<third>\d{1,4})"
+    r"(?P<gap>T|,? )(?P<hour>\d{1,2}):\d\d(?P<seconds>:\d\d(?P<part>\.\d{1,6})?)?(?P<half> ?[APap][Mm])?"
+)
+
+ENOUGH = 0.9
+"""Such a part of the cells are read by a pattern that counts."""
+
+
+def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
+    """Return the pattern of dates and what was assumed of it; twice "" if the cells are no dates, or by ISO 8601.
+
+    Of day and month, the day comes first unless its place holds numbers above 12, or times then go back more often or
+    span more: rows stand in the order of time, within days rather than months.
+    """
+    given = [cell.strip() for cell in cells if cell.strip()]
+    if not given or (found := _DATE.fullmatch(given[0])) is None or _by_iso(given):
+        return "", ""
+    between, whole = found["between"], len(found["first"]) == 4
+    year = "%Y" if whole or len(found["third"]) == 4 else "%y"
+    month = "%b" if found["second"].isalpha() else "%m"
+    orders = [(year, month, "%d")] if whole else [("%d", month, year), (month, "%d", year)][: 1 if month == "%b" else 2]
+    seconds = ":%S.%f" if found["part"] else ":%S" if found["seconds"] else ""
+    clock = f"{'%I' if found['half'] else '%H'}:%M{seconds}"
+    half = "" if not found["half"] else " %p" if found["half"].startswith(" ") else "%p"
+    patterns = [f"{between.join(order)}{found['gap']}{clock}{half}" for order in orders]
+    read = {pattern: moments for pattern in patterns if len(moments := _read(given, pattern)) >= ENOUGH * len(given)}
+    if not read:
+        return "", ""
+    best = min(read, key=lambda pattern: (-len(read[pattern]), _backwards(read[pattern]), _span(read[pattern])))
+    if len(read) == 1:
+        return best, ""
+    (other,) = set(read) - {best}
+    return best, f"dates are written as {best}; if not, say --dates '{other}'"
+
+
+def _by_iso(cells: Sequence[str]) -> bool:
+    """Return whether the first date is by ISO 8601."""
+    try:
+        datetime.fromisoformat(cells[0])
+    except ValueError:
+        return False
+    return True
+
+
+def _read(cells: Sequence[str], pattern: str) -> list[datetime]:
+    moments = []
+    for cell in cells:
+        try:
+            moments.append(datetime.strptime(cell, pattern))
+        except ValueError:
+            continue
+    return moments
+
+
+def _backwards(moments: Sequence[datetime]) -> int:
+    return sum(after < before for before, after in pairwise(moments))
+
+
+def _span(moments: Sequence[datetime]) -> float:
+    return (max(moments) - min(moments)).total_seconds()
