@@ -47,6 +47,7 @@ class Streamed:
     result: Result
     score: Score
     text: str
+    brief: str
     figures: dict[str, Any]
     files: tuple[str, ...]
     problems: tuple[Problem, ...] = ()
@@ -153,11 +154,12 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
         offsets=steps.state.offsets,
     )
     score = recorder.judge.score()
-    told, text = figures(experiment, result, score), summary(experiment, result, score, recorder.bands)
+    told = figures(experiment, result, score)
+    text, brief = (summary(experiment, result, score, recorder.bands, brief=short) for short in (False, True))
     summaries = write_summaries(folder, experiment, told, text)
     written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:])
     further, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
-    return Streamed(result, score, text, told, (*written, *further), tuple(problems))
+    return Streamed(result, score, text, brief, told, (*written, *further), tuple(problems))
 
 
 @final

@@ -18,8 +18,8 @@ from vedette_files import Terms, utc
 from vedette_report.columns import aligned
 from vedette_report.figures import count, length_unit, unused
 from vedette_report.registration import registered
-from vedette_report.traces import BAND, Bands, Inside, Judged, band, mode_names
-from vedette_report.track_rows import track_rows
+from vedette_report.traces import BAND, Bands, Inside, Judged, mode_names
+from vedette_report.track_rows import MOST_TRACKS, track_rows
 from vedette_report.warnings import ENOUGH, warnings
 
 FIRST = 5
@@ -27,6 +27,12 @@ FIRST = 5
 
 MOST_OBJECTS = 30
 """Number of true objects that the summary names and tells of; `summary.json` has all."""
+
+FEW = 6
+"""Number of objects, or of tracks, that a brief summary tells of."""
+
+_MORE = ("bias", "first covered", "OSPA", "whole tracks", "lower bound")
+"""What a brief summary leaves out of the comparison with the truth."""
 
 FACTOR = 2.0
 """A mean NEES of one run that is off by less than this factor is no evidence against the covariance: see docs/metrics.md."""
@@ -37,18 +43,22 @@ by 8 % and more in the plane: there is no verdict. Errors of less than half this
 that expects larger ones they show that it is wrong.
 """
 
+RATIO = "Are the covariances right? Squared errors (NEES) and innovations (NIS) over what the filter states: 1 is right"
 _TEXT, _WIDE = 21, 118
 """Columns at which texts begin and end, in characters."""
+
+_EXACT = 0.01
+"""A ratio below this is of errors a tenth of those stated: data drawn without noise, of which no filter can be right."""
 
 _NOISE = 1e-9
 """Anything smaller than this is the rounding of sums, and reported as 0."""
 _NOTHING = "nothing to judge by: no confirmed track"
 
 
-def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None) -> str:
+def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None, *, brief: bool = False) -> str:
     """Return lines of text, the same in every run of one config and seed.
 
-    `bands` are those that the judge counted; default: the result is judged anew.
+    `bands` are those that the judge counted; default: the result is judged anew. brief: what fits one screen.
     """
     bands = Judged.of(experiment, result).bands if bands is None else bands
     lines = _head(experiment, result, score)
@@ -57,13 +67,14 @@ def summary(experiment: Experiment, result: Result, score: Score, bands: Bands |
         few = ", too few for parts in % to say much" if score.scans < ENOUGH else ""
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
-        lines += [*rows(_against_truth(experiment, score, unit)), "", *_objects(score, unit)]
+        told = ((name, text) for name, text in _against_truth(experiment, score, unit) if not (brief and name in _MORE))
+        lines += [*rows(told), "", *_objects(score, unit, FEW if brief else MOST_OBJECTS)]
     elif score.false_tracks is not None:
         told_false = rows([("false tracks", f"{score.false_tracks:.3g} at a time")])
         lines += ["", f"Against the truth, by which nobody is there: {count(score.scans, 'scan')} judged", *told_false]
-    if told := track_rows(result):
-        lines += ["", *told]
-    lines += ["", "Are the covariances as large as the errors?", *rows(_consistency(experiment, score, bands))]
+    if not (brief and score.coverage is not None) and (table := track_rows(result, FEW if brief else MOST_TRACKS)):
+        lines += ["", *table]
+    lines += ["", RATIO, *_consistency(experiment, score, bands, brief=brief)]
     return "\n".join(lines) + "\n"
 
 
@@ -205,7 +216,7 @@ def _whole_tracks(score: Score, unit: str) -> Iterator[str]:
     yield f"OSPA(2) {_maybe(score.ospa2_m, unit)}, {shares}"
 
 
-def _objects(score: Score, unit: str) -> list[str]:
+def _objects(score: Score, unit: str, most: int) -> list[str]:
     titles = ("object", "scans", "coverage", f"RMSE [{unit}]", "identity switches", "lost", "first covered [s]")
     table = [
         (
@@ -217,47 +228,54 @@ def _objects(score: Score, unit: str) -> list[str]:
             {True: "yes", False: "no", None: "-"}[fate.lost],
             _maybe(fate.confirmed_after_s),
         )
-        for fate in score.truths[:MOST_OBJECTS]
+        for fate in score.truths[:most]
     ]
     lines = [f"  {line}" for line in aligned((titles, *table))]
-    more = len(score.truths) - MOST_OBJECTS
+    more = len(score.truths) - most
     return [*lines, f"  and {more:,} more, which summary.json has"] if more > 0 else lines
 
 
-def _consistency(experiment: Experiment, score: Score, bands: Bands) -> Iterator[tuple[str, str]]:
+def _consistency(experiment: Experiment, score: Score, bands: Bands, *, brief: bool) -> list[str]:
+    """Return the table of ratios, what each says below it, and the modes."""
+    table = [("", "ratio", f"single values in their {_percent(1 - BAND)} band")]
+    told: list[tuple[str, str]] = []
     if score.nees_position is not None:
-        yield "NEES", f"{score.nees_position:.3g} of what is expected, of the position; {_inside(bands.nees)}"
-        expected, radius, unit = score.position_deviation_m or 0.0, experiment.judge.cover_radius, length_unit(experiment)
-        reaching = expected > CUT * radius and (score.position_rmse_m or 0.0) > CUT / 2 * radius
-        if reaching and score.nees_position <= FACTOR:
-            cut = f"not judged: the pairing radius of {radius:g} {unit} cuts the errors, which the filter expects to be"
-            yield "", f"{cut} {expected:.3g} {unit}; set judge.cover_radius to {float(f'{3 * expected:.2g}'):g} or more"
-        else:
-            yield "", _nees_in_words(score.nees_position)
-    if score.nees_state is not None:
-        yield "", f"{score.nees_state:.3g} of what is expected, of {', '.join(score.nees_state_axes or ())}"
+        table.append(("NEES of the position", f"{score.nees_position:.3g}", _inside(bands.nees)))
+        told.append(("NEES", _nees_of(experiment, score, score.nees_position)))
+    if score.nees_state is not None and not brief:
+        table.append((f"NEES of {', '.join(score.nees_state_axes or ())}", f"{score.nees_state:.3g}", ""))
     if score.nis is not None and bands.nis.count:
-        yield "NIS", f"{score.nis:.3g} of what is expected; {_inside(bands.nis)}"
         axes = float(sum(axes * count for axes, count in bands.nis.axes.items()))
-        yield "", _nis_in_words(score.nis, axes, on_purpose=experiment.tracker.estimator.traits.conservative)
+        table.append(("NIS", f"{score.nis:.3g}", _inside(bands.nis)))
+        told.append(("NIS", _nis_in_words(score.nis, axes, experiment)))
     if score.nees_position is None and score.nis is None:
-        yield "", f"{_NOTHING} took a return" if score.tracks else _NOTHING
-    if score.mode_prob is not None:
+        return rows([("", f"{_NOTHING} took a return" if score.tracks else _NOTHING)])
+    if score.mode_prob is not None and not brief:
         names = mode_names(experiment, len(score.mode_prob))
-        yield "modes", ", ".join(f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))
+        shares = (f"{name} {share:.2f}" for name, share in zip(names, score.mode_prob, strict=True))
+        told.append(("modes", ", ".join(shares)))
+    return [*(f"  {line}" for line in aligned(table)), *rows(told)]
+
+
+def _nees_of(experiment: Experiment, score: Score, ratio: float) -> str:
+    expected, radius, unit = score.position_deviation_m or 0.0, experiment.judge.cover_radius, length_unit(experiment)
+    reaching = expected > CUT * radius and (score.position_rmse_m or 0.0) > CUT / 2 * radius
+    if reaching and ratio <= FACTOR:
+        cut = f"not judged: the pairing radius of {radius:g} {unit} cuts the errors, which the filter expects to be"
+        return f"{cut} {expected:.3g} {unit}; set judge.cover_radius to {float(f'{3 * expected:.2g}'):g} or more"
+    return _nees_in_words(ratio)
 
 
 def _inside(seen: Inside) -> str:
     if seen.part is None:
         return "none at a single scan"
-    bands = ", ".join(f"{low / n:.3g} to {high / n:.3g}" for n in sorted(seen.axes) for low, high in [band(n)])
-    return f"{_percent(seen.part)} of {seen.count:,} within {bands}, {_percent(1 - BAND)} expected"
+    return f"{_percent(seen.part)} of {seen.count:,}"
 
 
 def _nees_in_words(ratio: float) -> str:
     """Judge one run's NEES, whose values are dependent, so that only a gross ratio means something."""
-    if ratio == 0:
-        return "no covariance to speak of, or no error"
+    if ratio < _EXACT:
+        return "not judged: next to no error, as of a truth that the returns were made from without noise"
     if ratio > FACTOR:
         return f"the covariance is {ratio:.2g} times too small for the errors: the filter is overconfident"
     if ratio < 1 / FACTOR:
@@ -265,13 +283,14 @@ def _nees_in_words(ratio: float) -> str:
     return f"the covariance fits the errors to within a factor of {FACTOR:g}, which is all that one run can tell"
 
 
-def _nis_in_words(ratio: float, axes: float, *, on_purpose: bool) -> str:
-    """Judge the NIS by the band of a correct linear filter whose returns are known to be its own.
-
-    `on_purpose`: the estimator declares a covariance larger than that of its errors.
-    """
+def _nis_in_words(ratio: float, axes: float, experiment: Experiment) -> str:
+    """Judge the NIS by the band of a correct linear filter whose returns are known to be its own."""
+    if all(isinstance(sensor, ImagingSensor) for sensor in experiment.tracker.sensors.values()):
+        return "not judged: a frame has no innovation of its own; how well it fits is in the likelihood of its pixels"
+    if ratio < _EXACT:
+        return "not judged: the returns have next to no noise"
     low, high = chi_square_band(axes, BAND)
-    if on_purpose and ratio < low:
+    if experiment.tracker.estimator.traits.conservative and ratio < low:
         return "less than 1, as is meant: this estimator's covariance is larger than that of its errors on purpose"
     words = f"its {_percent(1 - BAND)} band is {low:.3g} to {high:.3g} where returns are known to be the target's"
     if low <= ratio <= high:

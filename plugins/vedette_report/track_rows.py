@@ -19,7 +19,7 @@ SURE, MOST_TIMES = 0.95, 5
 """Probability of a link below which ids may have been exchanged; how many such times the summary tells of."""
 
 
-def track_rows(result: Result) -> list[str]:
+def track_rows(result: Result, most: int = MOST_TRACKS) -> list[str]:
     """Return the lines of the table; none without tracks, as in a run that kept nothing."""
     tracks = result.tracks
     if not tracks:
@@ -30,10 +30,10 @@ def track_rows(result: Result) -> list[str]:
     if moving:
         unit = space.axes[space.names.index("vx")].unit
         titles += [f"speed [{unit}]", "course [deg]"]
-    table = [_row(track, terms, moving=moving) for track in tracks[:MOST_TRACKS]]
+    table = [_row(track, terms, moving=moving) for track in tracks[:most]]
     lines = ["Confirmed tracks" + (f": the last speed, and the course {_sense(terms)}" if moving else "")]
     lines += [f"  {line}" for line in aligned([titles, *table])]
-    more = len(tracks) - MOST_TRACKS
+    more = len(tracks) - most
     lines += [f"  and {more:,} more, which tracks.csv has"] if more > 0 else []
     return lines + list(_exchanges(tracks, terms))
 

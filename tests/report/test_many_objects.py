@@ -11,7 +11,7 @@ from vedette_report.summary import MOST_OBJECTS
 def test_more_objects_than_fit_are_counted_and_the_json_has_all(tmp_path, capsys):
     changes = ["source.populations.boats.count=60", "source.duration=10", "source.crossings={}"]
     sets = [part for change in changes for part in ("--set", change)]
-    assert main(["run", str(EXAMPLES / "fleet.toml"), "--out", str(tmp_path), "--json", *sets]) == 0
+    assert main(["run", str(EXAMPLES / "fleet.toml"), "--out", str(tmp_path), "--json", "--all", *sets]) == 0
     said = capsys.readouterr().out.splitlines()
     figures = json.loads(said[-1])
     objects = len(figures["truths"])

@@ -1,6 +1,7 @@
 """The summary in words."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -35,8 +36,46 @@ def test_the_summary_says_how_nees_stands(variance, verdict, scene):
     )
     text = told(scene[0], done)
     assert verdict in text
-    assert f"{1 / variance:.3g} of what is expected, of the position" in text
-    assert f"{0.5 / variance:.3g} of what is expected, of x, y, vx, vy" in text
+    ratios = dict(re.findall(r"^  (NEES of .*?)  +([\d.e+-]+)  ", text, re.MULTILINE))
+    assert {name: float(ratio) for name, ratio in ratios.items()} == {
+        "NEES of the position": pytest.approx(1 / variance, rel=0.01),
+        "NEES of x, y, vx, vy": pytest.approx(0.5 / variance, rel=0.01),
+    }
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1e-4])
+def test_data_without_noise_get_no_verdict(ratio, scene):
+    """Neither on the errors nor on the innovations: no covariance can fit what is drawn without noise."""
+    error = np.sqrt(ratio)
+    done = result(
+        [track(range(200), np.tile([error, error, 0.0, 0.0], (200, 1)), np.eye(4), nis=max(ratio, 1e-5))],
+        [still("buoy", [0, 199], (0.0, 0.0))],
+        range(200),
+    )
+    text = told(scene[0], done)
+    assert text.count("not judged") == 2
+    assert "times" not in text.split("Are the covariances right?")[1]
+
+
+def test_frames_get_no_verdict_on_their_nis():
+    experiment = vedette.load(EXAMPLES / "flir.toml", overrides=["source.duration=2"])
+    done = experiment.run()
+    score = done.score()
+    words = summary(experiment, done, score)
+    assert f"{score.nis:.3g}" in words
+    assert "the innovations fit" not in words
+    assert words.count("not judged") == 1
+
+
+@pytest.mark.parametrize("truths", [0, 30])
+def test_a_brief_summary_fits_a_screen_and_a_whole_one_has_more(truths, scene):
+    away = [(40.0 * k, 0.0) for k in range(30)]
+    tracks = [track(range(20), np.tile([*place, 0.0, 0.0], (20, 1)), np.eye(4), number=k) for k, place in enumerate(away)]
+    done = result(tracks, [still(f"buoy {k}", [0, 19], place) for k, place in enumerate(away[:truths])], range(20))
+    score = metrics.judge(done.tracks, done.recording.truth, done.scans, scene[0].judge)
+    brief, whole = (summary(scene[0], done, score, brief=short).splitlines() for short in (True, False))
+    assert len(brief) <= 36 < len(whole)
+    assert sum("1 is right" in line for line in whole) == 1
 
 
 @pytest.mark.parametrize(

@@ -278,7 +278,7 @@ def _run_mean(name: str, mean: Estimate, low: float, high: float, alpha: float, 
 
 def _scale(figure: float, low: float, high: float) -> str:
     """Say in words what a squared error of `figure` times its covariance means for the covariance."""
-    within = f"{figure:.3g} of what is expected, band {low:.3g} to {high:.3g}"
+    within = f"{figure:.3g}, band {low:.3g} to {high:.3g}"
     if low <= figure <= high:
         return within
     off = f"{figure:.2g} times too small" if figure > 1 else f"{1 / max(figure, 1e-300):.2g} times too large"

@@ -53,7 +53,7 @@ def judge_run_means(what: str, values: Array, low: float, high: float, alpha: fl
     reach = float(-stdtrit(len(values) - 1, alpha / 2)) * error
     demand(
         low - reach <= mean <= high + reach,
-        f"{what}: {mean:.3g} of what is expected (standard error {error:.2g}, equivalence band {low:g} to {high:g})",
+        f"{what}: {mean:.3g} (standard error {error:.2g}, equivalence band {low:g} to {high:g})",
     )
 
 

@@ -175,7 +175,7 @@ def _of_axis(what: str, u: Array, seen: Mask, alpha: float, band: tuple[float, f
         return run_mean_verdict(what, values, *band, alpha)
     low, high = chi_square_band(float(dof * seen.sum()), alpha)
     figure = float(np.mean(u[seen] ** 2))
-    told = f"{what}: variance {figure:.3g} of what is expected, band {low:.3g} to {high:.3g}"
+    told = f"{what}: variance {figure:.3g}, band {low:.3g} to {high:.3g}"
     return Verdict("", figure, low, high, alpha, told)
 
 

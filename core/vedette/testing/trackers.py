@@ -95,7 +95,8 @@ class Report:
         """The verdict in words, with what is wrong first."""
         how = "chi-square" if self.exact else f"run means, as {self.why}"
         kind = "consistent" if self.consistent else "NOT consistent"
-        lines = [f"{kind}: {self.runs} runs, seed {self.seed}, false-alarm rate {self.alpha:g} in all, judged by {how}"]
+        alarms = f"seed {self.seed}, false-alarm rate {self.alpha:g} in all"
+        lines = [f"{kind}: {self.runs} runs, {alarms}, judged by {how}; 1 is right"]
         ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
         lines += [f"{'  ok   ' if verdict.inside else '  WRONG'} {verdict.text}" for verdict in ordered]
         return "\n".join([*lines, *([f"  likely {self.cause}"] if self.cause else [])])

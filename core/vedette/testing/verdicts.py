@@ -81,7 +81,7 @@ def nees_verdict(played: Runs, values: Array, free: Array, share: float, band: t
     low, high = chi_square_band(float(free.sum()), share / len(played.times))
     mean = values.mean(axis=0)
     worst = _worst(mean, low, high)
-    text = f"NEES at {played.times[worst]:g} s: {mean[worst]:.3g} of what is expected, band {low:.3g} to {high:.3g}"
+    text = f"NEES at {played.times[worst]:g} s: {mean[worst]:.3g}, band {low:.3g} to {high:.3g}"
     outside = (mean < low) | (mean > high)
     if outside.any():
         text += f": the covariance is {_size(mean[worst])}{_when(outside, played.times)}"
@@ -188,7 +188,7 @@ def calibration_verdict(
         typical = float(np.exp(np.mean(np.log(mean[d, outside[d]]))))
         text = f"covariance is {_size(typical)} along {directions[d]}{_when(outside[d], played.times)}"
     else:
-        text = f"covariance by direction: at most {mean[d, k]:.3g} of what is expected, along {directions[d]}"
+        text = f"covariance by direction: at most {mean[d, k]:.3g}, along {directions[d]}"
     text += f" (band {low:.3g} to {high:.3g})"
     return Verdict("calibration", float(mean[d, k]), low, high, share, text)
 

@@ -44,6 +44,7 @@ class Run(Command):
             action="store_true",
             help="write results during the run and keep no history in memory; default for more than 10,000 scans",
         )
+        parser.add_argument("--all", action="store_true", help="print the whole summary, as summary.txt has it")
         parser.add_argument("--report", action="store_true", help="also write report.html, a page that shows the run")
         options.add_pictures(parser)
         parser.add_argument("--keep", action="store_true", help="keep the history of a long run in memory, for its pictures")

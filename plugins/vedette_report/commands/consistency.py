@@ -12,7 +12,7 @@ from vedette.config import load, to_config, warnings_of
 from vedette.progress import on_terminal
 from vedette_files.writing import Inputs, check_folder, locked, whole_file
 from vedette_report.drawing import Drawing, drawing
-from vedette_report.recorded import Recorded, pooled, recorded
+from vedette_report.recorded import Recorded, pooled, recorded, table
 
 
 def run(arguments: Namespace) -> int:
@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> int:
         told = recorded(experiment, result)
         objects = pooled(told, experiment.tracker.gate.probability)
         odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
-        text = "\n".join([*odd, *(one.text for one in told), *(one.text for one in objects if one.text)])
+        text = "\n".join([*odd, *table(told), *(one.text for one in objects if one.text)])
         figures = {
             "title": experiment.title,
             "seed": experiment.seed,

@@ -64,10 +64,12 @@ def run(arguments: Namespace) -> int:
             result, judged = recorded.result, recorded.judged
             score = judged.score
             numbers, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
+            told = text if arguments.all else summary(experiment, result, score, judged.bands, brief=True)
             smoothed = None if lag is None else smooth_result(experiment, recorded, lag)
             if smoothed is not None:
                 numbers |= {"smoothed": smoothed_figures(smoothed)}
-                text += smoothed_summary(score, smoothed, length_unit(experiment))
+                compared = smoothed_summary(score, smoothed, length_unit(experiment))
+                text, told = text + compared, told + compared
             written = write_files(results.place, experiment, recorded, numbers, text)
             if smoothed is not None:
                 written += write_smoothed(results.place, experiment, result, smoothed)
@@ -77,7 +79,7 @@ def run(arguments: Namespace) -> int:
     written += [*([_page(folder)] if arguments.report else []), *further]
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
-    return _tell(arguments, result, text, numbers, f"{folder}: {', '.join(written)}")
+    return _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
 
 
 def _go_on(arguments: Namespace) -> int:
@@ -128,7 +130,9 @@ def _stream(
     for problem in done.problems:
         print(f"vedette: {problem}", file=sys.stderr)
     written = [*done.files, *([_page(folder)] if arguments.report else [])]
-    return _tell(arguments, done.result, done.text, done.figures, f"{folder}: {', '.join(written)}")
+    return _tell(
+        arguments, done.result, done.text if arguments.all else done.brief, done.figures, f"{folder}: {', '.join(written)}"
+    )
 
 
 def _page(folder: Path) -> str:
@@ -142,7 +146,7 @@ def _page(folder: Path) -> str:
 def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str) -> int:
     """Print the result of a run; return the exit code."""
     took = timings(result)
-    print(text)
+    print(text if arguments.all else f"{text}\nsummary.txt has more, and --all prints it")
     if took["seconds_per_scan"] is not None:
         print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
     print(written)

@@ -57,7 +57,7 @@ def _follow(
             reads = Inputs.of(arguments.config, to_config(experiment))
             done = stream(experiment, folder, steps=steps, shown=view.take, reads=reads)
             interrupted, figures = done.result.interrupted, done.figures
-            lines = [done.text, f"{folder}: {', '.join(done.files)}"]
+            lines = [done.brief, f"{folder}: {', '.join(done.files)}"]
             for problem in done.problems:
                 print(f"vedette: {problem}", file=sys.stderr)
         if isinstance(view, LivePage) and not interrupted and not view.server.greeted.is_set():

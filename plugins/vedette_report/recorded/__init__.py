@@ -6,3 +6,4 @@ from vedette_report.recorded.tracks import Innovations as Innovations
 from vedette_report.recorded.tracks import Recorded as Recorded
 from vedette_report.recorded.tracks import recorded as recorded
 from vedette_report.recorded.tracks import recorded_consistency as recorded_consistency
+from vedette_report.recorded.tracks import table as table

@@ -24,7 +24,7 @@ class Pooled:
     @property
     def text(self) -> str:
         """When it was lost, and the figures of all its tracks; "" if it was not."""
-        nis = "unknown" if self.nis is None else f"{self.nis:.2f} of what is expected"
+        nis = "unknown" if self.nis is None else f"{self.nis:.2f}"
         figures = f"in all {self.scans} scans, ANEES {self.anees:.2f} and NIS {nis}"
         return f"{self.target.truth}: {self.target.hint}; {figures}" if self.target.hint else ""
 

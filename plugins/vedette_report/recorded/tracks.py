@@ -21,12 +21,21 @@ from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian, Track, Trajectory
 from vedette.units import say
+from vedette_report.columns import aligned
 from vedette_report.recorded.pairing import Followed, followed
 
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
+TITLES = ("object", "track", "scans", "ANEES", "NIS", "correlation", "detected", "noncr. [dB]", "incl. [dB]", "lost at")
+HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation of innovations and inclination: 0"
 LAGS = 10
 """Number of scans over which innovations are correlated."""
+
+
+def table(told: Sequence[Recorded]) -> list[str]:
+    """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
+    lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
+    return lines + [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint]
 
 
 @frozen(eq=False)
@@ -83,8 +92,8 @@ class Recorded:
         white = "unknown" if self.whiteness is None else f"{self.whiteness:.2f}"
         parts = [f"track {self.track}, {self.scans} scans"]
         parts += [] if self.anees is None else [f"ANEES {self.anees:.2f}"]
-        size = "unknown" if self.nis is None else f"{self.nis:.2f} of what is expected"
-        parts[-1] += f"{' and' if self.anees is not None else ','} NIS {size}"
+        size = "unknown" if self.nis is None else f"{self.nis:.2f}"
+        parts += [f"NIS {size} (1 is right)"]
         parts += [f"innovations correlate by {white}"]
         parts += [] if self.hits is None else [f"detected {self.hits:.2f} times as often as declared"]
         if self.credibility is not None:
@@ -110,6 +119,17 @@ class Recorded:
         if self.whiteness is None or self.nis is None:
             return ""
         return at_fault(self.nis, self.whiteness, dof, float(seen.pairs[0]))
+
+    @property
+    def row(self) -> tuple[str, ...]:
+        """Its figures for a table whose head is `TITLES`."""
+        index = None if self.credibility is None else self.credibility.index
+        inclination = None if self.credibility is None else self.credibility.inclination
+        lost = "-" if self.lost is None else say(self.lost, "s")
+        figures = (self.anees, self.nis, self.whiteness, self.hits)
+        decibels = ("-" if value is None else f"{value:{sign}.1f}" for value, sign in ((index, ""), (inclination, "+")))
+        told = ("-" if value is None else f"{value:.2f}" for value in figures)
+        return (self.truth or "-", f"{self.track}", f"{self.scans:,}", *told, *decibels, lost)
 
     def _repr_html_(self) -> str:
         return figures_html("Consistency of a track", {name: value or None for name, value in self.data().items()})

@@ -150,7 +150,7 @@ def _noises(before: Sequence[Noise], after: Sequence[Noise], off: bool) -> Itera
     later = {(noise.sensor, noise.axis): noise for noise in after}
     for noise in before or after:
         then = later.get((noise.sensor, noise.axis))
-        yield f"innovations of {noise.sensor} along {noise.axis}:"
+        yield f"innovations of {noise.sensor} along {noise.axis}; a NIS of 1 is right:"
         for when, one in (("before", noise if before else None), ("after", then)):
             if one is not None:
                 hint = one.hint or "neither Q nor R stands out"
@@ -158,4 +158,4 @@ def _noises(before: Sequence[Noise], after: Sequence[Noise], off: bool) -> Itera
                     hint = (
                         f"nothing stands out in the {one.count:.0f} returns of tracks; a track lost and begun anew hides it"
                     )
-                yield f"  {when}: NIS {one.nis:.2f} of what is expected, correlation {one.whiteness:+.2f}: {hint}"
+                yield f"  {when}: NIS {one.nis:.2f}, correlation {one.whiteness:+.2f}: {hint}"

@@ -113,7 +113,8 @@ def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_pa
     out = tmp_path / "out"
     assert main(["consistency", str(scene), "--out", str(out), "--json"]) == 0
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].startswith("boat: track 0, 401 scans, ANEES ")
+    assert lines[1].split()[:4] == ["object", "track", "scans", "ANEES"]
+    assert lines[2].split()[:3] == ["boat", "0", "401"]
     (track,) = json.loads(lines[-1])["tracks"]
     assert track["truth"] == "boat"
     assert track["nis"] == pytest.approx(1.0, abs=0.3)
@@ -129,8 +130,8 @@ def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, unt
     assert main(["consistency", str(scene), *untold, "--json", "--out", str(tmp_path / "out")]) == 0
     out = capsys.readouterr().out.splitlines()
     (track,) = json.loads(out[-1])["tracks"]
-    assert out[0].startswith("track 0, 4")
-    assert "ANEES" not in out[0]
+    assert out[2].split()[:2] == ["-", "0"]
+    assert out[2].split()[3] == "-"
     assert (track["truth"], track["anees"], track["noncredibility_db"]) == (None, None, None)
     for name in ("nis", "whiteness", "hits"):
         assert track[name] == pytest.approx(known[name], rel=0.05)

@@ -32,7 +32,7 @@ def documented_keys():
 
 
 def test_a_run_leaves_its_files_and_tells_their_names(config, tmp_path, capsys):
-    assert main(["run", str(config), "--out", str(tmp_path / "results")]) == 0
+    assert main(["run", str(config), "--all", "--out", str(tmp_path / "results")]) == 0
     told = capsys.readouterr()
     assert sorted(files(tmp_path / "results")) == sorted(FILES + PICTURES)
     assert told.err == ""
