@@ -31,7 +31,7 @@ MOST_OBJECTS = 30
 FEW = 6
 """Number of objects, or of tracks, that a brief summary tells of."""
 
-_MORE = ("bias", "first covered", "OSPA", "whole tracks", "lower bound")
+_MORE = ("bias", "first covered", "OSPA", "whole tracks")
 """What a brief summary leaves out of the comparison with the truth."""
 
 FACTOR = 2.0

@@ -58,7 +58,7 @@ def test_data_without_noise_get_no_verdict(ratio, scene):
 
 
 def test_frames_get_no_verdict_on_their_nis():
-    experiment = vedette.load(EXAMPLES / "flir.toml", overrides=["source.duration=2"])
+    experiment = vedette.load(EXAMPLES / "flir.toml", overrides=["source.frames=60"])
     done = experiment.run()
     score = done.score()
     words = summary(experiment, done, score)
