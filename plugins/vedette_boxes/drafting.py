@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from attrs import asdict
 
-from vedette import InputError
+from vedette import InputError, load
 from vedette.space import Array, Indices
 from vedette_boxes.calibration import confused, fitted, of_targets
+from vedette_boxes.fitting import Guess, likeliest
 from vedette_boxes.rows import Rows, numbers_of, overlap, read_rows
 from vedette_boxes.sources.mot import sequence_info
 from vedette_files.input_files import lines
@@ -37,7 +40,7 @@ path = {path}
 {classes}{calibration}
 [sensors.camera]
 kind = "box"
-sigma_place = {place:.3g}  # by the second differences of boxes that overlap from frame to frame
+sigma_place = {place:.3g}  # in parts of a side; by the likelihood of the first frames, as are all without another word
 sigma_size = {size:.3g}
 detection_probability = {detected:.2g}  # {detected_from}
 clutter_per_scan = {false:.2g}
@@ -49,8 +52,8 @@ kind = "ekf"
 
 [estimator.motion]
 kind = "box_velocity"
-sigma_accel = 0.5   # heights: a walker who turns; `vedette tune THIS.toml` fits it
-sigma_growth = 0.2
+sigma_accel = {accel:.3g}
+sigma_growth = {growth:.3g}
 
 [gate]
 probability = 0.99
@@ -84,17 +87,26 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         _number(info, name) or float(np.ceil(np.max(corner[:, i]))) for i, name in enumerate(("imWidth", "imHeight"))
     )
     rate, frames = _number(info, "frameRate") or 30.0, int(np.ptp(found.frame)) + 1
-    place, size = _noise(found)
     told = _facts(found, None if true is None else read_rows(true), frames)
     usual = float(np.median(found.box[:, 3]))
-    return TEXT.format(
-        name=path.name, boxes=len(found.frame), frames=frames, width=width, height=height, rate=rate,
-        rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
-        title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
-        truth=f"truth = {json.dumps(str(true))}\n" if true else "", place=place, size=size,
-        least=0.9 * float(np.min(found.box[:, 2:])), most=1.1 * float(np.max(found.box[:, 2:])),
-        speed=usual, near=usual / 2, **told,
-    )  # fmt: skip
+    place, size = _noise(found)
+    known = true is not None
+    first = Guess(place=place, size=size) if known else Guess(0.5, 0.2, place, size, told.pop("detected"), told.pop("false"))
+
+    def text(guess: Guess) -> str:
+        numbers = asdict(guess, filter=lambda _, value: bool(value))
+        return TEXT.format(
+            name=path.name, boxes=len(found.frame), frames=frames, width=width, height=height, rate=rate,
+            rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
+            title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
+            truth=f"truth = {json.dumps(str(true))}\n" if true else "",
+            least=0.9 * float(np.min(found.box[:, 2:])), most=1.1 * float(np.max(found.box[:, 2:])),
+            speed=usual, near=usual / 2, **told, **numbers,
+        )  # fmt: skip
+
+    experiment = load(tomllib.loads(text(first)))
+    scans = experiment.source.open(experiment.tracker.sensors, np.random.default_rng()).scans
+    return text(likeliest(first, text, scans[: frames // 2] if known else scans))
 
 
 def _is_one(path: Path) -> bool:
@@ -151,7 +163,7 @@ def _noise(found: Rows) -> tuple[float, float]:
 def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
     """Return P_D, false boxes and calibration, by the first half of the true boxes if there are any."""
     if true is None:
-        guess = "not told without true boxes, as is the number of false ones: `vedette tune THIS.toml` fits both"
+        guess = "without true boxes by the likelihood, too, as is the number of false ones"
         return {"detected": 0.8, "false": max(0.1 * len(found.frame) / frames, 0.1), "detected_from": guess, **NOT_TOLD}
     half = found.frame[0] + frames // 2
     early, real = found.of(found.frame < half), true.of((true.frame < half) & (true.score != 0))

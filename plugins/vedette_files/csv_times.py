@@ -117,7 +117,7 @@ class Times:
         cell = row.cells[self.name]
         if self._form.name == NUMBER:
             if _DATE.match(cell):
-                written = f"{EXAMPLES[ZONED]}, or as `dates = \"%d/%m/%Y %H:%M\"` says"
+                written = f'{EXAMPLES[ZONED]}, or as `dates = "%d/%m/%Y %H:%M"` says'
                 raise ValueError(f"{self.title} must be a number, or a date and time {written}, got {shown(cell)}")
             return self._column.of(row)
         try:

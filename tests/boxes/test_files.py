@@ -148,3 +148,25 @@ def test_the_example_is_what_its_script_draws_and_its_config_what_is_drafted(tmp
     drafted = draft(Path("examples/boxes/det.txt"), {})
     told = (EXAMPLE.parent / "boxes.toml").read_text()
     assert drafted.partition("seed = 1")[2] == told.partition("seed = 1")[2]
+
+
+@pytest.mark.parametrize("accel", [0.3, 5.0])
+def test_a_draft_finds_how_boxes_move(accel, tmp_path):
+    """Ten people of 100 px: an acceleration of white noise, in heights, to a factor of 2, and few broken tracks."""
+    rng, dt, frames = np.random.default_rng(1), 1 / 30, 120
+    place, speed = rng.uniform(200, 1800, (10, 2)), rng.normal(0, 50, (10, 2))
+    lines = []
+    for frame in range(1, frames + 1):
+        push = 100 * accel * np.sqrt(dt) * rng.standard_normal((10, 2))
+        place, speed = place + dt * speed + 0.5 * dt * push, speed + push
+        for middle in place[rng.random(10) < 0.9]:
+            w, h = np.array([40.0, 100.0]) * (1 + 0.05 * rng.standard_normal(2))
+            x, y = middle + 0.03 * np.array([w, h]) * rng.standard_normal(2)
+            lines.append(f"{frame},-1,{x - w / 2:.2f},{y - h / 2:.2f},{w:.2f},{h:.2f},1,-1,-1,-1")
+    (tmp_path / "det.txt").write_text("\n".join(lines))
+    config = tmp_path / "c.toml"
+    assert main(["new", "config", str(tmp_path / "det.txt"), "--out", str(config)]) == 0
+    experiment = vedette.load(config)
+    assert accel / 2 <= experiment.tracker.estimator.motion.sigma_accel <= 2 * accel
+    assert 0.8 <= experiment.tracker.sensors["camera"].detection_probability <= 0.96
+    assert len(experiment.run().tracks) <= 13

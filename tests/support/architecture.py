@@ -83,6 +83,7 @@ PLUGINS = (
     "vedette_study.scenes",
     "vedette_study.starts",
     "vedette_study.store",
+    "vedette_tools.drafting.trial",
 )
 """The modules of plugins that the plugins above them may import."""
 
