@@ -33,6 +33,9 @@ UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} 
 _COMMA = re.compile(r"([-+\d:T ]*),(\d[\deE:Z+-]*)")
 """A number, or a time with a part of a second, that has a comma where a program wants a point."""
 
+_THOUSANDS = re.compile(r"[-+]?\d{1,3}([,' ]\d{3})+(\.\d*)?")
+"""A number whose digits are grouped."""
+
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 """What Excel writes above a header to say what stands between columns."""
 
@@ -82,18 +85,30 @@ class Number:
         try:
             number = plain_number(cell)
         except ValueError:
-            advice = '; decimal = "," reads it' if _COMMA.fullmatch(cell) else ""
-            if not advice and self.largest is not None and cell[:1].isdigit():
-                advice = "; write degrees with decimals, negative in the south and in the west"
-            raise ValueError(f"{self.title} must be a number, got {shown(cell)}{advice}") from None
+            raise ValueError(f"{self.title} must be a number, got {shown(cell)}{self._advice(cell)}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
-            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}")
+            empty = "; leave the cells of a row empty where nothing was measured" if math.isnan(number) else ""
+            raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}{empty}")
         if self.largest is not None and abs(number) * self.factor > self.largest:
             bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
-            raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}")
+            other = "; is it the longitude's column?" if self.largest == 90 and abs(number) * self.factor <= 360 else ""
+            raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}{other}")
         if number < self.least:
             raise ValueError(f"{self.title} must be >= {self.least:g}, got {shown(cell)}")
         return number * self.factor
+
+    def _advice(self, cell: str) -> str:
+        """Return what to write instead of a cell that is no number, or ""."""
+        if _COMMA.fullmatch(cell):
+            return '; decimal = "," reads it'
+        if _THOUSANDS.fullmatch(cell):
+            return f"; write it without what groups its digits, {re.sub('[^-+0-9.]', '', cell)}"
+        number, _, unit = cell.partition(" ")
+        if is_number(number) and unit.isalpha():
+            return f"; write the number alone, {number}: `units` says that it is in {unit}"
+        if self.largest is not None and cell[:1].isdigit():
+            return "; write degrees with decimals, negative in the south and in the west"
+        return ""
 
 
 def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:
@@ -157,11 +172,18 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
         if cells is None:
             refused.append(Problem(line_place, UNCLOSED))
         elif len(cells) != len(header):
-            refused.append(Problem(line_place, f"must have {len(header)} columns as in the header, got {len(cells)}"))
+            text = f"must have {len(header)} columns as in the header, got {len(cells)}"
+            refused.append(Problem(line_place, text + _too_many(cells, len(header))))
         else:
             yield Row(line_place, {name: cells[i] for name, i in where.items()})
     if empty:
         raise InputError(f"{path}: has a header and no rows")
+
+
+def _too_many(cells: Sequence[str], width: int) -> str:
+    """Return what may be wrong with a row that has more cells than the header, each a whole number; or ""."""
+    split = width < len(cells) <= 2 * width and all(cell.strip(" +-").isdigit() for cell in cells)
+    return "; decimal commas between commas cannot be read: put semicolons between columns" if split else ""
 
 
 def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
@@ -220,8 +242,21 @@ def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], 
         if header.count(title) != 1:
             there = "no column" if title not in header else "more than one column"
             found = f"the columns are {listed(header)}" if len(header) > 1 else f"the only column is {shown(header[0])}"
-            split = "; is source.delimiter right?" if len(header) == 1 else ""
-            raise InputError(f"{where}: there is {there} {title!r}, which {place}.{name} asks for; {found}{split}")
+            cure = _delimiter(header[0]) if len(header) == 1 else ""
+            if title in header:
+                cure = "; rename all but one"
+            elif all(map(is_number, header)):
+                cure = "; these are numbers: write the titles of the columns above them"
+            elif any("\0" in each for each in header):
+                cure = "; this looks like UTF-16 without a byte order mark: save the table in UTF-8"
+            raise InputError(f"{where}: there is {there} {title!r}, which {place}.{name} asks for; {found}{cure}")
+
+
+def _delimiter(header: str) -> str:
+    """Return which delimiter parts a header that has but one column."""
+    found = [each for each in (";", "\t", "|", ",") if each in header]
+    told = f"{found[0]!r} seems to stand between columns" if len(found) == 1 else "what stands between columns?"
+    return f"; {told}: source.delimiter states it" + (", and it cannot be a blank" if not found and " " in header else "")
 
 
 def listed(header: Sequence[str]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable
+from contextlib import suppress
 from datetime import UTC, datetime, time
 from itertools import islice
 from typing import final
@@ -101,6 +102,20 @@ def form_of(cells: Iterable[str], pattern: str = "") -> Form:
     return Form(most, next(seconds for name, seconds in found if name == most), pattern)
 
 
+def _patterns(cell: str) -> str:
+    """Return which patterns read a date that is not by ISO 8601, in words; "" if none does."""
+    day, month = ("%d{0}%m{0}%Y", "%m{0}%d{0}%Y")
+    between = next((mark for mark in "./-" if mark in cell), "/")
+    found = []
+    for date in (day, month) if between == "/" else (day,):
+        for clock in ("", " %H:%M:%S", " %H:%M", " %H:%M:%S.%f", " %I:%M:%S %p", " %I:%M %p"):
+            with suppress(ValueError):
+                datetime.strptime(cell, pattern := date.format(between) + clock)
+                found.append(repr(pattern))
+    told = " or ".join(found)
+    return f"; dates = {told} in the source reads it, as --dates of `vedette new config` and `smooth`" if found else ""
+
+
 @final
 class Times:
     """A column of times, which are read row by row.
@@ -117,8 +132,8 @@ class Times:
         cell = row.cells[self.name]
         if self._form.name == NUMBER:
             if _DATE.match(cell):
-                written = f'{EXAMPLES[ZONED]}, or as `dates = "%d/%m/%Y %H:%M"` says'
-                raise ValueError(f"{self.title} must be a number, or a date and time {written}, got {shown(cell)}")
+                told = f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}"
+                raise ValueError(told + _patterns(cell))
             return self._column.of(row)
         try:
             name, seconds = stamp(cell, self._form.pattern)

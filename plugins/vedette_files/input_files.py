@@ -97,7 +97,7 @@ def lines(path: Path) -> Iterator[tuple[int, str]]:
     number, most = 0, raised(LONGEST_LINE)
     check_regular(path)
     try:
-        with path.open(encoding=_encoding(path), errors="replace") as file:
+        with path.open(encoding=encoding(path), errors="replace") as file:
             while line := file.readline(most + 1):
                 number += 1
                 if len(line) > most:
@@ -109,7 +109,7 @@ def lines(path: Path) -> Iterator[tuple[int, str]]:
         raise InputError(f"{path}: is empty")
 
 
-def _encoding(path: Path) -> str:
+def encoding(path: Path) -> str:
     """Return how a text is encoded, by its first bytes; InputError if they are those of a file that is no text."""
     with path.open("rb") as file:
         first = file.read(4)

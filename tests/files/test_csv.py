@@ -96,7 +96,9 @@ def test_truth_of_several_objects_with_units(tmp_path):
     assert b.space.names == ("x", "y", "heading")
     np.testing.assert_allclose(b.states, [[1, 2, -math.pi / 2], [3, 4, math.pi / 2]])
     assert a.times.tolist() == [0]
-    assert told(recording) == ["truth.csv:5: n must be a finite number of at most 1e+15, got 'nan'"]
+    (problem,) = told(recording)
+    assert problem.startswith("truth.csv:5: n ")
+    assert "'nan'" in problem
 
 
 def test_platform_by_scan(tmp_path):

@@ -121,7 +121,9 @@ def test_distances_on_the_ground_are_those_of_the_ellipsoid(place):
 
 def test_an_impossible_latitude_is_refused_and_a_far_place_is_said(tmp_path):
     recording = source(tmp_path, "t,lat,lon\n0,59,10\n1,91,10\n2,59,10\n3,59,30\n").open(PLANE, RNG)
-    assert told(recording) == ["d.csv:3: lat must be from -90 to 90, got '91'"]
+    (problem,) = told(recording)
+    assert problem.startswith("d.csv:3: lat ")
+    assert "-90 to 90, got '91'" in problem
     assert "are up to 1,1" in recording.warnings[0]
     assert "km from the origin" in recording.warnings[0]
 

@@ -13,6 +13,7 @@ from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette.progress import on_terminal
 from vedette_files.columnar import SUFFIX
+from vedette_files.csv_times import check_pattern
 from vedette_files.writing import Inputs
 from vedette_study.executors import dask_client
 from vedette_tools.smoothing.files import processes, smooth_files, tables
@@ -32,12 +33,14 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--out", f"{str(out)!r} exists already: delete it, or name another file")])
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     workers = options.whole("--workers", arguments.workers, cores, 1)
+    if arguments.dates:
+        check_pattern(arguments.dates)
     every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
     on = dask_client(arguments.scheduler) if arguments.scheduler else processes(workers)
     with on as executor, on_terminal() as progress:
-        told = smooth_files(paths, out, arguments.by, every, gap, executor, progress)
+        told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, arguments.dates)
     parts = f"{told.objects:,} objects in {told.pieces:,} pieces"
-    lost = f"; {told.left_out:,} rows left out: no time, no name or another number of columns" if told.left_out else ""
+    lost = f"; {told.left_out:,} rows left out: {why or 'no time, no name or other columns'}" if told.left_out else ""
     print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{lost}")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:

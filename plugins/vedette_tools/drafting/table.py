@@ -252,14 +252,15 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         return titles, list(islice(given, LOOKED_AT)), COMMAS
     number, first, below = header_line(lines(path))
     if "\0" in first:
-        raise InputError(f"{path}: is no text; a table is CSV or Parquet, and the source `video` reads frames")
+        raise InputError(f"{path}: is no text; a table is CSV or Parquet, in UTF-8, or UTF-16 with a byte order mark")
     text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
     if _SENTENCE.search(first):
         raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
     delimiter = max(DELIMITERS, key=first.count)
     header = cells_of(first, delimiter)
     if not header or all(is_number(cell) for cell in header):
-        raise InputError(f"{path}:{number}: must be a header line with the titles of the columns, got {shown(first)}")
+        wanted = "must be a header line with the titles of the columns, as time,x,y"
+        raise InputError(f"{path}:{number}: {wanted}; got {shown(first)}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab or |"
         raise InputError(

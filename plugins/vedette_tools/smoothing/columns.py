@@ -41,7 +41,8 @@ class Column:
 class Columns:
     """The columns that smoothing reads and writes: positions as latitude and longitude, or along two axes of a plane.
 
-    name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals.
+    name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals; dates: how dates
+    are written, if not by ISO 8601.
     """
 
     name: str
@@ -53,6 +54,7 @@ class Columns:
     course: Column | None = None
     paces: tuple[Column, Column] | None = None
     decimal: str = "."
+    dates: str = ""
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -61,7 +63,7 @@ class Columns:
         return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in found)]))
 
     @classmethod
-    def of(cls, path: TablePath, by: str | None, titles: Sequence[str]) -> Columns:
+    def of(cls, path: TablePath, by: str | None, titles: Sequence[str], dates: str = "") -> Columns:
         """Return the columns of a table with these titles; InputError if it lacks a time, a position, or the column `by`."""
         table = read_table(path, AID)
         if table.polar:
@@ -74,7 +76,7 @@ class Columns:
             for axis in (first, second)
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
-        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal)
+        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates)
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
         found = evolve(found, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
         return _paced(found, titles)
@@ -107,7 +109,8 @@ class Columns:
         pd = needed("pandas", "tables need pandas", "data")
         cells = frame[self.time.title]
         if dated(cells):
-            when = cells if _is_date(cells) else pd.to_datetime(cells, format="ISO8601", utc=True, errors="coerce")
+            pattern = self.dates or "ISO8601"
+            when = cells if _is_date(cells) else pd.to_datetime(cells, format=pattern, utc=True, errors="coerce")
             when = when.dt.tz_localize("UTC") if when.dt.tz is None else when.dt.tz_convert("UTC")
             return np.asarray((when - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), dtype=float)
         return self.numbers(self.time, frame)
@@ -137,14 +140,14 @@ class Columns:
 
 
 def dated(cells: Any) -> bool:
-    """Return whether a column holds dates: as such, or as text of which the first that is not empty is no number."""
+    """Return whether a column holds dates: as such, or as text of which most of the first cells are no numbers."""
     if _is_date(cells):
         return True
     if cells.dtype.kind in "ifub":
         return False
     text = cells.dropna().astype(str)
-    first = next((cell for cell in text.head(100) if cell.strip()), "0")
-    return re.fullmatch(r"[-+\d.,eE]+", first.strip()) is None
+    first = [cell.strip() for cell in text.head(100) if cell.strip()]
+    return 2 * sum(re.fullmatch(r"[-+\d.,eE]+", cell) is None for cell in first) > len(first)
 
 
 def _is_date(cells: Any) -> bool:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor
 from contextlib import contextmanager
+from functools import partial
+from itertools import islice
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,11 +16,14 @@ from zlib import crc32
 import numpy as np
 from attrs import astuple, frozen
 
-from vedette.errors import InputError
+from vedette.errors import InputError, Problem
 from vedette.progress import Progress
+from vedette.space import Space
 from vedette_files.columnar import SUFFIX, is_columnar, pyarrow
-from vedette_files.csv_table import header_line
-from vedette_files.input_files import check_regular, lines
+from vedette_files.csv_table import Dialect, header_line, numbers
+from vedette_files.csv_table import rows as rows_of
+from vedette_files.csv_times import Times, form_of
+from vedette_files.input_files import check_regular, encoding, lines
 from vedette_files.libraries import needed
 from vedette_files.writing import unfinished
 from vedette_tools.drafting.table import AID, read_table
@@ -31,6 +36,9 @@ ROWS, MOST_PARTS = 50_000, 200
 
 OBJECTS, SAMPLED_PARTS = 100, 8
 """The model is that of so many objects, or of those in so many parts."""
+
+LOOKED_AT = 10_000
+"""Among so many rows the first one that cannot be used is looked for."""
 
 BATCH = 65_536
 """Rows of a Parquet file that are read at once."""
@@ -85,29 +93,34 @@ def smooth_files(
     gap: float | None,
     executor: Executor | None,
     progress: Progress,
-) -> Told:
+    dates: str = "",
+) -> tuple[Told, str]:
     """Smooth the positions in files of one kind, as if they were one, and write them to `out`, by object and time.
 
-    An executor's workers must see the folder of `out`. What is in memory does not grow with the rows.
+    An executor's workers must see the folder of `out`. What is in memory does not grow with the rows. Beside what was done
+    it returns the place of the first row that was left out and why, if it is among the first of a file.
     """
     pa, _ = pyarrow()
     out.parent.mkdir(parents=True, exist_ok=True)
     titles = _titles(paths[0])
-    columns = Columns.of(paths[0], by, titles)
+    columns = Columns.of(paths[0], by, titles, dates)
     with TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
         folder = Path(name)
         rows, lost = _parted(paths, columns, titles, folder, progress)
         parts = sorted(folder.glob("*.rows"))
-        if not rows:
-            raise InputError(f"{paths[0]}: has a header and no rows")
-        job = Job(folder, *_learned(columns, gap, parts), every, gap)
+        try:
+            if not rows:
+                raise InputError(f"{paths[0]}: has a header and no rows")
+            job = Job(folder, *_learned(columns, gap, parts), every, gap)
+        except InputError as error:
+            raise InputError(first_fault(paths, columns) or str(error)) from None
         done = executor.map(smooth_part, [job] * len(parts), parts) if executor else (smooth_part(job, one) for one in parts)
         told, after = Told(rows + lost, lost), iter(done)
         with unfinished(out) as place, _writer(place, is_columnar(paths[0])) as write:
             for part in progress(parts, "smoothing"):
                 told += next(after)
                 _copy(pa, part.with_suffix(".smooth"), write)
-    return told
+    return told, first_fault(paths, columns) if told.left_out else ""
 
 
 @contextmanager
@@ -145,12 +158,42 @@ def _frame(part: Path) -> Any:
         return pa.ipc.open_stream(file).read_all().to_pandas()
 
 
+def first_fault(paths: Sequence[Path], columns: Columns) -> str:
+    """Return the place of the first row that cannot be used, and what is wrong with it; "" if none of the first is."""
+    axes = Space.of(latitude="deg", longitude="deg") if columns.geodetic else Space.of(x="m", y="m")
+    titles = {axis: column.title for axis, column in zip(axes.names, columns.place, strict=True)}
+    found = numbers(axes, columns.time.title, titles, {}, "smooth")
+    wanted = {column.name: column.title for column in found.values()} | ({"name": columns.name} if columns.name else {})
+    refused: list[Problem] = []
+    for path in paths:
+        dialect = Dialect() if is_columnar(path) else read_table(path, AID).dialect
+        given = list(islice(rows_of(path, wanted, "smooth", dialect, refused), LOOKED_AT))
+        times = Times(found["time"], form_of((row.cells["time"] for row in given), columns.dates), 0.0)
+        for row in given:
+            try:
+                times.of(row)
+                for axis in axes.names:
+                    found[axis].of(row)
+                if columns.name and not row.cells["name"]:
+                    raise ValueError(f"{columns.name} must name an object, got ''; --by names another column")
+            except ValueError as error:
+                refused.append(Problem(row.place, str(error)))
+                break
+        if refused:
+            return str(refused[0])
+    return ""
+
+
 def _titles(path: Path) -> list[str]:
     if is_columnar(path):
         _, parquet = pyarrow()
         check_regular(path)
-        return [str(name) for name in parquet.read_schema(path).names]
-    return [title.strip() for title in read_table(path, AID).dialect.cells(header_line(lines(path))[1]) or []]
+        found = [str(name) for name in parquet.read_schema(path).names]
+    else:
+        found = [title.strip() for title in read_table(path, AID).dialect.cells(header_line(lines(path))[1]) or []]
+    if twice := [title for i, title in enumerate(found) if title in found[:i]]:
+        raise InputError(f"{path}: two columns are called {twice[0]!r}: rename one of them")
+    return found
 
 
 def _parted(
@@ -174,8 +217,8 @@ def _parted(
                     if part not in writers:
                         writers[part] = pa.ipc.new_stream(str(folder / f"{part:04}.rows"), schema)
                     writers[part].write_batch(piece)
-    except pa.ArrowException as error:
-        raise InputError(f"{path}: cannot be read: {error}") from None
+    except (pa.ArrowException, UnicodeDecodeError) as error:
+        raise InputError(_unread(path) or f"{path}: cannot be read: {error}") from None
     finally:
         for writer in writers.values():
             writer.close()
@@ -207,6 +250,7 @@ def _batches(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any
         return
     csv = needed("pyarrow.csv", "large tables need pyarrow", "data")
     number, _, _ = header_line(lines(path))
+    _check_text(path)
 
     def left_out(row: Any) -> str:
         lost[0] += 1
@@ -214,13 +258,31 @@ def _batches(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any
 
     reader = csv.open_csv(
         path,
-        read_options=csv.ReadOptions(skip_rows=number, column_names=list(titles)),
+        read_options=csv.ReadOptions(skip_rows=number, column_names=list(titles), encoding=encoding(path)),
         parse_options=csv.ParseOptions(delimiter=read_table(path, AID).dialect.delimiter, invalid_row_handler=left_out),
         convert_options=csv.ConvertOptions(
             column_types=dict.fromkeys(titles, pa.string()), strings_can_be_null=True, null_values=[""]
         ),
     )
     yield from reader
+
+
+def _unread(path: Path) -> str:
+    """Return the place of the first line of a text that is not as it is encoded; "" if there is none."""
+    if is_columnar(path):
+        return ""
+    number = next((number for number, line in lines(path) if "\ufffd" in line), None)
+    return "" if number is None else f"{path}:{number}: is not in UTF-8: save the table in UTF-8"
+
+
+def _check_text(path: Path) -> None:
+    """Raise InputError at a line with a quotation mark that is not closed: pyarrow takes what follows for a part of it."""
+    with path.open("rb") as file:
+        if not any(b'"' in block for block in iter(partial(file.read, 1 << 20), b"")):
+            return
+    for number, line in lines(path):
+        if line.count('"') % 2:
+            raise InputError(f"{path}:{number}: a quotation mark is not closed: close it, or delete it")
 
 
 def _cast(path: Path, batch: Any, schema: Any) -> Any:

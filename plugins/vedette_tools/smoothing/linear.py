@@ -108,6 +108,6 @@ def _back(mean: Array, cov: Array, ahead: Array, rows: Indices, dt: Array) -> No
     mean[rows, :2] += g00[:, None] * step[:, :2] + g01[:, None] * step[:, 2:]
     mean[rows, 2:] += g10[:, None] * step[:, :2] + g11[:, None] * step[:, 2:]
     a, b, d = cov[later, 0] - a, cov[later, 1] - b, cov[later, 2] - d
-    cov[rows, 0] = p + g00 * g00 * a + 2 * g00 * g01 * b + g01 * g01 * d
+    cov[rows, 0] = np.maximum(p + g00 * g00 * a + 2 * g00 * g01 * b + g01 * g01 * d, ROUNDING * p)
     cov[rows, 1] = c + g00 * g10 * a + (g00 * g11 + g01 * g10) * b + g01 * g11 * d
-    cov[rows, 2] = w + g10 * g10 * a + 2 * g10 * g11 * b + g11 * g11 * d
+    cov[rows, 2] = np.maximum(w + g10 * g10 * a + 2 * g10 * g11 * b + g11 * g11 * d, ROUNDING * w)

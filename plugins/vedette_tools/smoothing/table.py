@@ -245,6 +245,8 @@ def _as_before(cells: Any, times: Array, columns: Columns) -> Any:
     if not dated(cells):
         return times / columns.time.factor
     when = pd.to_datetime(np.rint(times * 1e6).astype("int64"), unit="us", utc=True)
+    if columns.dates:
+        return when.strftime(columns.dates)
     if pd.api.types.is_datetime64_any_dtype(cells):
         return when if cells.dt.tz is not None else when.tz_localize(None)
     first = next((str(cell) for cell in cells if str(cell).strip()), "")
