@@ -111,7 +111,7 @@ class Smooth(Command):
         parser.add_argument("--every", metavar="TIME", help=about)
         about = "longest time without a report in one piece of a path; default: 20 times the object's usual one"
         parser.add_argument("--gap", metavar="TIME", help=about)
-        about = "how dates are written, as '%%d.%%m.%%Y %%H:%%M:%%S'; default: by ISO 8601"
+        about = "how dates are written, as '%%d.%%m.%%Y %%H:%%M:%%S'; default: as most of them are"
         parser.add_argument("--dates", metavar="PATTERN", default="", help=about)
         about = "the file to write; default: the data's name with -smoothed, in this folder"
         parser.add_argument("--out", metavar="FILE", help=about)

@@ -76,7 +76,7 @@ class Columns:
             for axis in (first, second)
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
-        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates)
+        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates or table.dates)
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
         found = evolve(found, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
         return _paced(found, titles)
