@@ -104,8 +104,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
             speed=usual, near=usual / 2, **told, **numbers,
         )  # fmt: skip
 
-    experiment = load(tomllib.loads(text(first)))
-    scans = experiment.source.open(experiment.tracker.sensors, np.random.default_rng()).scans
+    scans = tuple(load(tomllib.loads(text(first))).steps().recording.scans)
     return text(likeliest(first, text, scans[: frames // 2] if known else scans))
 
 
