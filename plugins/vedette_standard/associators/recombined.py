@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Indices, Merging, Mixtures, Space, kernels
+from vedette import Array, Gaussian, Indices, Mask, Merging, Mixtures, Space, kernels
 from vedette.filters import merged
 from vedette.hypotheses import Hypotheses
 
@@ -23,14 +23,26 @@ MOST_ROUNDS = 50
 
 @frozen(eq=False)
 class Several:
-    """A cluster of several tracks and hypotheses: its leaves (l,) and tracks (t,), by rows, what hypotheses weigh (h,), and
-    the leaf of each track in each (h, t), a place among `leaves`, -1: none.
+    """Clusters (c,) of several hypotheses and of the same number t of tracks each, more than one.
+
+    tracks (c, t), and leaves (l,) by rows, of the cluster `of` (l,). In the hypotheses (h,), of weights (h,) and of the
+    cluster `cluster` (h,), which ascends, each track has the leaf table (h, t), a place among `leaves`, -1: none.
     """
 
-    leaves: Indices
     tracks: Indices
+    leaves: Indices
+    of: Indices
     weights: Array
+    cluster: Indices
     table: Indices
+
+    def only(self, some: Mask) -> Several:
+        """Return some (c,) of the clusters."""
+        number, leaves, rows = np.cumsum(some) - 1, some[self.of], some[self.cluster]
+        table = self.table[rows]
+        table = np.where(table >= 0, (np.cumsum(leaves) - 1)[table], -1)
+        of, cluster = number[self.of[leaves]], number[self.cluster[rows]]
+        return Several(self.tracks[some], self.leaves[leaves], of, self.weights[rows], cluster, table)
 
 
 def merged_by_track(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
@@ -51,103 +63,106 @@ def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, sta
     """
     open_ = list(_several(hypotheses))
     alone = np.ones(len(hypotheses.track), dtype=bool)
-    settled = []
-    for cluster in open_:
-        alone[cluster.leaves] = False
+    for part in open_:
+        alone[part.leaves] = False
     held = np.flatnonzero(alone)
-    settled.append((hypotheses.track[held], held, hypotheses.probability[held]))
-    targets = [np.where(one.table >= 0, np.arange(len(one.tracks)), -1) for one in open_]
-    shares = [_first(one) for one in open_]
+    settled = [(hypotheses.track[held], held, hypotheses.probability[held])]
+    targets = [_own(part) for part in open_]
+    shares = [_first(part) for part in open_]
     for _ in range(MOST_ROUNDS):
         if not open_:
             break
-        gains = _gains(open_, shares, estimate, existence, state)
-        after = _given(open_, gains)
-        shares = [_shares(one, target) for one, target in zip(open_, after, strict=True)]
-        moved = [not np.array_equal(one, other) for one, other in zip(targets, after, strict=True)]
-        settled += [_in_rows(open_[i], shares[i]) for i, more in enumerate(moved) if not more]
-        left = [i for i, more in enumerate(moved) if more]
-        open_, targets, shares = [open_[i] for i in left], [after[i] for i in left], [shares[i] for i in left]
-    settled += [_in_rows(one, share) for one, share in zip(open_, shares, strict=True)]
+        rounds = list(zip(open_, targets, _gains(open_, shares, estimate, existence, state), strict=True))
+        open_, targets, shares = [], [], []
+        for part, old, gain in rounds:
+            target = _given(part, gain)
+            share = _shares(part, target)
+            moved = np.bincount(part.cluster, np.any(target != old, axis=1)) > 0
+            settled.append(_in_rows(part, share, ~moved))
+            if moved.any():
+                open_.append(part.only(moved))
+                targets.append(target[moved[part.cluster]])
+                shares.append(share[moved[part.of]])
+    settled += [_in_rows(part, share, np.ones(len(part.tracks), bool)) for part, share in zip(open_, shares, strict=True)]
     into, leaf, share = (np.concatenate(parts) for parts in zip(*settled, strict=True))
     order = np.lexsort((leaf, into))
     return into[order], leaf[order], share[order]
 
 
 def _several(hypotheses: Hypotheses) -> Iterator[Several]:
-    """Yield the clusters of several tracks and several hypotheses."""
-    edges = np.searchsorted(hypotheses.cluster, np.arange(int(hypotheses.cluster.max(initial=-1)) + 2))
-    for i in np.flatnonzero(np.diff(edges) > 1).tolist():
-        first, last = int(edges[i]), int(edges[i + 1])
-        starts = hypotheses.starts[first : last + 1]
-        held = hypotheses.leaves[starts[0] : starts[-1]]
-        leaves = np.unique(held)
-        tracks = np.unique(hypotheses.track[leaves])
-        if len(tracks) > 1:
-            table = np.full((last - first, len(tracks)), -1)
-            row = np.repeat(np.arange(last - first), np.diff(starts))
-            table[row, np.searchsorted(tracks, hypotheses.track[held])] = np.searchsorted(leaves, held)
-            yield Several(leaves, tracks, hypotheses.weights[first:last], table)
+    """Yield the clusters of several tracks and several hypotheses, those of as many tracks at once."""
+    track, leaves, rows, cluster = hypotheses.track, hypotheses.leaves, hypotheses.rows, hypotheses.cluster
+    of_track = np.full(int(track.max(initial=-1)) + 1, -1)
+    of_track[track[leaves]] = cluster[rows]
+    asked = np.bincount(leaves, minlength=len(track)) > 0
+    size = np.bincount(of_track[of_track >= 0], minlength=int(cluster.max(initial=-1)) + 1)
+    size[np.bincount(cluster, minlength=len(size)) < 2] = 0
+    place = np.zeros(len(of_track), dtype=np.int64)
+    for t in np.unique(size[size > 1]).tolist():
+        mine = size == t
+        some, own, at = mine[cluster], asked & mine[of_track[track]], mine[cluster[rows]]
+        among = np.flatnonzero(mine[of_track] & (of_track >= 0))
+        tracks = among[np.argsort(of_track[among], kind="stable")].reshape(-1, t)
+        place[tracks] = np.arange(t)
+        number, row, leaf = np.cumsum(mine) - 1, np.cumsum(some) - 1, np.cumsum(own) - 1
+        table = np.full((np.count_nonzero(some), t), -1)
+        table[row[rows[at]], place[track[leaves[at]]]] = leaf[leaves[at]]
+        held = np.flatnonzero(own)
+        of = number[of_track[track[held]]]
+        yield Several(tracks, held, of, hypotheses.weights[some], number[cluster[some]], table)
 
 
-def _in_rows(cluster: Several, shares: Array) -> tuple[Indices, Indices, Array]:
-    """Return shares (t, l) of a cluster's own as targets, leaves and shares (p,)."""
-    target, leaf = np.nonzero(shares)
-    return cluster.tracks[target], cluster.leaves[leaf], shares[target, leaf]
+def _in_rows(part: Several, shares: Array, some: Mask) -> tuple[Indices, Indices, Array]:
+    """Return shares (l, t) of some (c,) of the clusters as targets, leaves and shares (p,)."""
+    leaf, target = np.nonzero(shares * some[part.of, None])
+    return part.tracks[part.of[leaf], target], part.leaves[leaf], shares[leaf, target]
 
 
-def _first(cluster: Several) -> Array:
-    """Return the shares (t, l) of the heaviest hypothesis, and of all of them for the tracks that it does not hold."""
-    held = cluster.table[0] >= 0
-    shares = _shares(cluster, np.where(cluster.table >= 0, np.arange(len(held)), -1))
-    shares[held] = 0.0
-    shares[held, cluster.table[0, held]] = 1.0
+def _own(part: Several) -> Indices:
+    """Return the target (h, t) of each leaf in each hypothesis if each stays that of its track."""
+    return np.where(part.table >= 0, np.arange(part.table.shape[1]), -1)
+
+
+def _first(part: Several) -> Array:
+    """Return the shares (l, t) of each heaviest hypothesis, and of all of them for the tracks that it does not hold."""
+    best = part.table[np.diff(part.cluster, prepend=-1) > 0]
+    held = best >= 0
+    shares = _shares(part, _own(part))
+    shares[held[part.of]] = 0.0
+    shares[best[held], np.nonzero(held)[1]] = 1.0
     return shares
 
 
-def _shares(cluster: Several, target: Indices) -> Array:
-    """Return the weight (t, l) of the hypotheses that give each leaf to each target."""
-    shares, held = np.zeros((len(cluster.tracks), len(cluster.leaves))), cluster.table >= 0
-    weights = np.broadcast_to(cluster.weights[:, None], held.shape)
-    np.add.at(shares, (target[held], cluster.table[held]), weights[held])
-    return shares
+def _shares(part: Several, target: Indices) -> Array:
+    """Return the weight (l, t) of the hypotheses that give each leaf to each target."""
+    held, t = part.table >= 0, part.table.shape[1]
+    weights = np.broadcast_to(part.weights[:, None], held.shape)[held]
+    shares = np.bincount(part.table[held] * t + target[held], weights, len(part.leaves) * t).astype(float)
+    return shares.reshape(-1, t)
 
 
-def _given(clusters: list[Several], gains: list[Array]) -> list[Indices]:
-    """Return the target (h, t) that each hypothesis of each cluster gives each of its leaves to, by gains (l, t).
-
-    Clusters of as many tracks are asked at once.
-    """
-    given: list[Indices] = [one.table for one in clusters]
-    sizes = np.array([len(one.tracks) for one in clusters])
-    for size in np.unique(sizes).tolist():
-        own = np.flatnonzero(sizes == size).tolist()
-        leaves, rows = ([len(part) for part in parts] for parts in ([gains[i] for i in own], [given[i] for i in own]))
-        table = np.concatenate([given[i] for i in own])
-        first = np.repeat(np.cumsum(leaves) - leaves, rows)
-        scores = np.concatenate([gains[i] for i in own])
-        asked = np.where(table >= 0, table + first[:, None], -1)
-        taken = np.where(table >= 0, np.argmax(scores, axis=1)[asked], -1 - np.arange(size))
-        twice = np.flatnonzero(np.any(np.diff(np.sort(taken, axis=1), axis=1) == 0, axis=1))
-        if len(twice):  # elsewhere the best target of each leaf is another one
-            with_miss = np.concatenate([np.full((len(scores), 1), -np.inf), scores], axis=1)
-            one_each = np.ones(len(twice), dtype=np.int64)
-            taken[twice] = kernels.best_joint(with_miss, asked[twice], one_each)[1] - 1
-        for i, part in zip(own, np.split(np.where(table >= 0, taken, -1), np.cumsum(rows)[:-1]), strict=True):
-            given[i] = part
-    return given
+def _given(part: Several, gains: Array) -> Indices:
+    """Return the target (h, t) that each hypothesis gives each of its leaves to, by gains (l, t)."""
+    table, t = part.table, part.table.shape[1]
+    taken = np.where(table >= 0, np.argmax(gains, axis=1)[table], -1 - np.arange(t))
+    twice = np.flatnonzero(np.any(np.diff(np.sort(taken, axis=1), axis=1) == 0, axis=1))
+    if len(twice):  # elsewhere the best target of each leaf is another one
+        with_miss = np.concatenate([np.full((len(gains), 1), -np.inf), gains], axis=1)
+        one_each = np.ones(len(twice), dtype=np.int64)
+        taken[twice] = kernels.best_joint(with_miss, table[twice], one_each)[1] - 1
+    return np.where(table >= 0, taken, -1)
 
 
-def _gains(clusters: list[Several], shares: list[Array], estimate: Gaussian, existence: Array, state: Space) -> list[Array]:
-    """Return how much better each target of a cluster explains a leaf than by being absent (l, t), of each cluster.
+def _gains(parts: list[Several], shares: list[Array], estimate: Gaussian, existence: Array, state: Space) -> list[Array]:
+    """Return how much better each target of a cluster explains a leaf than by being absent (l, t), of each part.
 
     That is the mean over the leaf of the log of the target's Bernoulli density.
     """
-    sizes = np.array([share.shape for share in shares])
-    starts = np.concatenate([[0], np.cumsum(sizes[:, 0])])
+    starts = np.cumsum([0, *(part.tracks.size for part in parts)])
     rows = [np.nonzero(share) for share in shares]
-    into = np.concatenate([start + target for start, (target, _) in zip(starts, rows, strict=False)])
-    leaf = np.concatenate([one.leaves[own] for one, (_, own) in zip(clusters, rows, strict=True)])
+    first = [start + part.tracks.shape[1] * part.of for start, part in zip(starts, parts, strict=False)]
+    into = np.concatenate([at[leaf] + target for at, (leaf, target) in zip(first, rows, strict=True)])
+    leaf = np.concatenate([part.leaves[own] for part, (own, _) in zip(parts, rows, strict=True)])
     mass = np.concatenate([share[row] for share, row in zip(shares, rows, strict=True)]) * existence[leaf]
     some = np.bincount(into, mass, starts[-1])
     known = some > CERTAIN
@@ -157,20 +172,20 @@ def _gains(clusters: list[Several], shares: list[Array], estimate: Gaussian, exi
     targets = merged(estimate, mixtures, state)
     information, volume = _information(targets.cov)
 
-    pairs = [(np.repeat(one.leaves, t), np.tile(start + np.arange(t), len(one.leaves)))
-             for one, (t, _), start in zip(clusters, sizes, starts, strict=False)]  # fmt: skip
-    leaf, target = (np.concatenate(parts) for parts in zip(*pairs, strict=True))
+    target = np.concatenate([
+        (at[:, None] + np.arange(part.tracks.shape[1])).ravel() for at, part in zip(first, parts, strict=True)
+    ])  # fmt: skip
+    leaf = np.concatenate([np.repeat(part.leaves, part.tracks.shape[1]) for part in parts])
     seen = known[target]
     at, by = leaf[seen], place[target[seen]]
     apart = state.difference(estimate.mean[at], targets.mean[by])
-    spread = np.einsum("pij,pij->p", information[by], estimate.cov[at])
-    spread += np.einsum("pi,pij,pj->p", apart, information[by], apart)
+    outer = estimate.cov[at] + apart[:, :, None] * apart[:, None, :]
     log_density = np.full(len(leaf), UNLIKE)
-    log_density[seen] = -0.5 * (spread + volume[by])
+    log_density[seen] = -0.5 * (np.einsum("pij,pij->p", information[by], outer) + volume[by])
     probability = np.clip(some, CERTAIN, 1.0 - CERTAIN)[target]
     gains = existence[leaf] * (np.log(probability) + log_density - np.log1p(-probability))
-    edges = np.cumsum([len(one) for one, _ in pairs])[:-1]
-    return [part.reshape(-1, t) for part, (t, _) in zip(np.split(gains, edges), sizes, strict=True)]
+    edges = np.cumsum([share.size for share in shares])[:-1]
+    return [part.reshape(share.shape) for part, share in zip(np.split(gains, edges), shares, strict=True)]
 
 
 def _information(cov: Array) -> tuple[Array, Array]:
