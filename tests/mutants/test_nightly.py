@@ -181,6 +181,14 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "testing/test_assert_consistent.py::test_a_right_tracker_passes_and_says_how_it_was_judged",
         "testing/test_power.py::test_detection_is_what_theory_says",
     ),
+    "report/test_error_in_time.py::test_white_errors_are_seldom_called_correlated_and_correlated_ones_always": (
+        "report/test_error_in_time.py::test_a_correlated_error_is_found_with_its_size_and_time",
+        "report/test_error_in_time.py::test_white_errors_of_targets_that_turn_are_not_called_correlated",
+    ),
+    "tools/drafting/test_correlated.py::test_over_a_grid_of_correlations_and_deviations": (
+        "tools/drafting/test_correlated.py::test_a_draft_writes_correlated_errors_and_tracks_by_them",
+        "tools/drafting/test_correlated.py::test_white_errors_are_drafted_white",
+    ),
     "tools/tuning/test_births.py::test_errors_hold_what_they_promise": (
         "tools/tuning/test_births.py::test_a_probability_of_detection_is_that_of_the_data",
         "tools/tuning/test_births.py::test_targets_that_leave_the_clutter_do_not_thin_it",

@@ -61,6 +61,7 @@ PLUGINS = (
     "vedette_report.canvas",
     "vedette_report.columns",
     "vedette_report.drawing",
+    "vedette_report.error_in_time",
     "vedette_report.figures",
     "vedette_report.files",
     "vedette_report.identity",

@@ -12,6 +12,7 @@ from vedette.config import load, to_config, warnings_of
 from vedette.progress import on_terminal
 from vedette_files.writing import Inputs, check_folder, locked, whole_file
 from vedette_report.drawing import Drawing, drawing
+from vedette_report.error_in_time import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.recorded import Recorded, pooled, recorded, table
 
 
@@ -29,12 +30,16 @@ def run(arguments: Namespace) -> int:
         told = recorded(experiment, result)
         objects = pooled(told, experiment.tracker.gate.probability)
         odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
-        text = "\n".join([*odd, *table(told), *(one.text for one in objects if one.text)])
+        errors = in_tracks(experiment.tracker, result.scans, result.states)
+        lines = [*table(told), *(one.text for one in objects if one.text)]
+        lines += [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {one.text}" for one in errors)] if errors else []
+        text = "\n".join([*odd, *lines])
         figures = {
             "title": experiment.title,
             "seed": experiment.seed,
             "tracks": [one.data() for one in told],
             "objects": [one.data() for one in objects],
+            "errors": [one.data() for one in errors],
         }
         print(text)
         if folder is not None:

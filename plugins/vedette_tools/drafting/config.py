@@ -14,6 +14,7 @@ from vedette.space import Array, Indices
 from vedette.types import Recording, Scan
 from vedette_files import NORTH_EAST, CsvSource
 from vedette_files.columnar import TablePath
+from vedette_report.error_in_time import Compared, Path, compared
 from vedette_tools.drafting.cadence import left_out_period
 from vedette_tools.drafting.chains import LEAST, Chain, chains, spacing, unbroken
 from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
@@ -21,7 +22,7 @@ from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
 from vedette_tools.drafting.proof import LESS, proved
 from vedette_tools.drafting.reports import in_turn, of_owners
 from vedette_tools.drafting.table import AID, FLAT, NO_WISHES, Table, read_table
-from vedette_tools.drafting.text import Design, Facts, written
+from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.titles import meaning
 from vedette_tools.drafting.trial import tried
 from vedette_tools.drafting.wishes import Wishes
@@ -58,6 +59,9 @@ chosen on the ships with odd numbers of one recording, in the order of their nam
 
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
+
+WANDERS = 30.0
+"""Errors that last longer than so many scans are not told from motion. Chosen by hand."""
 
 PROVEN = 2000
 """On so many returns a draft is tried."""
@@ -113,6 +117,15 @@ class Seen:
         return float(np.sqrt(3) * self.error / (FORGETTING * self.period) ** 1.5) if self.chains else 0.0
 
     @property
+    def least_felt(self) -> float:
+        """The acceleration noise that moves a target, over the longest chain, as far as so many returns tell its place.
+
+        With less, the data themselves do not tell it from none; with more, targets that keep their courses are doubted.
+        """
+        longest = max(chain.looks for chain in self.chains)
+        return self.least_accel * float((FORGETTING / longest) ** 1.5 / np.sqrt(longest))
+
+    @property
     def error(self) -> float:
         """The error of a return along an axis, in m, by the usual second difference, whose median is 2.9 times that."""
         return self.rough / 2.9
@@ -155,7 +168,12 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Draf
     facts = {name: _facts(seen, sigmas[name], table.reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
-    first = Design(max(accel, floor), _speed(best.seen.values()), found=max(accel, floor))
+    found = max(accel, floor)
+    first = Design(found, _speed(best.seen.values()), found=found)
+    if errors := _correlated(best):
+        facts = {name: evolve(one, errors=errors) for name, one in facts.items()}
+        felt = max(errors.correlated.accel, *(seen.least_felt for seen in best.seen.values()))
+        first = evolve(first, accel=felt, correlated=True, gate=WIDE)
 
     def text(design: Design, said: Sequence[str] = ()) -> str:
         steady = accel < floor and design.accel == first.accel
@@ -343,6 +361,16 @@ def _followed(
         if more > 0.1 * count or steadier or (reported and more > -0.5 * held):
             return single
     return seen
+
+
+def _correlated(best: Reading) -> Compared | None:
+    """Return how the errors of the sensor go on from return to return, if they do: of one sensor that measures places."""
+    seen, *others = best.seen.values()
+    if others or best.table.polar or best.table.third or best.table.reported or seen.in_turn:
+        return None
+    pieces = [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)]
+    found = compared([Path(piece.times, piece.spots[:, axis]) for piece in pieces for axis in (0, 1)])
+    return found if found is not None and found.wins and found.correlated.tau < WANDERS * seen.period else None
 
 
 def _some(scans: Sequence[Scan]) -> Sequence[Scan]:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 from attrs import evolve, frozen
 
-from vedette_tools.drafting.text import Design
+from vedette_tools.drafting.text import GATE, WIDE, Design
 from vedette_tools.drafting.trial import Trial
 
 WHOLE = 1.03
@@ -49,6 +49,8 @@ def proved(
     known: dict[Design, Trial] = {}
     best, clean = first, steady >= CLEAN
     for stage in (_motions, *([_errors] if errors and clean else []), _widths):
+        if stage is _errors and best.correlated:
+            continue
         for design in [best, *stage(best)]:
             if design not in known and (trial := run(design)) is not None:
                 known[design] = trial
@@ -90,6 +92,8 @@ def _motions(best: Design) -> Iterator[Design]:
                 yield evolve(best, accel=accel, agile=agile, lasts=lasts)
     for factor in (2.5, 6.0, 15.0):
         yield evolve(best, accel=factor * best.accel)
+    if best.correlated:
+        yield evolve(best, correlated=False, accel=best.found, gate=GATE)
 
 
 def _errors(best: Design) -> Iterator[Design]:
@@ -98,9 +102,9 @@ def _errors(best: Design) -> Iterator[Design]:
 
 
 def _widths(best: Design) -> Iterator[Design]:
-    yield evolve(best, gate=0.9999)
+    yield evolve(best, gate=WIDE)
     yield evolve(best, speed=3 * best.speed)
-    yield evolve(best, speed=3 * best.speed, gate=0.9999)
+    yield evolve(best, speed=3 * best.speed, gate=WIDE)
 
 
 def _failure(trial: Trial, steady: float, vague: float) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from attrs import frozen
 
+from vedette_report.error_in_time import Compared
 from vedette_tools import toml_text
 from vedette_tools.drafting.table import Table
 
@@ -16,8 +17,14 @@ HEIGHTS = ("z", "altitude")
 GATE = 0.99
 """The probability of the gate where no other breaks fewer tracks."""
 
+WIDE = 0.9999
+"""That of a wide one. Where errors go on, a return that is outside of its gate is followed by others, and a second track."""
+
 LIVES = 3600.0
 """s: how long targets that report in turn stay, at least; some report every few minutes only. By hand, on AIS."""
+
+WANDERING = {"x": "error_x", "y": "error_y"}
+"""Measured axis to the state axis that holds its correlated error."""
 
 _GUESS = "a guess: no track was found in the data"
 
@@ -40,13 +47,19 @@ class Facts:
     fastest: float = 0.0
     height: float = 1.0
     in_turn: bool = False
+    errors: Compared | None = None
+
+    @property
+    def correlated(self) -> bool:
+        """Whether the sensor's errors go on from return to return."""
+        return self.errors is not None and self.errors.wins
 
 
 @frozen
 class Design:
     """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
     0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
-    speed along an axis. `found` is the acceleration noise of greatest likelihood.
+    speed along an axis; whether errors are correlated in time. `found` is the acceleration noise of greatest likelihood.
     """
 
     accel: float
@@ -56,10 +69,12 @@ class Design:
     errors: float = 1.0
     gate: float = GATE
     found: float = 0.0
+    correlated: bool = False
 
     def __str__(self) -> str:
         told = f"sigma_accel {rounded(self.accel):g}"
         told += f" and {rounded(self.agile):g} for {self.lasts:g} scan{'s' if self.lasts > 1 else ''}" if self.agile else ""
+        told += ", errors correlated in time" if self.correlated else ""
         told += f", errors times {self.errors:.2g}" if self.errors != 1 else ""
         return f"{told}, speeds of {rounded(self.speed):g}" + (f", gate {self.gate:g}" if self.gate != GATE else "")
 
@@ -154,8 +169,16 @@ def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted:
     told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
     space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
 
+    wandering = next((each.errors.correlated for each in facts.values() if each.errors), None) if design.correlated else None
+
     def motion(accel: float) -> str:
-        return f'motion = {{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}'
+        own = f'{{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}'
+        if wandering is None:
+            return f"motion = {own}"
+        size, tau = rounded(design.errors * wandering.correlated), rounded(wandering.tau)
+        names = ", ".join(map(toml_text.value, WANDERING.values()))
+        errors = f'{{ kind = "gauss_markov", axes = [{names}], sigma = {size!r}, tau = {tau!r} }}'
+        return f'motion = {{ kind = "product", models = [{own}, {errors}] }}'
 
     yield "[estimator]"
     if not design.agile:
@@ -202,8 +225,17 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
             told = f"# m^2: {rounded(errors * facts.third):g} m in height"
             yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  {told}"
         else:
+            if design.correlated and facts.errors is not None:
+                yield f"# {facts.errors.told(name, 'each axis', 'm')}"
+                yield 'kind = "biased"  # the error of a return goes on in the next: a part of the state, beside the motion'
+                yield f"add = {{ {', '.join(f'{axis} = {toml_text.value(own)}' for axis, own in WANDERING.items())} }}"
+                size = rounded(errors * facts.errors.correlated.correlated)
+                yield f"spread = {{ {', '.join(f'{own} = {size!r}' for own in WANDERING.values())} }}"
+                yield ""
+                yield f"[sensors.{toml_text.key(name)}.of]"
             yield 'kind = "cartesian_position"'
-            yield f"sigma = {rounded(errors * facts.sigmas[0])!r}{doubt}"
+            size = facts.errors.correlated.white if design.correlated and facts.errors is not None else facts.sigmas[0]
+            yield f"sigma = {rounded(errors * size)!r}{doubt}"
         density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
         clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
     yield f"detection_probability = {rounded(facts.probability)!r}"

@@ -18,6 +18,7 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
 from vedette.types import LazyScans, Recording, Scan
+from vedette_report.error_in_time import Told, in_tracks
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
@@ -160,6 +161,14 @@ def moments(data: Data, free: Sequence[Free], values: Sequence[float], *, whole:
     except FAULTS:
         return None
     return gathering.found() if i == count else None
+
+
+def errors_in_time(data: Data, free: Sequence[Free], values: Sequence[float]) -> tuple[Told, ...]:
+    """Return how the errors of sensors go on from scan to scan, by the returns that the tracker's own tracks took."""
+    if data.scans is None:
+        return ()
+    experiment = applied(data.experiment, free, values)
+    return in_tracks(experiment.tracker, data.scans, (state for _, _, state in data.run(experiment)))
 
 
 def settled(data: Data, free: Sequence[Free], values: Sequence[float]) -> Data:

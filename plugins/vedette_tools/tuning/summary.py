@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette_report.error_in_time import Told
 from vedette_tools.tuning.errors import JUMPS
 from vedette_tools.tuning.innovations import Noise
 from vedette_tools.tuning.tuner import Found, Tuned
@@ -37,6 +38,7 @@ def data(tuned: Tuned) -> dict[str, Any]:
         "held_back_grows_by": judged.pull.tolist(),
         "innovations_before": [noise.data() for noise in judged.noises_before],
         "innovations_after": [noise.data() for noise in judged.noises_after],
+        "errors_in_time": [told.data() for told in tuned.errors],
         "jumps": tuned.jumps,
         "starts": tuned.starts,
         "ended_at_the_best": tuned.ends,
@@ -86,12 +88,26 @@ def _lines(tuned: Tuned) -> Iterator[str]:
         yield "the config's own values cannot run over the whole recording, so nothing is compared with them"
     off = any("times too" in _off(parameter) for parameter in tuned.parameters)
     yield from _noises(judged.noises_before, judged.noises_after, off)
+    for told in tuned.errors:
+        yield told.text
+        if told.compared.wins:
+            yield from _proposal(told)
     if tuned.onward:
         again = "once" if tuned.onward == 1 else f"{tuned.onward} times"
         yield f"the search went on {again} from a better point, far from where it had ended: take more --starts"
     yield f"{tuned.ends} of {tuned.starts} searches ended at this maximum; {tuned.evaluations} runs of the tracker" + (
         f", {tuned.resumed} kept from before" if tuned.resumed else ""
     )
+
+
+def _proposal(told: Told) -> Iterator[str]:
+    """Yield how to write a correlated error into a config."""
+    found, own = told.compared.correlated, f"error_{told.axis}"
+    size, tau, white = (float(f"{value:.3g}") for value in (found.correlated, found.tau, found.white))
+    yield f"  propose: sensors.{told.sensor}, with an own error of {white:g} {told.unit} along {told.axis}, as `of` in"
+    yield f'  kind = "biased", add = {{ {told.axis} = "{own}" }}, spread = {{ {own} = {size:g} }}; and beside the motion,'
+    yield '  in a "product",'
+    yield f'  kind = "gauss_markov", axes = ["{own}"], sigma = {size:g}, tau = {tau:g}'
 
 
 def _off(parameter: Found) -> str:

@@ -14,11 +14,12 @@ from attrs import field, frozen
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
+from vedette_report.error_in_time import Told
 from vedette_study.plan import whole as whole_number
 from vedette_study.store import made_by
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.errors import Curvature
-from vedette_tools.tuning.evaluation import check, open_data
+from vedette_tools.tuning.evaluation import check, errors_in_time, open_data
 from vedette_tools.tuning.evaluator import Asker, Criterion, asker
 from vedette_tools.tuning.parameters import Free, applied, changes, read_free
 from vedette_tools.tuning.profile import Curve, settled
@@ -56,7 +57,8 @@ class Tuned:
 
     `ends` counts the searches that ended at the best point, of `starts`; `onward`: how often the search went on from
     a higher point that was met while the errors were found; `jumps`: by how much the criterion jumps about it.
-    `odd`: what looks wrong with the input; `kept`: which thresholds of the tracker the likelihood depends on, "" on none.
+    `errors`: how sensors' errors go on from scan to scan. `odd`: what looks wrong with the input; `kept`: which thresholds
+    of the tracker the likelihood depends on, "" on none.
     """
 
     title: str
@@ -76,6 +78,7 @@ class Tuned:
     written: dict[str, Any] = field(repr=False)
     odd: tuple[str, ...] = ()
     kept: str = ""
+    errors: tuple[Told, ...] = ()
 
     @property
     def values(self) -> dict[str, float]:
@@ -142,7 +145,7 @@ def tune(
         ended_there(settling.ends, known.position),
         settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
-        data.odd, thresholds if by == "likelihood" else "",
+        data.odd, thresholds if by == "likelihood" else "", errors_in_time(data, parameters, values),
     )  # fmt: skip
     kept.forget()
     return result

@@ -1,0 +1,96 @@
+"""White errors against correlated ones, found in returns without truth."""
+
+import numpy as np
+import pytest
+from scipy.stats import multivariate_normal
+
+from vedette_report import error_in_time
+from vedette_report.error_in_time import Fit, Path, Pieces, compared
+
+DT = 0.1
+
+
+def wandering(rng, alike, deviation, count):
+    """Return an error (s,) that is so much alike from one return to the next."""
+    error = rng.normal(size=count) * deviation
+    for i in range(1, count):
+        error[i] = alike * error[i - 1] + np.sqrt(1 - alike**2) * error[i]
+    return error
+
+
+def straight(rng, alike, deviation, count=600, axes=8, white=0.0):
+    """Return the paths of four targets along two axes."""
+    times = DT * np.arange(count)
+    return [
+        Path(times, rng.uniform(-9, 9) * times + wandering(rng, alike, deviation, count) + white * rng.normal(size=count))
+        for _ in range(axes)
+    ]
+
+
+def test_the_likelihood_is_that_of_all_returns_at_once():
+    """Of the third return and those after it, by the whole covariance of returns at uneven times; the place is unknown."""
+    rng = np.random.default_rng(1)
+    times = np.cumsum(rng.uniform(0.5, 2.0, 24))
+    path = Path(times, rng.normal(size=24))
+    pieces = Pieces.of([path])
+    fit = Fit(np.log(2.0), np.log(0.3), 0.5, 0.7)
+    t, tau, q = times - times[0], 2.0 * pieces.dt, 0.3 * 0.7 / pieces.dt**1.5
+    early, late = np.minimum(t[:, None], t), np.maximum(t[:, None], t)
+    speed = error_in_time.DIFFUSE * 0.7 * np.hypot(1.0, 0.5) / pieces.dt
+    cov = speed**2 * t[:, None] * t + q**2 * (early**2 * late / 2 - early**3 / 6)
+    cov += 0.7**2 * (np.exp(-np.abs(t[:, None] - t) / tau) + 0.25 * np.eye(24))
+    z = path.values - path.values[0]
+    apart = np.diff(np.eye(24), axis=0)
+    whole = [
+        multivariate_normal(np.zeros(k - 1), (apart @ cov @ apart.T)[: k - 1, : k - 1]).logpdf(np.diff(z[:k]))
+        for k in (2, 24)
+    ]
+    assert pieces.singles(fit).sum() == pytest.approx(whole[1] - whole[0], abs=1e-3)
+    squares, logs = pieces.sums(*(np.array([one]) for one in (fit.tau, fit.accel, fit.part)))
+    each = -0.5 * (squares / 0.49 + logs + 22 * np.log(2 * np.pi * 0.49))
+    assert pieces.singles(fit).sum() == pytest.approx(each[0])
+
+
+@pytest.mark.parametrize(("alike", "deviation"), [pytest.param(0.3, 0.5, marks=pytest.mark.costly), (0.7, 0.05)])
+def test_a_correlated_error_is_found_with_its_size_and_time(alike, deviation):
+    """Within four of its stated errors, which are some per cent."""
+    found = compared(straight(np.random.default_rng(2), alike, deviation, axes=4))
+    assert found.wins
+    for value, error, truth in (
+        (found.correlated.deviation, found.correlated.deviation_error, deviation),
+        (found.correlated.tau, found.correlated.tau_error, -DT / np.log(alike)),
+    ):
+        assert error < 0.08
+        assert abs(np.log(value / truth)) < 4.0 * error
+
+
+@pytest.mark.costly
+def test_a_white_part_is_told_from_a_correlated_one():
+    found = compared(straight(np.random.default_rng(3), 0.8, 0.3, axes=4, white=0.3)).correlated
+    assert found.correlated == pytest.approx(0.3, rel=0.15)
+    assert found.white == pytest.approx(0.3, rel=0.15)
+
+
+def test_white_errors_of_targets_that_turn_are_not_called_correlated():
+    rng, times = np.random.default_rng(4), DT * np.arange(600)
+    paths = [Path(times, 30 * np.sin(times / 5 + i) + rng.normal(size=600)) for i in range(6)]
+    assert not compared(paths).wins
+    assert compared([Path(times[:10], times[:10])]) is None
+
+
+DRAWS = 100
+
+
+@pytest.mark.nightly("compares two hundred times, for three minutes")
+def test_white_errors_are_seldom_called_correlated_and_correlated_ones_always():
+    """At most 5 of 100 white ones, deviation within 15 % and time within 30 % in 90 of 100 correlated ones."""
+    wrong, near = 0, 0
+    for seed in range(DRAWS):
+        rng = np.random.default_rng(seed)
+        wrong += compared(straight(rng, 0.0, rng.uniform(0.05, 0.5))).wins
+        alike, deviation = rng.uniform(0.3, 0.9), rng.uniform(0.05, 0.5)
+        found = compared(straight(rng, alike, deviation))
+        size, lasts = found.correlated.deviation / deviation, found.correlated.tau / (-DT / np.log(alike))
+        near += found.wins and abs(size - 1) < 0.15 and abs(lasts - 1) < 0.3
+    assert wrong <= 5
+    assert near >= 90
