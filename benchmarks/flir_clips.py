@@ -5,11 +5,13 @@
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips settings     27 settings, and one clip left out; four minutes
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips chosen       the same, chosen by eleven starts each; 45 minutes
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips whole        whole clips: lost, told, found again; half a minute
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips beside       the segments by OpenCV's CSRT and KCF too; a minute
 
 `--set limit=0.7` and the like changes the estimator of examples/flir_clip.toml. FOLDER holds ir_clips: NAME.mp4,
 NAME_truth.csv, segments.csv; `--clips odd` or `even` takes those clips of ir_clips_more. A target
 is lost in a frame if it is off by more than 15 px and than its box, and held within
-5 px or .35 of its box.
+5 px or .35 of its box. CSRT and KCF are those of opencv-contrib-python-headless, in place of opencv-python-headless; without
+it, `beside` leaves them out and says so.
 """
 
 from __future__ import annotations
@@ -167,6 +169,47 @@ def segments(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     print(f"{told(found)}; {took:.2f} ms of CPU a frame")
 
 
+def beside(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the figures of the segments by this tracker and by OpenCV's, each started from the same true box."""
+    import cv2
+
+    made = tracker(**options)
+    contenders: dict[str, Callable[[Clip, int, int], Followed]] = {"template_filter": lambda *part: follow(made, *part)}
+    for name in ("CSRT", "KCF"):
+        if hasattr(cv2, f"Tracker{name}_create"):
+            contenders[name] = lambda *part, name=name: by_opencv(getattr(cv2, f"Tracker{name}_create")(), *part)  # type: ignore[misc]
+        else:
+            print(f"{name}: not in this OpenCV {cv2.__version__}; opencv-contrib-python-headless has it")
+    for name, of_part in contenders.items():
+        before = process_time()
+        found = [of_part(clip, *part) for clip in recorded for part in clip.segments]
+        took = 1e3 * (process_time() - before) / sum(len(one.error) for one in found)
+        good = np.concatenate([held(one) for one in found]).mean()
+        print(f"{name}: {told(found)}; good frames doubted {good:.4f}; {took:.2f} ms of CPU a frame", flush=True)
+
+
+def by_opencv(made: Any, clip: Clip, begin: int, end: int) -> Followed:
+    """Follow the target of a clip by a tracker of OpenCV; where it gives no box, the last one stands, doubted."""
+    first = min(k for k in clip.boxes if k >= begin)
+    frames = clip.frames[first : min(end, len(clip.frames))]
+    limits = (0.0, 255.0) if frames.dtype == np.uint8 else np.percentile(frames, (0.1, 99.9))
+    x, y, w, h = clip.boxes[first]
+    box, rows = (x - 0.5 * (w - 1), y - 0.5 * (h - 1), w, h), []
+    for k, pixels in enumerate(frames, first):
+        grey = np.clip(255.0 * (pixels - limits[0]) / (limits[1] - limits[0]), 0, 255).astype(np.uint8)
+        image, held_still = np.repeat(grey[..., None], 3, axis=2), True
+        if k == first:
+            made.init(image, tuple(round(side) for side in box))
+        else:
+            held_still, given = made.update(image)
+            box = given if held_still else box
+        middle = (box[0] + 0.5 * (box[2] - 1), box[1] + 0.5 * (box[3] - 1), box[2], box[3])
+        rows.append([*middle, *clip.boxes.get(k, np.full(4, np.nan)), float(held_still)])
+    table = np.array(rows)
+    error = np.hypot(*(table[:, :2] - table[:, 4:6]).T)
+    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5)
+
+
 def from_starts(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     """Print the figures of each way to start, and of all."""
     every = []
@@ -271,7 +314,14 @@ def _told(figures: tuple[float, float, float]) -> str:
 
 def main() -> None:
     """Run what is asked for."""
-    known = {"segments": segments, "starts": from_starts, "settings": settings, "chosen": chosen, "whole": whole}
+    known = {
+        "segments": segments,
+        "beside": beside,
+        "starts": from_starts,
+        "settings": settings,
+        "chosen": chosen,
+        "whole": whole,
+    }
     parser = argparse.ArgumentParser(
         "python -m benchmarks.flir_clips", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )

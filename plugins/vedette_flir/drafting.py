@@ -66,6 +66,8 @@ grey = "luminance"  # what becomes of colours: or "red", "green", "blue"
 [estimator]
 kind = "template_filter"
 resize = 0.05  # the box follows the target's spread; without, it stays as it was found
+anchor = 1.0    # the first template counts as much as the smoothed one, and a tenth of the drift from it is taken back
+recentre = 0.1  # in each frame: else the template slides along a vapour trail
 
 [estimator.motion]
 kind = "carrying"

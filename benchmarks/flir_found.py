@@ -1,0 +1,127 @@
+"""Targets that nobody marks: how many are found, and how much that is none, by the threshold of `spot_detector`.
+
+    python -m benchmarks.flir_found drawn                      spots over noise by their signal to noise; two minutes
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_found clips  the first 1.5 s of each segment of recorded clips
+
+Drawn: frames of 256 x 320 px, normal noise of 5 counts over a slope, one spot of spread 2 px that moves by .8 px a frame.
+The detector's curve is of single frames; "found" is by examples/flir_found.toml, a track confirmed within 1 s whose place is
+the spot's to 3 px. Of clips a track is right if it lies in the true box or within 10 px of its middle; others are real
+objects without a label, and false ones, which nobody told apart.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import vedette
+from benchmarks.flir_clips import clips
+from vedette import Array, Frame, Scan
+from vedette_flir.spots_in_frame import spots
+
+EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_found.toml"
+SHAPE, NOISE, SPREAD = (256, 320), 5.0, 2.0
+THRESHOLDS = (4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
+SIDES, MOST = (7, 15, 31, 61), 6
+
+
+def drawn(snr: float, k: int, run: int) -> tuple[Array, Array]:
+    """Return frame k of a run, and where its spot is."""
+    rng = np.random.default_rng([run, k])
+    at = np.random.default_rng(run).uniform((60.0, 60.0), (250.0, 190.0)) + k * np.array([0.7, 0.4])
+    y, x = np.mgrid[: SHAPE[0], : SHAPE[1]]
+    spot = snr * NOISE * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2.0 * SPREAD**2))
+    return 80.0 + 0.1 * x + spot + rng.normal(0.0, NOISE, SHAPE), at
+
+
+def curve(snr: float, frames: int) -> str:
+    """Return the part of the frames in which the spot is detected, and false detections a frame, by threshold."""
+    hits, false = [], list[float]()
+    for k in range(frames):
+        pixels, at = drawn(snr, 0, k)
+        found = spots(pixels, 1.0, SIDES, THRESHOLDS[0], MOST)
+        near = np.all(np.abs(found.place - at) < 3.0, axis=1) if len(found.place) else np.zeros(0, dtype=bool)
+        hits.append(float(found.clear[near].max(initial=0.0)))
+        false += found.clear[~near].tolist() if snr else found.clear.tolist()
+    points = [f"{np.mean(np.array(hits) >= t):.2f} / {np.sum(np.array(false) >= t) / frames:.3f}" for t in THRESHOLDS]
+    return f"{snr:4.0f}  " + "  ".join(f"{point:>13}" for point in points)
+
+
+def tracked(pixels: list[Array], made: Any) -> list[tuple[Array, Array]]:
+    """Return of each track that is confirmed in the frames, its numbers of frames from there on, and its places then."""
+    tracker, detector = made.tracker, made.preprocessors["spots"]
+    state, seen = tracker.start(seed=1), dict[int, list[tuple[int, Array]]]()
+    for k, each in enumerate(pixels):
+        frame = Scan.image(k / 30, "camera", Frame(each))
+        state = tracker.step(state, frame)
+        state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        mean = tracker.estimate(state).mean
+        for i in np.flatnonzero(state.confirmed):
+            seen.setdefault(int(state.ids[i]), []).append((k, mean[i, :2]))
+    return [(np.array([k for k, _ in rows]), np.array([at for _, at in rows])) for rows in seen.values()]
+
+
+def found_in_noise(runs: int) -> None:
+    """Print the detector's curve, and how often the tracker finds a spot within a second, and something else."""
+    print("SNR   detected / false a frame at `clear` = " + ", ".join(f"{t:g}" for t in THRESHOLDS))
+    for snr in (0.0, 4.0, 6.0, 8.0, 12.0):
+        print(curve(snr, 10 * runs), flush=True)
+    for clear in (4.0, 6.0, 8.0):
+        made = vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"])
+        for snr in (0.0, 4.0, 6.0, 8.0):
+            right = others = 0
+            for run in range(runs):
+                frames = [drawn(snr, k, run) for k in range(31)]
+                for when, where in tracked([pixels for pixels, _ in frames], made):
+                    own = np.abs(where - np.array([frames[k][1] for k in when])).max(axis=1) < 3.0
+                    right, others = right + bool(snr and own[0]), others + int(not (snr and own[0]))
+            print(
+                f"clear = {clear:g}, SNR {snr:g}: found within 1 s in {right} of {runs}; others confirmed {others} in "
+                f"{runs * 31 / 30:.0f} s",
+                flush=True,
+            )
+
+
+def found_in_clips(clear: float) -> None:
+    """Print how often the true target of a segment is found within a second, and what else is confirmed."""
+    made, right, visible, others, seconds = (
+        vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"]),
+        0,
+        0,
+        0,
+        0.0,
+    )
+    for clip in (*clips("all"), *clips("odd")):
+        for begin, end in clip.segments:
+            first = min(k for k in clip.boxes if k >= begin)
+            numbers = list(range(first, min(first + 45, end)))
+            hit, seconds = False, seconds + len(numbers) / 30
+            for when, where in tracked([clip.frames[k] for k in numbers], made):
+                box = np.array([clip.boxes.get(first + k, np.full(4, np.nan)) for k in when])
+                own = np.abs(where - box[:, :2]) < np.maximum(10.0, 0.5 * box[:, 2:])
+                mine = bool(own.all(axis=1).any())
+                hit, others = hit or bool(own[when <= 30].all(axis=1).any()), others + int(not mine)
+            visible, right = visible + 1, right + hit
+    print(f"clear = {clear:g}: right target within 1 s in {right} of {visible}; others {60 * others / seconds:.1f} a minute")
+
+
+def main() -> None:
+    """Run what is asked for."""
+    parser = argparse.ArgumentParser(
+        "python -m benchmarks.flir_found", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
+    )
+    parser.add_argument("what", choices=["drawn", "clips"])
+    parser.add_argument("--runs", type=int, default=20)
+    given = parser.parse_args()
+    if given.what == "drawn":
+        found_in_noise(given.runs)
+    else:
+        for clear in (5.0, 6.0, 8.0):
+            found_in_clips(clear)
+
+
+if __name__ == "__main__":
+    main()
