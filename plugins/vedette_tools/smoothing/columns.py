@@ -27,6 +27,12 @@ UNKNOWN_SPEED, UNKNOWN_COURSE = 102.2 * 1852 / 3600, 360.0
 SPEED_UNITS = ("m/s", "kn", "km/h")
 """What a speed may be in that states no unit."""
 
+LOOKED_AT, MOST_DIGITS = 2000, 9
+"""So many rows tell how many digits positions have after the point; more than so many digits are taken to be whole."""
+
+METRES_PER_DEGREE = 111_000.0
+"""Of latitude."""
+
 
 @frozen
 class Column:
@@ -125,6 +131,16 @@ class Columns:
                 good &= (np.abs(found[:, 1]) <= 90) & (np.abs(found[:, 0]) <= 180.0001)
         return found, good
 
+    def rounding(self, frame: Any) -> float:
+        """Return the deviation along an axis, in m, of what the digits of positions leave out; 0 if they are not cut."""
+        steps = []
+        for column in self.place:
+            values = self.numbers(column, frame)[:LOOKED_AT] / column.factor
+            scaled = values[np.isfinite(values)] * 10.0 ** np.arange(MOST_DIGITS + 1)[:, None]
+            cut = np.all(np.abs(scaled - np.rint(scaled)) <= 8 * np.finfo(float).eps * np.abs(scaled), axis=-1)
+            steps.append(column.factor * 10.0 ** -np.argmax(cut) if cut.any() and scaled.size else 0.0)
+        return max(steps) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0)
+
     def velocities(self, frame: Any) -> Array:
         """Return velocities (n, 2) to east and north in m/s; NaN where none is reported."""
         if self.paces is not None:
@@ -158,7 +174,7 @@ def _is_date(cells: Any) -> bool:
 def _sure_name(titles: Sequence[str]) -> str:
     """Return the title that names objects whatever its cells hold; "" without one. A plain `id` may count rows."""
     words = {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in titles}
-    return next((words[name] for name in NAMES if name in words and name != "id"), "")
+    return next((words[name] for name in NAMES[: NAMES.index("id")] if name in words), "")
 
 
 def _title(path: TablePath, by: str, titles: Sequence[str]) -> str:

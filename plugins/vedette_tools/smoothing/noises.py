@@ -50,11 +50,15 @@ class Model:
     """By which factor the accelerations are larger than the modes say."""
 
 
-def fitted(paths: Paths, objects: Indices, speed: Array) -> Model:
-    """Return the model of greatest likelihood, over stated grids, of sample paths; objects (p,): whose each piece is."""
+def fitted(paths: Paths, objects: Indices, speed: Array, rounding: float = 0.0) -> Model:
+    """Return the model of greatest likelihood, over stated grids, of sample paths; objects (p,): whose each piece is.
+
+    No deviation of positions is below `rounding`, in m: objects at rest repeat their digits, which looks like no error.
+    """
     still = evolve(paths, velocities=np.full_like(paths.velocities, np.nan))
-    model = _shared(still, objects, speed, Model())
-    finer = np.unique(np.outer(model.sigmas, FINER).round(9))
+    coarse = np.unique(np.maximum(SIGMAS, rounding))
+    model = _shared(still, objects, speed, _of_noises(Model(), coarse, np.ones(len(coarse))))
+    finer = np.unique(np.maximum(np.outer(model.sigmas, FINER).round(9), rounding))
     model = _shared(still, objects, speed, _of_noises(model, finer, np.ones(len(finer))))
     if np.isfinite(paths.velocities).any():
         best = np.unique(np.searchsorted(np.cumsum(model.common), SPREAD))

@@ -34,8 +34,10 @@ class Smooth:
     piece: Indices
 
 
-def sampled(paths: Paths, objects: Indices) -> Model:
+def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
     """Return the model of the first objects of some paths; objects (p,): whose each piece is, in order.
+
+    rounding: the deviation of positions in m below which none is taken to be, since their digits are cut.
 
     Likelihood chooses noises and modes; as it takes errors to be white, which those of satellites' positions and of reported
     velocities are not, the agility and the trust in velocities are those by which reports held back are likeliest.
@@ -54,7 +56,7 @@ def sampled(paths: Paths, objects: Indices) -> Model:
                 left -= len(rows)
     few = paths.only(np.concatenate(taken), np.cumsum(lengths))
     clean = few.without(gross(few))
-    model, owner = fitted(clean, np.array(whose), speeds(clean)), np.array(whose)
+    model, owner = fitted(clean, np.array(whose), speeds(clean), rounding), np.array(whose)
     paced = bool(np.isfinite(clean.velocities).any())
     trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
     back = np.random.default_rng(0).random(len(clean)) < HELD_BACK

@@ -130,7 +130,7 @@ def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, M
         steps = np.where(both, moved / np.where(ahead > 0, ahead, 1.0), np.nan)
         columns = columns.in_speed_unit(steps, columns.numbers(columns.speed, frame)[reports.rows])
         reports = Reports.of(frame, columns, gap)
-    return columns, sampled(reports.paths, reports.objects)
+    return columns, sampled(reports.paths, reports.objects, columns.rounding(frame))
 
 
 def seconds(name: str, value: float | str | None) -> float | None:
