@@ -139,7 +139,7 @@ class Columns:
             scaled = values[np.isfinite(values)] * 10.0 ** np.arange(MOST_DIGITS + 1)[:, None]
             cut = np.all(np.abs(scaled - np.rint(scaled)) <= 8 * np.finfo(float).eps * np.abs(scaled), axis=-1)
             steps.append(column.factor * 10.0 ** -np.argmax(cut) if cut.any() and scaled.size else 0.0)
-        return max(steps) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0)
+        return float(max(steps) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0))
 
     def velocities(self, frame: Any) -> Array:
         """Return velocities (n, 2) to east and north in m/s; NaN where none is reported."""
