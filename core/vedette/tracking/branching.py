@@ -161,6 +161,8 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
         mix = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
         branching, rows, own = mix.branching, mix.rows, mix.own
         shown_existence, alive = rows.existence, np.ones(len(rows.ids), dtype=bool)
+        # A target that several tracks may be is the one that holds half of it: else each would be confirmed for it.
+        rows = evolve(rows, confirmed=rows.confirmed & (rows.existence >= 0.5 * of_target[stay][own]))
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
     row_of = own[shown] if associator.merges == "shown" else np.searchsorted(stay, shown)
