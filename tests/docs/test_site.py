@@ -10,7 +10,7 @@ from docsite import built, links, navigation, notebooks
 from docsite.pages import blocks
 from docsite.reference import ROLES, examples, page
 from docsite.runner import Ran
-from docsite.site import public, with_outputs
+from docsite.site import guides_first, public, with_outputs
 
 from support.architecture import PUBLIC
 from support.paths import DOCS, ROOT
@@ -105,6 +105,14 @@ def test_a_table_of_kinds_leads_to_their_pages():
     text = built.with_tables("<!-- build: kinds vedette_flir -->")
     assert all(f"[`{entry.kind}`](kinds/{entry.role}/{entry.kind}.md)" in text for entry in own)
     assert text.count("](kinds/") == len(own)
+
+
+def test_the_search_finds_names_of_the_api_and_words_of_guides():
+    places = [("api/vedette.html", 1), ("api/vedette.html#vedette.Gate", 2), ("api/vedette.html#vedette.Gate.limit", 3)]
+    items = [{"location": place, "level": level, "title": place[-4:], "text": "gate"} for place, level in places]
+    guide = {"location": "components.html#gate", "level": 2, "title": "Gates", "text": "gate"}
+    found = guides_first({"config": {}, "items": [*items, guide]})["items"]
+    assert found == [guide, *(item | {"text": ""} for item in items[:2])]
 
 
 TEXT = """# Page
