@@ -45,7 +45,7 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     made = canvas.figure(7.78, words=0.6)
     axes = made.add_subplot()
     spots, outside = show(axes, experiment, result)
-    canvas.head(made, experiment.title or "Tracks", _facts(result, spots, outside))
+    canvas.head(made, f"Tracks: {experiment.title}" if experiment.title else "Tracks", _facts(result, spots, outside))
     if axes.get_legend_handles_labels()[0]:
         made.legend(loc="outside lower center", ncols=max(2, canvas.across(3)), **canvas.legend())
     return made

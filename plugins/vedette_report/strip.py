@@ -21,7 +21,11 @@ def strip(experiment: Experiment, result: Result) -> Figure:
 
     made = canvas.figure(6.38)
     of = f"first of {len(result.tracks)} tracks" if len(result.tracks) > 1 else "track"
-    canvas.head(made, experiment.title or "Run", f"cut-outs around the {of} (cross); the true box dashed; times in s")
+    canvas.head(
+        made,
+        f"Cut-outs: {experiment.title}" if experiment.title else "Cut-outs",
+        f"cut-outs around the {of} (cross); the true box dashed; times in s",
+    )
     track = result.tracks[0] if result.tracks else None
     frames = result.framed
     chosen: list[int] = (
