@@ -69,13 +69,20 @@ class Branching:
 
     parent (l,): the row of the leaf that it continues, -1 where a track begins; choice (l,): the return that it takes,
     counted from 1, or 0 for a miss. lost (l,): the probability that truncation dropped in the cluster of the leaf;
-    None: no more than `LOST` in any.
+    None: no more than `LOST` in any. merged (l,): of a leaf that gives its return with a leaf of another track, the column,
+    from 1, of that in the meeting of close rows; 0 of others, None: there are none.
     """
 
     parent: Indices
     choice: Indices
     hypotheses: Any
     lost: Array | None = None
+    merged: Indices | None = None
+
+    @property
+    def alone(self) -> Mask:
+        """Whether each leaf (l,) took a return that no other gives, too."""
+        return self.choice > 0 if self.merged is None else (self.choice > 0) & (self.merged == 0)
 
 
 @frozen(eq=False)
@@ -332,6 +339,10 @@ class HypothesisAssociator(Associator):
 
         begins (k,): whether a track begins at a return, in the hypotheses in which no other track takes it.
         """
+
+    def branch_close(self, hypotheses: Any, scores: LeafScores, begins: Mask, close: Any) -> Branching:
+        """Return what `branch` does where leaves may give one return with another, by the `close` of `meet_close`'s part."""
+        raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
     def merge(self, hypotheses: Any, estimate: Gaussian, existence: Array, state: Space) -> Merging:
         """Return how the leaves are merged, from their estimates (l, n) over `state` and existence (l,)."""

@@ -71,6 +71,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "standard/unresolved/test_events.py::test_weights_are_sums_over_all_events",
         "standard/unresolved/test_events.py::test_a_return_for_both_updates_each_as_the_joint_gaussian_does",
     ),
+    "standard/unresolved/test_hypotheses.py::test_two_boats_that_merge_half_of_the_time": (
+        "standard/unresolved/test_hypotheses.py::test_one_scan_is_the_sum_over_all_events",
+        "standard/unresolved/test_hypotheses.py::test_a_second_scan_weighs_the_histories_by_all_their_events",
+    ),
     "tracking/test_registration.py::test_two_radars_one_of_them_misplaced": (
         "tracking/test_registration.py::test_rows_and_offsets_are_the_joint_posterior",
         "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",

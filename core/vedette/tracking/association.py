@@ -88,10 +88,13 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
         scores, loglik = LeafScores.of(table), innovation.loglik[:, 0]
     else:
         assert isinstance(it.observed, Detections)
-        pairs, _ = _within_gates(parts, len(it.existence), len(it.observed.z))
+        pairs, places = _within_gates(parts, len(it.existence), len(it.observed.z))
+        if parts and parts[0].close is not None:
+            there, (_, column) = places[0]
+            pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= pairs.k]))
         ends, loglik = np.cumsum(np.bincount(pairs.tracks, minlength=len(it.existence))), pairs.loglik
         scores = LeafScores(pairs.miss, ends, pairs.returns, pairs.scores, pairs.k)
-    after = branched(it, scores, parts is not None)
+    after = branched(it, scores, parts)
     parent, choice, returns = after.parent, after.choice, None
     hit = (choice > 0).astype(float)
     if parts is None:
@@ -100,7 +103,11 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
         distances = innovation.distance[parent]
     else:
         weights, distances, returns = np.stack([1.0 - hit, hit], axis=-1), np.zeros((len(parent), 1)), choice[:, None] - 1
-        took, key = choice > 0, pairs.tracks * pairs.k + pairs.returns
+        took, key = after.branching.alone[: len(parent)], pairs.tracks * pairs.k + pairs.returns
+        if (merged := after.branching.merged) is not None:
+            both = (merged := merged[: len(parent)]) > 0
+            at = np.searchsorted(parts[0].rows, parent[both])
+            distances[both, 0] = parts[0].innovation.nis[at, 0, merged[both] - 1]
         distances[took, 0] = pairs.distances[np.searchsorted(key, parent[took] * pairs.k + choice[took] - 1)]
     prior = it.existence[parent]
     missed = prior * np.exp(loglik[parent])

@@ -5,6 +5,7 @@ Which tracks hang together by the returns that they share, `vedette.hypotheses` 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,6 +17,7 @@ from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import Names
+from vedette.tracking.meeting import Part
 from vedette.tracking.rows import Rows, judged
 from vedette.types import Mixtures, Newborn
 
@@ -105,23 +107,28 @@ def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, s
     )  # fmt: skip
 
 
-def branched(it: Expected, scores: LeafScores, sparse: bool) -> Branched:
-    """Return how the leaves branch, by their log scores; `sparse`: they met few returns each."""
+def branched(it: Expected, scores: LeafScores, parts: Sequence[Part] | None) -> Branched:
+    """Return how the leaves branch, by their log scores; `parts`: they met few returns each, in these meetings."""
     associator, k = hypothesis_associator(it), scores.k
     inside = np.zeros(k, dtype=bool)
     inside[scores.returns] = True
     newborn = births.newborn(it, np.zeros(k), inside)
     begins = np.zeros(k, dtype=bool)
     begins[newborn.returns] = True
-    branching = associator.branch(it.state.leaves.hypotheses, scores, begins)
+    if not parts or (close := parts[0].close) is None:
+        branching = associator.branch(it.state.leaves.hypotheses, scores, begins)
+    else:
+        branching = associator.branch_close(it.state.leaves.hypotheses, scores, begins, close)
     continues = branching.parent >= 0
-    claims: Any = np.bincount(branching.choice, associator.probability(branching.hypotheses) * continues, 1 + k)[1:]
+    # Two leaves that give one return claim it once.
+    once = continues if branching.merged is None else continues * np.where(branching.merged > 0, 0.5, 1.0)
+    claims: Any = np.bincount(branching.choice, associator.probability(branching.hypotheses) * once, 1 + k)[1:]
     parent, approximated, total = branching.parent[continues], 0, 0.0
     if branching.lost is not None and len(parent):
         ids, lost = it.state.leaves.ids[parent], branching.lost[continues]
         worst = np.maximum.reduceat(lost, np.flatnonzero(np.diff(ids, prepend=-1)))
         approximated, total = int(np.count_nonzero(worst > LOST)), float(np.sum(worst[worst > LOST]))
-    gated = _gated(scores) if sparse else None
+    gated = None if parts is None else _gated(scores)
     return Branched(branching, parent, branching.choice[continues], newborn, claims, gated, approximated, total)
 
 
@@ -214,7 +221,8 @@ def _gated(scores: LeafScores) -> Indices:
 
 def _last(it: Expected, branching: Branching) -> Indices:
     """Return the numbers (l, 3) of the returns that each leaf took last."""
-    last, old, hit = np.full((len(branching.parent), 3), -1), branching.parent >= 0, branching.choice > 0
+    # What two targets gave tells neither from the other.
+    last, old, hit = np.full((len(branching.parent), 3), -1), branching.parent >= 0, branching.alone
     last[old] = it.state.leaves.last[branching.parent[old]]
     last[hit, :-1], last[hit, -1] = last[hit, 1:], (it.state.steps * MOST_RETURNS + branching.choice)[hit]
     return last
@@ -248,12 +256,14 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> Merge
     seen: Array = np.bincount(merging.into, merging.shares * hit[merging.leaf], count).astype(float)
     alike = branching.choice[leaf] == branching.choice[past[into]]
     share: Array = np.bincount(into, shares * alike, count).astype(float)
-    return Merged(Branching(branching.parent[past], branching.choice[past], merging.hypotheses), after, seen, past, share)
+    both = None if branching.merged is None else branching.merged[past]
+    fewer = Branching(branching.parent[past], branching.choice[past], merging.hypotheses, merged=both)
+    return Merged(fewer, after, seen, past, share)
 
 
 def _sure(it: Expected, branching: Branching, share: Array) -> Array:
     """Return the shares (l, 2) of the returns that merged leaves took last, and before that."""
-    before, old, hit = it.state.leaves.sure, branching.parent >= 0, branching.choice > 0
+    before, old, hit = it.state.leaves.sure, branching.parent >= 0, branching.alone
     sure = np.ones((len(branching.parent), 2))
     if before is not None:
         sure[old] = before[branching.parent[old]]

@@ -37,6 +37,11 @@ class Pairs:
     loglik: Array
     k: int
 
+    def only(self, some: Indices | Mask) -> Pairs:
+        """Return some of the pairs."""
+        tracks, returns, scores, distances = self.tracks[some], self.returns[some], self.scores[some], self.distances[some]
+        return Pairs(tracks, returns, scores, distances, self.miss, self.loglik, self.k)
+
     def column(self) -> Indices:
         """Return the place (p,) of each pair among those of its track."""
         return places(self.tracks, len(self.miss))

@@ -117,9 +117,12 @@ def untimed(plan: Plan) -> str:
 
 
 def _coarse(sensors: Mapping[str, Sensor], associator: Associator, gate: Gate) -> Iterator[str]:
-    """Yield the sensors by which two targets may give one return, if the associator takes such returns."""
+    """Yield the sensors by which two targets may give one return; ValueError if the associator takes none."""
     for name, sensor in sensors.items():
-        if associator.takes_merged and sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None:
+        if sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None:
+            if not associator.takes_merged:
+                told = f"as 'jpda' does, for {name!r} merges them; {associator.kind!r} does not"
+                raise ValueError(f"associator: must take merged returns, {told}")
             if gate.clutter != "sensor":
                 raise ValueError(f"gate.clutter: must be 'sensor', as {name!r} merges returns, got {gate.clutter!r}")
             yield name

@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from typing import ClassVar
+
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
 from vedette.hypotheses import Hypotheses, LeafScores, best_marginals_of_table
+from vedette.tracking import Expected, Part
 from vedette_standard.associators.recombined import merged_by_track
+from vedette_standard.unresolved.close import Close
+from vedette_standard.unresolved.growth import grown_close
+from vedette_standard.unresolved.meeting import of_hypotheses
 
 
 class Growing(HypothesisAssociator):
     """Keeps at most `hypotheses` of each cluster; those of a weight up to `least` are dropped."""
+
+    takes_merged: ClassVar[bool] = True
 
     hypotheses: int
     least: float
@@ -29,6 +37,14 @@ class Growing(HypothesisAssociator):
     def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
         return hypotheses.grown(scores, begins, self.hypotheses, self.least)
+
+    def meet_close(self, expected: Expected) -> Part | None:
+        """Return the meeting of leaves that may give one return with another one; None: none may."""
+        return of_hypotheses(expected, expected.state.leaves.hypotheses)
+
+    def branch_close(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask, close: Close) -> Branching:
+        """Return the leaves and hypotheses after a scan in which leaves may give one return with others."""
+        return grown_close(hypotheses, scores, begins, close, self.hypotheses, self.least)
 
     def merge(self, hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
         """Return the leaves merged into one for each track, of a past that the heaviest association of the track has."""

@@ -9,6 +9,10 @@ from attrs import frozen
 
 from vedette import Array, Branching, HypothesisAssociator, Indices, Mask, fields, kernels
 from vedette.hypotheses import LeafScores, best_marginals, best_marginals_of_table
+from vedette.tracking import Expected, Part
+from vedette_standard.unresolved.close import Close
+from vedette_standard.unresolved.meeting import meet_close
+from vedette_standard.unresolved.mixtures import Together
 
 
 @frozen(eq=False)
@@ -34,6 +38,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     kind: ClassVar[str] = "lmb"
     shows_marginals: ClassVar[bool] = True
+    takes_merged: ClassVar[bool] = True
 
     leaves: int = fields.integer("most leaves of a track", default=20, at_least=1)
     least: float = fields.probability("weight in its track at or below which a leaf is dropped", default=1e-4, below=1)
@@ -51,6 +56,18 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     def branch(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves after a scan."""
+        return self._branch(hypotheses, scores, begins, None)
+
+    def branch_close(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask, close: Close) -> Branching:
+        """Return the leaves after a scan in which leaves may give one return with those of another track."""
+        return self._branch(hypotheses, scores, begins, close)
+
+    def meet_close(self, expected: Expected) -> Part | None:
+        """Return the meeting of leaves that may give one return with one of another track; None: none may."""
+        track = expected.state.leaves.hypotheses.track
+        return meet_close(expected, lambda pairs: track[pairs[:, 0]] != track[pairs[:, 1]])
+
+    def _branch(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask, close: Close | None) -> Branching:
         track, weights = hypotheses.track, hypotheses.weights
         count, log_weight, leaf = int(track[-1]) + 1 if len(track) else 0, kernels.safe_log(weights), scores.leaf
         pairs, which = np.unique(track[leaf] * scores.k + scores.returns, return_inverse=True)
@@ -60,16 +77,26 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         miss = np.logaddexp(_log_sums(track, missed, count), absent)
         of, returns = np.divmod(pairs, max(scores.k, 1))
         ends = np.cumsum(np.bincount(of, minlength=count))
-        misses, taken, lost = best_marginals(LeafScores(miss, ends, returns, total, scores.k), self.associations)
+        tracks = LeafScores(miss, ends, returns, total, scores.k)
+        misses, taken, lost = best_marginals(tracks, self.associations)
+        both = None if close is None else Together.of(track, log_weight, scores, tracks, close, misses, taken)
         share = np.concatenate([_share(missed, miss[track]) * misses[track], _share(likely, total[which]) * taken[which]])
         parent, choice = (
             np.concatenate([np.arange(len(track)), leaf]),
             np.append(np.zeros(len(track), int), 1 + scores.returns),
         )
+        merged, free = np.zeros(len(parent), dtype=np.int64), 1.0 - np.bincount(returns, taken, scores.k)
+        if both is not None:
+            parent, choice, share = (
+                np.append(parent, both.parent),
+                np.append(choice, both.choice),
+                np.append(share, both.share),
+            )
+            merged, free = np.append(merged, both.merged), free - both.returns
         some = np.flatnonzero(share > self.least)
-        some = some[np.lexsort((choice[some], parent[some]))]
-        parent, choice, share = parent[some], choice[some], share[some]
-        free = np.maximum(1.0 - np.bincount(returns, taken, scores.k), 0.0)
+        some = some[np.lexsort((merged[some], choice[some], parent[some]))]
+        parent, choice, share, merged = parent[some], choice[some], share[some], merged[some]
+        free = np.maximum(free, 0.0)
         news = np.flatnonzero(begins & (free > self.least))
         return Branching(
             parent=np.concatenate([parent, np.full(len(news), -1)]),
@@ -78,6 +105,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
                 np.concatenate([track[parent], count + np.arange(len(news))]), np.concatenate([share, free[news]])
             ),
             lost=np.concatenate([lost[track[parent]], np.zeros(len(news))]),
+            merged=None if both is None else np.append(merged, np.zeros(len(news), dtype=np.int64)),
         )
 
     def keep(self, hypotheses: Mixtures, alive: Mask) -> tuple[Mixtures, Indices]:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
 from vedette.hypotheses import best_marginals_of_table
+from vedette.tracking import Expected, Pairs, Part
 from vedette_standard.associators.left_out import left_out
+from vedette_standard.unresolved.clusters import associate_close
+from vedette_standard.unresolved.meeting import meet_close
 
 
 @final
@@ -25,6 +28,7 @@ class MBestJpda(Associator):
     kind: ClassVar[str] = "m_best_jpda"
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
+    takes_merged: ClassVar[bool] = True
 
     m: int = fields.integer("number of joint associations of a cluster", default=200, at_least=1)
 
@@ -40,3 +44,11 @@ class MBestJpda(Associator):
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
         return best_marginals_of_table(scores, self.m)[0]
+
+    def meet_close(self, expected: Expected) -> Part | None:
+        """Return the meeting of rows that may give one return with another one; None: none may."""
+        return meet_close(expected)
+
+    def associate_close(self, expected: Expected, pairs: Pairs, part: Part, places: Any) -> Any:
+        """Return the weights of pairs where two rows may give one return, by the `m` best joint events."""
+        return associate_close(expected, pairs, part, places, self.m)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Indices, Space
+from vedette import Array, Detections, Indices, Mask, Space
 from vedette.tracking import Expected
 
 LIKELY = 1e-3
@@ -35,8 +35,13 @@ class Close:
     columns: Indices | None = None
 
 
-def close_rows(it: Expected, observed: Detections, log_density: Array) -> Close | None:
-    """Return the pairs of rows that may give one of the returns; None where there is none. log_density (k,): of clutter."""
+def close_rows(
+    it: Expected, observed: Detections, log_density: Array, together: Callable[[Indices], Mask] | None = None
+) -> Close | None:
+    """Return the pairs of rows that may give one of the returns; None where there is none. log_density (k,): of clutter.
+
+    together: which pairs (p, 2) of rows can be of two targets at once; None: all.
+    """
     sensor, state, e = it.sensor, it.plan.state, it.existence
     x = it.plan.estimator.moments(it.belief)
     where = state.locate(sensor.observes)
@@ -51,6 +56,8 @@ def close_rows(it: Expected, observed: Detections, log_density: Array) -> Close 
     d, wide = space.difference(h[j], h[i]), C[i] + S[i] + S[j]
     log_merge = _log_merge(C[i], wide, d)
     near = (log_merge + np.log(np.maximum(e[i] * e[j], 1e-300)) > np.log(LIKELY)) & observed.valid.any()
+    if together is not None and near.any():
+        near[near] = together(np.stack([i[near], j[near]], axis=-1))
     if not near.any():
         return None
     i, j, d, wide, C, log_merge = i[near], j[near], d[near], wide[near], C[i[near]], log_merge[near]

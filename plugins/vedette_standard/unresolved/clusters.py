@@ -14,9 +14,12 @@ MOST_TRACKS, MOST_RETURNS = 6, 10
 
 
 def associate_close(
-    it: Expected, pairs: Pairs, part: Part, places: tuple[Indices, tuple[Indices, Indices]]
+    it: Expected, pairs: Pairs, part: Part, places: tuple[Indices, tuple[Indices, Indices]], most: int | None = None
 ) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
-    """Return what `by_cluster` does, of pairs among which those at `places` are the part's, some with partners."""
+    """Return what `by_cluster` does, of pairs among which those at `places` are the part's, some with partners.
+
+    most: how many events of a cluster count, the likeliest; None: all.
+    """
     close: Close = part.close
     plan, prior, t, k = it.plan, it.existence, len(it.existence), pairs.k
     assert close.columns is not None
@@ -44,7 +47,8 @@ def associate_close(
         some = np.flatnonzero(np.all(labels[close.pairs] == label, axis=-1))
         members = np.searchsorted(tracks, close.pairs[some])
         joint, resolved = close.joint[np.ix_(some, returns)], close.apart(some, returns)
-        shares, merged = Events.of(scores, members, joint, resolved).marginals(scores.shape, joint.shape)
+        events = Events.of(scores, members, joint, resolved).likeliest(most)
+        shares, merged = events.marginals(scores.shape, joint.shape)
         misses[tracks], weights[own] = shares[:, 0], shares[at[0], 1 + at[1]]
         for number, pair in enumerate(some.tolist()):
             for side, track in enumerate(close.pairs[pair].tolist()):
@@ -58,11 +62,8 @@ def associate_close(
         seen = kernels.existence(asked, table, prior[tracks], loglik, plan.p_gate, True)
         hit[tracks], existence[tracks], p_detect[tracks] = seen
     alone = ~together & ~apart[pairs.tracks]
-    rest = Pairs(
-        pairs.tracks[alone], pairs.returns[alone], pairs.scores[alone], pairs.distances[alone], pairs.miss, pairs.loglik, k
-    )
     weights[alone], lone, seen_alone, more = by_cluster(
-        plan.associator, rest, prior, it.observed.evidence, plan.p_gate, plan.permanent
+        plan.associator, pairs.only(alone), prior, it.observed.evidence, plan.p_gate, plan.permanent
     )
     misses[~apart] = lone[~apart]
     if not plan.permanent:

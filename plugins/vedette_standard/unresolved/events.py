@@ -54,6 +54,13 @@ class Events:
             weight[both] += apart[number, taken[both, i] - 1, taken[both, j] - 1]
         return cls(taken, pair, weight)
 
+    def likeliest(self, most: int | None) -> Events:
+        """Return at most so many of the events, the likeliest; None: all."""
+        if most is None or len(self.weight) <= most:
+            return self
+        kept = np.argpartition(-self.weight, most)[:most]
+        return Events(self.taken[kept], self.pair[kept], self.weight[kept])
+
     def marginals(self, single: tuple[int, ...], merged: tuple[int, ...]) -> tuple[Array, Array]:
         """Return the weights of single returns (t, 1+k) and of merged ones (p, k)."""
         share = np.exp(self.weight - np.max(self.weight))

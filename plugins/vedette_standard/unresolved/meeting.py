@@ -2,16 +2,38 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from attrs import evolve
 
-from vedette import Detections, Innovation
+from vedette import Detections, Indices, Innovation, Mask
+from vedette.hypotheses import Hypotheses
 from vedette.tracking import Expected, Part, take, weighed
 from vedette_standard.unresolved.close import close_rows
 
 
-def meet_close(it: Expected) -> Part | None:
-    """Return the meeting of rows that may give one return with another one; None: none may."""
+def of_hypotheses(it: Expected, hypotheses: Hypotheses) -> Part | None:
+    """Return the meeting of leaves that may give one return with another one of their hypothesis, or of another cluster."""
+
+    def together(pairs: Indices) -> Mask:
+        some, place = np.unique(pairs, return_inverse=True)
+        i, j = place.reshape(-1, 2).T
+        held = np.zeros((len(hypotheses.weights), len(hypotheses.track)), dtype=bool)
+        held[hypotheses.rows, hypotheses.leaves] = True
+        both = np.any(held[:, some[i]] & held[:, some[j]], axis=0)
+        cluster = hypotheses.cluster_of[pairs]
+        may: Mask = both | (cluster[:, 0] != cluster[:, 1])
+        return may
+
+    return meet_close(it, together)
+
+
+def meet_close(it: Expected, together: Callable[[Indices], Mask] | None = None) -> Part | None:
+    """Return the meeting of rows that may give one return with another one; None: none may.
+
+    together: which pairs (p, 2) of rows can be of two targets at once; None: all.
+    """
     observed = it.observed
     if not isinstance(observed, Detections) or it.existence.ndim > 1 or observed.missing is not None:
         return None
@@ -20,7 +42,7 @@ def meet_close(it: Expected) -> Part | None:
     log_density = np.broadcast_to(plan.gate.stated_density(it.sensor, observed), (1, k))[0]
     if rate is not None:
         log_density = np.logaddexp(log_density, np.log(rate))
-    close = close_rows(it, observed, log_density)
+    close = close_rows(it, observed, log_density, together)
     if close is None:
         return None
     rows, inverse = np.unique(close.pairs, return_inverse=True)

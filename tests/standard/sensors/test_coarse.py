@@ -85,7 +85,7 @@ def test_a_simulation_draws_it():
         source = {"kind": "simulation", "duration": 100, "looks": {"radar": {"interval": 1.0}}, "ships": ships}
         scene = vedette.load(
             {
-                "source": source, "sensors": {"radar": sensor}, "associator": {"kind": "pda"},
+                "source": source, "sensors": {"radar": sensor}, "associator": {"kind": "jpda"},
                 "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
                 "lifecycle": {"kind": "m_of_n"}, "birth": {"kind": "from_returns", "spread": {"vx": 1.0, "vy": 1.0}},
             }
