@@ -151,7 +151,8 @@ struct Existence {
 // Those that are no loop over problems: the module does them itself.
 #define VEDETTE_FUNCTIONS(kernel) \
     kernel(best_joint, 3) kernel(cancels, 3) kernel(claimed, 2) kernel(evaluate_points_twin, 11) \
-    kernel(evaluate_twin, 9) kernel(given_existence, 4) kernel(grow, 11) kernel(if_existing, 3) kernel(is_plain, 4) \
+    kernel(evaluate_root_twin, 9) kernel(evaluate_twin, 9) kernel(given_existence, 4) kernel(grow, 11) kernel(if_existing, 3) kernel(is_plain, 4) \
+    kernel(iterate_twin, 11) kernel(predict_root_twin, 6) kernel(lower_triangular, 1) \
     kernel(joint_weights, 2) kernel(k_best, 2) kernel(linked_clusters, 4) kernel(measure_twin, 4) kernel(move_twin, 5) \
     kernel(normals, 2) kernel(over_axes, 2) kernel(pairs_in_boxes, 5) kernel(predict_points_twin, 7) \
     kernel(predict_twin, 6) kernel(shed, 7) kernel(uniforms, 2) kernel(wide_clusters, 2)

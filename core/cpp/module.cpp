@@ -8,6 +8,8 @@
 #include "existing.hpp"
 #include "hypotheses.hpp"
 #include "instruction_sets.hpp"
+#include "iterated.hpp"
+#include "roots.hpp"
 #include "streams.hpp"
 
 namespace vedette {

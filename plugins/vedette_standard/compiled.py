@@ -41,6 +41,11 @@ def _twin(kind: str, parameters: Array) -> Twin | None:
     return Twin(_BEST[kind], parameters) if _BEST else None
 
 
+def biased(own: Twin | None, *axes: Any) -> Twin | None:
+    """Return the twin of a sensor with biases around its `own` twin; axes: as the function of that name takes them."""
+    return None if own is None or _module is None else Twin(_module.biased(own.function, *axes), own.parameters)
+
+
 def fastest(reference: F) -> F:
     """Return the compiled function of the same name, which gives None for what it does not take, or the one in numpy."""
     own = getattr(_module, reference.__name__, None)

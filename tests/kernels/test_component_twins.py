@@ -12,11 +12,17 @@ from vedette import Detections, Gaussian, Pose, Sensor, Space, Twin, kernels
 from vedette_standard import compiled
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.estimators.iterated import IteratedExtendedKalman
+from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.coordinated_turn_3d import CoordinatedTurn3d
+from vedette_standard.motion.curvilinear import Curvilinear
+from vedette_standard.motion.gauss_markov import GaussMarkov
+from vedette_standard.motion.product import Product
 from vedette_standard.sensors.bearing_only import BearingOnly
+from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
@@ -24,9 +30,11 @@ from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 pytestmark = pytest.mark.skipif(not kernels.RUNNING.startswith("compiled"), reason="the kernels that run call no twin")
 CALLS = ("evaluate_twin", "evaluate_points_twin", "predict_twin", "predict_points_twin")
+CALLS += ("iterate_twin", "predict_root_twin", "evaluate_root_twin")
 RNG = np.random.default_rng(0)
 TURN = CoordinatedTurn(0.5, 0.01)
 RADAR = RangeBearing(10.0, 0.02, sigma_extent=3.0, max_range=900.0, detection_probability=0.9)
+BIASED = Biased(RADAR, add={"range": "long"}, offset={"y": "east"})
 CASES = [
     (ExtendedKalman(TURN), RADAR),
     (ExtendedKalman(TURN), BearingOnly(0.02).at(Pose([20.0, 5.0], [1.0, 2.0], 3.0))),
@@ -35,6 +43,12 @@ CASES = [
     (UnscentedKalman(TURN), RangeBearingRate(10.0, 0.02, 1.0)),
     (UnscentedKalman(CoordinatedTurn3d(0.5, 0.01)), RADAR),
     (CubatureKalman(TURN), RADAR),
+    (IteratedExtendedKalman(TURN, passes=4), RADAR),
+    (IteratedExtendedKalman(TURN, passes=1), BearingOnly(0.02)),
+    (SquareRootKalman(TURN), RADAR),
+    (SquareRootKalman(CoordinatedTurn3d(0.5, 0.01)), RangeBearingElevation(10.0, 0.02, 0.02)),
+    (ExtendedKalman(Curvilinear(0.3, 0.2)), RADAR),
+    (ExtendedKalman(Product((TURN, GaussMarkov(("long", "east"), 1.0, 60.0)))), BIASED),
 ]
 
 
@@ -55,10 +69,10 @@ def one_scan(estimator, sensor, belief, noise):
     x = belief.mean[..., estimator.state.locate(sensor.observes)]
     z = sensor.measurement.displace(sensor.measure(x), 0.01 * rng.normal(size=(*x.shape[:-1], len(sensor.measurement))))
     own = np.broadcast_to(2.0 * sensor.noise(x), (*z.shape, z.shape[-1])) if noise else None
-    ahead = estimator.predict(belief, 1.5, RNG)
+    ahead = estimator.predict(estimator.start(belief, estimator.state, RNG), 1.5, RNG)
     seen = estimator.evaluate(ahead, sensor, Detections(z, np.ones(z.shape[:-1], bool), noise=own), 0.99)
     weights = np.full((*shape, z.shape[-2], 1 + z.shape[-2]), 1.0 / (1 + z.shape[-2]))
-    after = estimator.update(ahead, seen, weights)
+    after, ahead = estimator.moments(estimator.update(ahead, seen, weights)), estimator.moments(ahead)
     return [ahead.mean, ahead.cov, seen.loglik, seen.distance, seen.log_volume, after.mean, after.cov]
 
 
@@ -81,14 +95,14 @@ def test_a_scan_is_the_same_by_twins_and_by_methods(monkeypatch, estimator, sens
 def test_all_instruction_sets_agree(kind):
     rng = np.random.default_rng(1)
     x, parameters = rng.normal(size=(37, 9)) * 100, np.abs(rng.normal(size=11)) * [1, 1, 1, 1, 1, 1e3, 1, 1, 1, 1, 1]
-    axes = {"range_bearing_rate": 4, "range_bearing_elevation": 3, "coordinated_turn_3d": 9}.get(
+    axes = {"range_bearing_rate": 4, "range_bearing_elevation": 3, "coordinated_turn_3d": 9, "curvilinear": 6}.get(
         kind, 5 if "turn" in kind else 2
     )
     measured = 3 if kind in ("range_bearing_rate", "range_bearing_elevation") else 1 if kind.endswith("_only") else 2
 
     def found(functions):
         own = np.ascontiguousarray(x[:, :axes])
-        if "turn" in kind:
+        if "turn" in kind or kind == "curvilinear":
             return kernels.move_twin(own / 100, 0.7, functions[kind], parameters, ())
         return kernels.measure_twin(own, functions[kind], parameters, measured)
 

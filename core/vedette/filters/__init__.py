@@ -26,7 +26,7 @@ from vedette.filters.linear import (
     noise_over,
     predict_linearised,
 )
-from vedette.filters.memo import Memo, SensorConstants, embedded, keep
+from vedette.filters.memo import Memo, SensorConstants, embedded, keep, own_twin
 from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
 from vedette.filters.particles import (

@@ -14,6 +14,7 @@ from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
 from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
+from vedette.kernels import square_root as _square_root
 from vedette.kernels import streams as _streams
 from vedette.kernels import twins as _twins
 from vedette.kernels.backward import smooth_step, solve_by_root
@@ -57,11 +58,15 @@ whiten = _fastest(_reference.whiten)
 
 cancels = _fastest(_twins.cancels)
 evaluate_points_twin = _fastest(_twins.evaluate_points_twin, Innovation, Hypotheses)
+evaluate_root_twin = _fastest(_twins.evaluate_root_twin, Innovation, Hypotheses)
 evaluate_twin = _fastest(_twins.evaluate_twin, Innovation, Hypotheses)
+iterate_twin = _fastest(_twins.iterate_twin, Innovation, Hypotheses)
 measure_twin = _fastest(_twins.measure_twin, _results.Measured)
 move_twin = _fastest(_twins.move_twin, _results.Moved)
 predict_points_twin = _fastest(_twins.predict_points_twin, Gaussian)
+predict_root_twin = _fastest(_twins.predict_root_twin)
 predict_twin = _fastest(_twins.predict_twin, Gaussian)
+lower_triangular = _fastest(_square_root.lower_triangular)
 
 mix_modes = _fastest(_modes.mix_modes, _results.Mixed, Gaussian)
 mixture_moments = _fastest(_modes.mixture_moments, Gaussian)

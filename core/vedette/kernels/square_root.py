@@ -99,3 +99,8 @@ def square_root_update(prior: Array, measured: Array, R: Array) -> ByRoot:
     log_det = 2.0 * np.sum(np.log(np.abs(pivots)), axis=-1)
     gain = root @ upper[..., :m, m:]
     return ByRoot(root @ np.swapaxes(root, -1, -2), log_det, gain, 0.5 * (post + np.swapaxes(post, -1, -2)))
+
+
+def lower_triangular(wide: Array) -> Array:
+    """Return the lower triangular L (*b, n, n) with L L' = A A' for A (*b, n, p), p >= n."""
+    return np.swapaxes(np.linalg.qr(np.swapaxes(wide, -1, -2), mode="r"), -1, -2).copy()

@@ -111,3 +111,42 @@ def evaluate_points_twin(
 ) -> Innovation | None:
     """Return the same by points x + dx (*b, t, s, n), of which the first is x, under weights (s,), as `evaluate_points`."""
     return None
+
+
+def iterate_twin(
+    x: Array,
+    P: Array,
+    z: Array,
+    noise: Array | None,
+    function: Any,
+    parameters: Array,
+    axes: tuple[int, ...],
+    p_gate: float,
+    state_periods: Periods,
+    periods: Periods,
+    passes: int,
+) -> Innovation | None:
+    """Return what `evaluate_twin` does, each return linearised at its own estimate, in `passes` at most."""
+    return None
+
+
+def predict_root_twin(
+    x: Array, L: Array, dt: float, function: Any, parameters: Array, periods: Periods
+) -> tuple[Array, Array] | None:
+    """Return the moved x (*b, n), and a root of F L L' F' + Q, with L (*b, n, n)."""
+    return None
+
+
+def evaluate_root_twin(
+    x: Array,
+    L: Array,
+    z: Array,
+    noise: Array | None,
+    function: Any,
+    parameters: Array,
+    axes: tuple[int, ...],
+    p_gate: float,
+    periods: Periods,
+) -> Innovation | None:
+    """Return what `evaluate_twin` does, with a root L for P, and in its detail roots (*b, t, 1|k, n, n) for covariances."""
+    return None

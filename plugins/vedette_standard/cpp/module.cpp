@@ -1,5 +1,6 @@
 // vedette_standard._compiled: the twins of sensors and motions, as capsules that the kernels of vedette call, and lifecycles.
 
+#include "biased.hpp"
 #include "lifecycles.hpp"
 
 #include <cstring>
@@ -51,7 +52,7 @@ PyObject* functions_of(const Twins& twins) {
     PyObject* table = PyDict_New();
     bool good = table != nullptr;
 #define VEDETTE_SENSOR(kind, Kind) \
-    good = good && add(table, #kind, twins.kind, "void (int, double *, double *, double *, double *, double *, double *, void *)");
+    good = good && add(table, #kind, twins.kind, kSensor);
 #define VEDETTE_MOTION(kind, Kind) \
     good = good && add(table, #kind, twins.kind, "void (int, double, double *, double *, double *, double *, double *, void *)");
     VEDETTE_SENSORS(VEDETTE_SENSOR)
@@ -75,7 +76,7 @@ PyObject* all_twins(PyObject*, PyObject*) {
 #define VEDETTE_FAST(function) \
     {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
 PyMethodDef methods[] = {
-    VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    VEDETTE_FAST(biased) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
     {"twins", all_twins, METH_NOARGS, nullptr},
     {nullptr, nullptr, 0, nullptr},
 };

@@ -148,4 +148,124 @@ struct CoordinatedTurn3d {
     }
 };
 
+struct Complex {
+    Eight re, im;
+};
+VEDETTE_INLINE Complex operator+(Complex a, Complex b) { return {a.re + b.re, a.im + b.im}; }
+VEDETTE_INLINE Complex operator*(Complex a, Complex b) { return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re}; }
+VEDETTE_INLINE Complex operator*(Eight a, Complex b) { return {a * b.re, a * b.im}; }
+VEDETTE_INLINE Complex exponential(Complex w) {
+    Eight sine, cosine;
+    sine_and_cosine(w.im, sine, cosine);
+    return exp_of(w.re) * Complex{cosine, sine};
+}
+
+// log(1 + g) / g and its derivative; near 0 by their series.
+struct LogShare {
+    static constexpr int kTerms = 18;
+    static constexpr double kSmall = 0.1;
+    Eight value, slope;
+
+    VEDETTE_INLINE explicit LogShare(Eight g) {
+        const Eight64 small = magnitude(g) < kSmall;
+        const Eight inside = small ? g : Eight{}, safe = small ? 1.0 - Eight{} : g;
+        Eight sum{}, by{};
+        for (int k = kTerms - 1; k >= 0; --k) {
+            const double term = (k % 2 == 0 ? 1.0 : -1.0) / (k + 1);
+            sum = sum * inside + term;
+            if (k > 0) by = by * inside + k * term;
+        }
+        const Eight closed = log_of_normal(1.0 + safe) / safe;
+        value = small ? sum : closed, slope = small ? by : (1.0 / (1.0 + safe) - closed) / safe;
+    }
+};
+
+// (exp(w) - 1) / w and its derivative; near 0 by their series.
+struct Chord {
+    static constexpr int kTerms = 20;
+    Complex value, slope;
+
+    VEDETTE_INLINE Chord(Complex w, Complex exponential_of_w) {
+        const Eight square = w.re * w.re + w.im * w.im;
+        const Eight64 small = square < 1.0;
+        const Complex inside{small ? w.re : Eight{}, small ? w.im : Eight{}};
+        const Eight over = 1.0 / (small ? 1.0 - Eight{} : square);
+        const Complex inverse{w.re * over, -w.im * over};
+        Complex sum{Eight{}, Eight{}}, by = sum;
+        double term = 1.0;
+        for (int f = 2; f <= kTerms; ++f) term /= f;
+        for (int k = kTerms - 1; k >= 0; term *= k + 1, --k) {  // 1 / (k + 1)!
+            sum = sum * inside, sum.re += term;
+            if (k > 0) by = by * inside, by.re += k * term;
+        }
+        Complex closed = inverse * Complex{exponential_of_w.re - 1.0, exponential_of_w.im};
+        Complex steep = inverse * Complex{exponential_of_w.re - closed.re, exponential_of_w.im - closed.im};
+        value = {small ? sum.re : closed.re, small ? sum.im : closed.im};
+        slope = {small ? by.re : steep.re, small ? by.im : steep.im};
+    }
+};
+
+// sigma_tangential, sigma_normal
+struct Curvilinear {
+    static constexpr int axes = 6, parameters = 2;
+    static constexpr double kSlow = 1e-2, kStand = -0.999;  // m/s, and a part of the speed: as the class has them
+
+    VEDETTE_INLINE static void move(const Motion& m) {
+        const Eight dt = m.dt - Eight{}, none{}, along = m.x[4];
+        const Complex v{m.x[2], m.x[3]}, bend{2.0 * along, m.x[5]};
+        const Eight speed = root(v.re * v.re + v.im * v.im + kSlow * kSlow), asked = along * dt / speed;
+        const Eight64 braking = asked < kStand;
+        const Eight gained = braking ? kStand - Eight{} : asked, over = 1.0 / (braking ? along : 1.0 - Eight{});
+        const Eight elapsed = braking ? gained * speed * over : dt;
+        const LogShare share(gained);
+        const Eight reach = elapsed * share.value, time = reach / speed;
+        const Complex w = time * bend, turned = exponential(w);
+        const Chord chord(w, turned);
+        const Eight slower = 1.0 / (1.0 + gained);
+        const Complex after = v * (slower * turned), step = v * (reach * chord.value);
+        m.moved[0] = m.x[0] + step.re, m.moved[1] = m.x[1] + step.im, m.moved[2] = after.re, m.moved[3] = after.im;
+        m.moved[4] = along, m.moved[5] = m.x[5];
+        for (int i = 0; i < 36; ++i) m.F[i] = (i % 7 == 0 ? 1.0 : 0.0) - none;
+        // By the velocity and by the accelerations, the speed's derivative being `faster`.
+        const Eight faster[4] = {v.re / speed, v.im / speed, none, none};
+        for (int c = 0; c < 4; ++c) {
+            const Eight more = c == 2 ? 1.0 - none : none;
+            const Eight gain = braking ? none : (more * dt - gained * faster[c]) / speed;
+            const Eight longer = braking ? (gained * faster[c] - more * elapsed) * over : none;
+            const Eight farther = longer * share.value + elapsed * share.slope * gain;
+            const Complex sharper{2.0 * more, c == 3 ? 1.0 - none : none};
+            const Complex dw = time * sharper + ((farther - time * faster[c]) / speed) * bend;
+            const Complex own{c == 0 ? 1.0 - none : none, c == 1 ? 1.0 - none : none};
+            const Complex by_step = own * (reach * chord.value) + v * (farther * chord.value + reach * (chord.slope * dw));
+            const Complex by_after = own * (slower * turned) + after * Complex{dw.re - gain * slower, dw.im};
+            m.F[2 + c] = by_step.re, m.F[8 + c] = by_step.im;
+            m.F[14 + c] = by_after.re, m.F[20 + c] = by_after.im;
+        }
+        scatter(m, v);
+    }
+
+    // White jerk along the path and across it.
+    VEDETTE_INLINE static void scatter(const Motion& m, Complex v) {
+        const double dt = m.dt, cube = dt * dt * dt;
+        const double jerk[3][3] = {{cube * dt * dt / 20, cube * dt / 8, cube / 6}, {cube * dt / 8, cube / 3, dt * dt / 2},
+                                   {cube / 6, dt * dt / 2, dt}};
+        const Eight r = root(v.re * v.re + v.im * v.im), over = 1.0 / (r > 0.0 ? r : 1.0 - Eight{});
+        const Eight c = r > 0.0 ? v.re * over : 1.0 - Eight{}, s = v.im * over;
+        const Eight t = m.p[0] * m.p[0], n = m.p[1] * m.p[1], mixed = c * s * (t - n);
+        const Eight xx = c * c * t + s * s * n, yy = s * s * t + c * c * n;
+        for (int i = 0; i < 36; ++i) m.Q[i] = Eight{};
+        for (int i = 0; i < 2; ++i) {
+            for (int j = 0; j < 2; ++j) {
+                const double q = jerk[i][j];
+                m.Q[12 * i + 2 * j] = q * xx, m.Q[12 * i + 6 + 2 * j + 1] = q * yy;
+                m.Q[12 * i + 2 * j + 1] = m.Q[12 * i + 6 + 2 * j] = q * mixed;
+            }
+            const double q = jerk[i][2];
+            m.Q[12 * i + 4] = m.Q[24 + 2 * i] = q * t * c, m.Q[12 * i + 5] = m.Q[30 + 2 * i] = -q * n * s;
+            m.Q[12 * i + 10] = m.Q[24 + 2 * i + 1] = q * t * s, m.Q[12 * i + 11] = m.Q[30 + 2 * i + 1] = q * n * c;
+        }
+        m.Q[28] = dt * t, m.Q[35] = dt * n;
+    }
+};
+
 }  // namespace vedette::VEDETTE_ISA

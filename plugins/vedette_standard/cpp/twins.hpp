@@ -12,7 +12,8 @@
 #define VEDETTE_MOTIONS(motion)                                  \
     motion(coordinated_turn, CoordinatedTurn)                    \
     motion(coordinated_turn_3d, CoordinatedTurn3d)               \
-    motion(coordinated_turn_piecewise, CoordinatedTurnPiecewise)
+    motion(coordinated_turn_piecewise, CoordinatedTurnPiecewise) \
+    motion(curvilinear, Curvilinear)
 
 namespace vedette {
 

@@ -10,6 +10,9 @@ from attrs import evolve, frozen
 from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields, kernels
 from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, noise_over, predict_linearised, prepare
 
+_LOWERS = 1 - 1e-13
+"""Times the last cost, that of a pass must be less than this: a difference below is rounding."""
+
 
 @final
 @frozen
@@ -38,6 +41,14 @@ class IteratedExtendedKalman(GaussianFilter):
         """Return the innovation of each detection and track, linearised at that detection's own estimate."""
         if isinstance(observed, Frame):
             return evaluate_frame(belief, self.state, sensor, observed, p_gate, self.passes)
+        twin = self._memo.constants(self.state, sensor, belief.mean).twin
+        if twin is not None and observed.missing is None:
+            by, axes, noise = *twin, None if observed.noise is None else observed.noise[..., None, :, :, :]
+            scan = observed.z, noise, by.function, by.numbers(belief.mean), axes, p_gate
+            rest = self.state.periods, sensor.measurement.periods, self.passes
+            seen = kernels.iterate_twin(belief.mean, belief.cov, *scan, *rest)
+            if seen is not None:
+                return seen
         where = self.state.locate(sensor.observes)
         prior, x0 = belief.mean[..., None, :], belief.mean[..., where]
         ready = prepare(sensor, observed, sensor.measure(x0), noise_over(belief, sensor, where))
@@ -56,7 +67,7 @@ class IteratedExtendedKalman(GaussianFilter):
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
             cost += np.sum(pull * (H @ P @ np.swapaxes(H, -1, -2) @ pull), axis=(-1, -2))
-            better = cost < price
+            better = cost < price * _LOWERS
             if not better.any():
                 break
             price = np.where(better, cost, price)

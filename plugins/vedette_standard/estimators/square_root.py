@@ -6,10 +6,10 @@ import math
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
-from vedette.filters import OverMotion, make_innovation, marginal, noise_over, prepare, without_variance
+from vedette.filters import Memo, OverMotion, make_innovation, marginal, noise_over, prepare, without_variance
 
 
 @frozen(eq=False)
@@ -43,6 +43,7 @@ class SquareRootKalman(OverMotion[Root]):
     declares: ClassVar[Traits] = Traits(exact_when_linear=True)
 
     motion: MotionModel = fields.part("how the target moves")
+    _memo: Memo = field(init=False, repr=False, eq=False, factory=Memo)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
         """Return the prior's marginal over the filter's axes, its covariance as a root."""
@@ -59,9 +60,15 @@ class SquareRootKalman(OverMotion[Root]):
         if dt == 0:
             return belief
         x = belief.mean
+        twin, periods = self._memo.moving or self._memo.twin(self.motion)
+        if twin is not None:
+            found = kernels.predict_root_twin(x, belief.root, dt, twin.function, twin.numbers(x), periods)
+            if found is not None:
+                return Root(*found)
         moved = self.motion.jacobian(x, dt) @ belief.root
         added = np.broadcast_to(kernels.root(self.motion.mean_noise(x, self.moments(belief).cov, dt)), moved.shape)
-        return Root(self.state.canonical(self.motion.move(x, dt)), _triangular(np.concatenate([moved, added], axis=-1)))
+        wide = np.concatenate([moved, added], axis=-1)
+        return Root(self.state.canonical(self.motion.move(x, dt)), kernels.lower_triangular(wide))
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:
         """Return P F' (*b, t, n, n)."""
@@ -70,6 +77,13 @@ class SquareRootKalman(OverMotion[Root]):
     def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each detection and track, linearised at the track's mean."""
         assert isinstance(observed, Detections)
+        twin = self._memo.constants(self.state, sensor, belief.mean).twin
+        if twin is not None and observed.missing is None:
+            by, axes, noise = *twin, None if observed.noise is None else observed.noise[..., None, :, :, :]
+            scan = observed.z, noise, by.function, by.numbers(belief.mean), axes, p_gate, sensor.measurement.periods
+            seen = kernels.evaluate_root_twin(belief.mean, belief.root, *scan)
+            if seen is not None:
+                return evolve(seen, detail=RootHypotheses(seen.detail.shift, seen.detail.post))
         where, n, m = self.state.locate(sensor.observes), len(self.state), len(sensor.measurement)
         x = belief.mean[..., where]
         ready = prepare(sensor, observed, sensor.measure(x), noise_over(self.moments(belief), sensor, where))
@@ -77,7 +91,7 @@ class SquareRootKalman(OverMotion[Root]):
         before[..., :m, :m] = np.linalg.cholesky(ready.noise)
         before[..., :m, m:] = ready.rows((sensor.jacobian(x) @ belief.root[..., where, :])[..., None, :, :])
         before[..., m:, m:] = belief.root[..., None, :, :]
-        after = _triangular(before)
+        after = kernels.lower_triangular(before)
         S_root, gain = after[..., :m, :m], after[..., m:, :m]
         white = np.linalg.solve(S_root, ready.residuals[..., None])
         distance = np.sum(white**2, axis=(-1, -2))
@@ -101,7 +115,7 @@ class SquareRootKalman(OverMotion[Root]):
             np.swapaxes(apart, -1, -2),
             (np.sqrt(miss) * mean)[..., None],
         ]
-        root = _triangular(np.concatenate(parts, axis=-1))
+        root = kernels.lower_triangular(np.concatenate(parts, axis=-1))
         if len(self.zero_variance):
             root[..., self.state.locate(self.zero_variance), :] = 0.0
         return Root(self.state.displace(belief.mean, mean), root)
@@ -110,8 +124,3 @@ class SquareRootKalman(OverMotion[Root]):
         """Return mean and covariance L L'."""
         cov = belief.root @ np.swapaxes(belief.root, -1, -2)
         return Gaussian(belief.mean, kernels.symmetric(cov))
-
-
-def _triangular(wide: Array) -> Array:
-    """Return the lower triangular L (*b, n, n) with L L' = A A' for A (*b, n, p), p >= n."""
-    return np.swapaxes(np.linalg.qr(np.swapaxes(wide, -1, -2), mode="r"), -1, -2).copy()

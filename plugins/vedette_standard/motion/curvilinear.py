@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
+from numpy.polynomial.polynomial import polyder, polyval
 
-from vedette import Array, MotionModel, Space, fields, kernels
+from vedette import Array, MotionModel, Space, Twin, fields, kernels
+from vedette_standard import compiled
 from vedette_standard.motion.blocks import white_jerk
 
 _STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s", a_tangential="m/s^2", a_normal="m/s^2")
@@ -15,8 +17,50 @@ _SLOW = 1e-2
 """Speed in m/s below which accelerations lose their direction."""
 _STAND = -0.999
 """A braking target stops once it has lost this fraction of its speed."""
-_NOTHING = 1e-150
-"""Below this a quotient is at its limit of 1, and numpy may overflow on the way."""
+_LOG = (-1.0) ** np.arange(18) / np.arange(1, 19)
+_EXP = 1 / np.cumprod(np.arange(1.0, 21.0))
+"""Coefficients of the series of log(1 + g) / g and (exp(w) - 1) / w."""
+
+
+class _Path:
+    """What a step's displacement v `reach` `chord` and its last velocity v `turned` are made of, and their derivatives."""
+
+    def __init__(self, x: Array, dt: float) -> None:
+        self.v, self.bend = x[..., 2] + 1j * x[..., 3], 2 * x[..., 4] + 1j * x[..., 5]
+        self.speed = np.sqrt(x[..., 2] ** 2 + x[..., 3] ** 2 + _SLOW**2)
+        self.braking = x[..., 4] * dt / self.speed < _STAND
+        self.gained = np.maximum(x[..., 4] * dt / self.speed, _STAND)
+        self.brake = np.where(self.braking, x[..., 4], 1.0)
+        # A target that stops has moved for as long as the braking took.
+        self.elapsed = np.where(self.braking, self.gained * self.speed / self.brake, dt)
+        self.share, self.share_slope = _log_share(self.gained)
+        self.reach = self.elapsed * self.share
+        w = self.bend * (self.reach / self.speed)
+        self.chord, self.chord_slope = _chord(w)
+        self.turned = np.exp(w) / (1 + self.gained)
+
+
+def _log_share(g: Array) -> tuple[Array, Array]:
+    """Return log(1 + g) / g and its derivative (*b); near 0 by their series."""
+    small = np.abs(g) < 0.1
+    inside, safe = np.where(small, g, 0.0), np.where(small, 1.0, g)
+    share = np.log1p(safe) / safe
+    slope = (1 / (1 + safe) - share) / safe
+    return np.where(small, polyval(inside, _LOG), share), np.where(small, polyval(inside, polyder(_LOG)), slope)
+
+
+def _chord(w: Any) -> tuple[Array, Array]:
+    """Return (exp(w) - 1) / w and its derivative (*b) of complex w; near 0 by their series."""
+    small = np.abs(w) < 1
+    inside, safe = np.where(small, w, 0.0), np.where(small, 1.0, w)
+    chord = np.expm1(safe) / safe
+    slope = (np.exp(safe) - chord) / safe
+    return np.where(small, polyval(inside, _EXP), chord), np.where(small, polyval(inside, polyder(_EXP)), slope)
+
+
+def _real(z: Any) -> Array:
+    """Return complex numbers as two components: (*b) -> (*b, 2)."""
+    return np.stack([z.real, z.imag], axis=-1)
 
 
 @final
@@ -44,25 +88,37 @@ class Curvilinear(MotionModel):
     def state(self) -> Space:
         return _STATE
 
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin."""
+        return compiled.twin(self.kind, self.sigma_tangential, self.sigma_normal)
+
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 6) -> (*b, 6)."""
-        speed = np.sqrt(x[..., 2] ** 2 + x[..., 3] ** 2 + _SLOW**2)
-        gained = np.maximum(x[..., 4] * dt / speed, _STAND)
-        braking = x[..., 4] * dt / speed < _STAND
-        log = np.log1p(gained)
-        # log / gained tends to 1; a target that stops has moved for as long as the braking took.
-        elapsed = np.where(braking, gained * speed / np.where(braking, x[..., 4], 1.0), dt)
-        share = np.divide(log, gained, out=np.ones_like(log), where=np.abs(gained) > _NOTHING)
-        time = elapsed * share / speed
-        w = (2 * x[..., 4] + 1j * x[..., 5]) * time
-        chord = np.divide(np.expm1(w), w, out=np.ones_like(w), where=np.abs(w) > _NOTHING)
-        v = x[..., 2] + 1j * x[..., 3]
-        step, after = v * elapsed * share * chord, v * np.exp(w - log)
+        p = _Path(x, dt)
         moved = x.copy()
-        moved[..., 0] += step.real
-        moved[..., 1] += step.imag
-        moved[..., 2], moved[..., 3] = after.real, after.imag
+        moved[..., :2] += _real(p.v * p.reach * p.chord)
+        moved[..., 2:4] = _real(p.v * p.turned)
         return moved
+
+    def jacobian(self, x: Array, dt: float) -> Array:
+        """Return F: (*b, 6) -> (*b, 6, 6)."""
+        p = _Path(x, dt)
+        F = np.zeros((*x.shape, 6))
+        F[..., range(6), range(6)] = 1.0
+        # dv, ds, da_t and da_n of each column
+        by_velocity: list[tuple[complex, Array | float, float, float]]
+        by_velocity = [(1.0, p.v.real / p.speed, 0.0, 0.0), (1j, p.v.imag / p.speed, 0.0, 0.0)]
+        for column, (dv, ds, da, dn) in enumerate([*by_velocity, (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)], 2):
+            gain = np.where(p.braking, 0.0, (da * dt - p.gained * ds) / p.speed)
+            longer = np.where(p.braking, (p.gained * ds - da * p.elapsed) / p.brake, 0.0)
+            reach = longer * p.share + p.elapsed * p.share_slope * gain
+            dw = (2 * da + 1j * dn) * p.reach / p.speed + p.bend * (reach - p.reach / p.speed * ds) / p.speed
+            step = dv * p.reach * p.chord + p.v * (reach * p.chord + p.reach * p.chord_slope * dw)
+            F[..., :2, column] += _real(step)
+            after = dv * p.turned + p.v * p.turned * (dw - gain / (1 + p.gained))
+            F[..., 2:4, column] = _real(after)
+        return F
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, 6) -> (*b, 6, 6)."""

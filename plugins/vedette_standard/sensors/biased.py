@@ -7,7 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Axis, Gaussian, Sensor, Space, WrappedSensor, fields
+from vedette import Array, Axis, Gaussian, Sensor, Space, Twin, WrappedSensor, fields, filters
+from vedette_standard import compiled
 
 
 def _observed(self: Biased) -> Space:
@@ -53,6 +54,22 @@ class Biased(WrappedSensor):
     def linear(self) -> bool:
         """Whether the sensor is linear; a lag is multiplied by the velocity."""
         return self.of.linear and not self.lag
+
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, if the sensor has one."""
+        own, measured = self.of.observes.names, self.measurement
+        index = {name: i for i, name in enumerate(self.observes.names)}
+        moved = dict(zip(*self._moving(), strict=True))
+        return compiled.biased(
+            filters.own_twin(self.of),
+            len(self.observes),
+            index[self.lag] if self.lag else -1,
+            tuple(index[self.add[name]] if name in self.add else -1 for name in measured.names),
+            tuple(index[self.offset[name]] if name in self.offset else -1 for name in own),
+            tuple(moved.get(i, -1) for i in range(len(own))),
+            tuple(axis.period or 0.0 for axis in measured.axes),
+        )
 
     def _biases(self) -> Space:
         return Space(self.observes.axes[len(self.observes) - len(self.add) - len(self.offset) - bool(self.lag) :])

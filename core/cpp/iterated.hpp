@@ -1,0 +1,222 @@
+// The iterated extended filter's evaluation through a sensor's twin: what estimators/iterated.py says of each return.
+#pragma once
+
+#include <vector>
+
+#include "twins.hpp"
+
+namespace vedette {
+
+// S = L D L' (m, m) with a unit lower triangular L; false where a pivot is too small a part of its diagonal.
+struct Factored {
+    double L[kMeasured2], D[kMostMeasured];
+    int m;
+
+    bool factor(const double* S, int size) {
+        m = size;
+        for (int j = 0; j < m; ++j) {
+            D[j] = S[j * m + j];
+            for (int l = 0; l < j; ++l) D[j] -= L[j * m + l] * L[j * m + l] * D[l];
+            if (!(D[j] > 1e-12 * S[j * m + j])) return false;
+            for (int i = j + 1; i < m; ++i) {
+                double sum = S[i * m + j];
+                for (int l = 0; l < j; ++l) sum -= L[i * m + l] * L[j * m + l] * D[l];
+                L[i * m + j] = sum / D[j];
+            }
+        }
+        return true;
+    }
+    void solve(const double* b, double* to) const {
+        for (int i = 0; i < m; ++i) {
+            to[i] = b[i];
+            for (int l = 0; l < i; ++l) to[i] -= L[i * m + l] * to[l];
+        }
+        for (int i = m - 1; i >= 0; --i) {
+            to[i] /= D[i];
+            for (int l = i + 1; l < m; ++l) to[i] -= L[l * m + i] * to[l];
+        }
+    }
+    double log_det() const {
+        double sum = 0.0;
+        for (int i = 0; i < m; ++i) sum += std::log(D[i]);
+        return sum;
+    }
+};
+
+constexpr double kLowers = 1 - 1e-13;  // times the last cost, that of a pass must be less than this: the rest is rounding
+
+// A linearisation around one point, over all axes of the state: the derivative, and the residual that it gives at the prior.
+struct Line {
+    double H[kMostMeasured * kMostStates], nu[kMostMeasured];
+};
+
+// All returns of a scan against one track. Gauss and Newton's steps of up to `kBlock` returns side by side, each until its cost
+// no longer falls.
+struct Iterations {
+    const Twin<SensorTwin>& twin;
+    const Axes& axes;
+    const Periods &state, &measured;
+    int n, m, numbers, passes;
+
+    // The lines at `count` points (n) each, R and detection probability there.
+    void look(int count, const double* points, const double* prior, const double* parameters, const double* z, Line* lines,
+              double* R, double* detects) const {
+        double x[kMostStates * kBlock], own[kMostParameters * kBlock], at[kMostMeasured * kBlock];
+        double H[kMostMeasured * kMostStates * kBlock];
+        for (int i = 0; i < count; ++i) {
+            for (int a = 0; a < axes.count; ++a) x[a * count + i] = points[i * n + axes.each[a]];
+            put_aside(parameters, numbers, own, count, i);
+        }
+        twin.function(count, x, own, at, H, R, detects, twin.data);
+        for (int i = 0; i < count; ++i) {
+            Line& line = lines[i];
+            double apart[kMostStates];
+            for (int a = 0; a < n; ++a) apart[a] = prior[a] - points[i * n + a];
+            wrap(apart, state);
+            std::fill_n(line.H, m * n, 0.0);
+            for (int j = 0; j < m; ++j) line.nu[j] = z[i * m + j] - at[j * count + i];
+            wrap(line.nu, measured);
+            for (int j = 0; j < m; ++j)
+                for (int a = 0; a < axes.count; ++a) {
+                    const double by = H[(j * axes.count + a) * count + i];
+                    line.H[j * n + axes.each[a]] = by;
+                    line.nu[j] -= by * apart[axes.each[a]];
+                }
+        }
+    }
+
+    // H P H' (m, m), and H P (m, n)
+    void spread(const double* H, const double* P, double* cross, double* S) const {
+        for (int j = 0; j < m; ++j)
+            for (int a = 0; a < n; ++a) {
+                cross[j * n + a] = 0.0;
+                for (int c = 0; c < axes.count; ++c) cross[j * n + a] += H[j * n + axes.each[c]] * P[axes.each[c] * n + a];
+            }
+        for (int i = 0; i < m; ++i)
+            for (int j = 0; j < m; ++j) {
+                S[i * m + j] = 0.0;
+                for (int c = 0; c < axes.count; ++c) S[i * m + j] += cross[i * n + axes.each[c]] * H[j * n + axes.each[c]];
+            }
+    }
+
+    // The last lines that lowered the cost, of `count` returns z with noises R, `noise` apart; false where an S is near singular.
+    bool run(int count, const double* x, const double* P, const double* parameters, const double* z, const double* R, int noise,
+             Line* used, double& volume) const {
+        Line now[kBlock], ahead[kBlock];
+        double points[kMostStates * kBlock], unused[kMeasured2 * kBlock], detects[kBlock];
+        double cost[kBlock], pulled[kBlock], steps[kBlock][kMostStates];
+        Factored noises[kBlock];
+        for (int i = 0; i < count; ++i) {
+            std::copy_n(x, n, points + i * n);
+            cost[i] = std::numeric_limits<double>::infinity();
+            if (!noises[i].factor(R + i * noise, m)) return false;
+        }
+        look(count, points, x, parameters, z, now, unused, detects);
+        std::copy_n(now, count, used);
+        for (int pass = 0; pass < passes; ++pass) {
+            for (int i = 0; i < count; ++i) {
+                double cross[kMostMeasured * kMostStates], seen[kMeasured2], S[kMeasured2], pull[kMostMeasured];
+                Factored factored;
+                spread(now[i].H, P, cross, seen);
+                for (int e = 0; e < m * m; ++e) S[e] = seen[e] + R[i * noise + e];
+                if (!factored.factor(S, m)) return false;
+                if (pass == 0) volume = std::max(volume, 0.5 * factored.log_det());
+                factored.solve(now[i].nu, pull);
+                pulled[i] = 0.0;
+                for (int j = 0; j < m; ++j)
+                    for (int l = 0; l < m; ++l) pulled[i] += pull[j] * seen[j * m + l] * pull[l];
+                for (int a = 0; a < n; ++a) {
+                    steps[i][a] = 0.0;
+                    for (int j = 0; j < m; ++j) steps[i][a] += cross[j * n + a] * pull[j];
+                    points[i * n + a] = x[a] + steps[i][a];
+                }
+                wrap(points + i * n, state);
+            }
+            look(count, points, x, parameters, z, ahead, unused, detects);
+            bool any = false;
+            for (int i = 0; i < count; ++i) {
+                double left[kMostMeasured], white[kMostMeasured], total = pulled[i];
+                for (int j = 0; j < m; ++j) {
+                    left[j] = ahead[i].nu[j];
+                    for (int a = 0; a < n; ++a) left[j] -= ahead[i].H[j * n + a] * steps[i][a];
+                }
+                noises[i].solve(left, white);
+                for (int j = 0; j < m; ++j) total += left[j] * white[j];
+                if (!(total < cost[i] * kLowers)) continue;
+                any = true, cost[i] = total, used[i] = now[i], now[i] = ahead[i];
+            }
+            if (!any) break;
+        }
+        return true;
+    }
+};
+
+namespace entries {
+
+// Arguments: x, P, returns z, their noises (*b, 1, k, m, m) or None, function, parameters, axes observed, P_G, periods of the
+// state and of z, passes. Null where an S is near singular.
+inline PyObject* iterate_twin(Call& call, Args args) {
+    Twin<SensorTwin> twin;
+    Axes axes;
+    Periods state, measured;
+    if (!read_periods(args[8], state) || !read_periods(args[9], measured) || !twin.read(args[4], kSensor)) return nullptr;
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *z = call.in(args[2], 2, true), *own = call.in(args[5], 1),
+                   *R = args[3] == Py_None ? nullptr : call.in(args[3], 3);
+    const double p_gate = call.number(args[7]);
+    const long passes = PyLong_AsLong(args[10]);
+    if (!call.ok || passes < 1) return nullptr;
+    const npy_intp n = x[0], k = z[0], m = z[1];
+    if (!sized(n, m, own[0]) || !square(P, n) || !axes.read(args[6], n) || !are_among(state, n) || !are_among(measured, m) ||
+        (R != nullptr && (!square(R + 1, m) || (R[0] != 1 && R[0] != k))) || !call.broadcast())
+        return nullptr;
+    const Iterations iterations{twin, axes, state, measured, static_cast<int>(n), static_cast<int>(m), static_cast<int>(own[0]),
+                                static_cast<int>(passes)};
+    PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *shift = call.out(2, k, n),
+             *post = call.out(3, k, n, n);
+    bool good = loglik && distance && volume && shift && post;
+    std::vector<double> H(static_cast<std::size_t>(k * m * n)), nu(static_cast<std::size_t>(k * m)), likely(static_cast<std::size_t>(2 * k));
+    std::vector<double> volumes(static_cast<std::size_t>(k));
+    const double nothing[kMostMeasured] = {};
+    for (Problems each(call.batch); good && each.next();) {
+        double own_noise[kMeasured2], detects, largest = -std::numeric_limits<double>::infinity();
+        Line line;
+        iterations.look(1, each.in(0), each.in(0), each.in(3), nothing, &line, own_noise, &detects);
+        const double* noises = R == nullptr ? own_noise : each.in(4);
+        const int apart = R == nullptr || R[0] == 1 ? 0 : static_cast<int>(m * m);
+        for (npy_intp h = 0; good && h < k; h += kBlock) {
+            const int count = static_cast<int>(std::min<npy_intp>(kBlock, k - h));
+            Line lines[kBlock];
+            good = iterations.run(count, each.in(0), each.in(1), each.in(3), each.in(2) + h * m, noises + h * apart, apart, lines, largest);
+            for (int i = 0; good && i < count; ++i) {
+                std::copy_n(lines[i].H, m * n, H.data() + (h + i) * m * n);
+                std::copy_n(lines[i].nu, m, nu.data() + (h + i) * m);
+            }
+        }
+        constexpr double tiny = std::numeric_limits<double>::min();
+        const double miss = 1.0 - detects * p_gate;
+        each.out(0)[0] = std::log(miss > tiny ? miss : tiny), *each.out(2) = largest;
+        if (!good || k == 0) continue;
+        // One problem a return, each with its own derivative.
+        shapes::EvaluateReturns shape{static_cast<int>(n), static_cast<int>(m), 1, 1, p_gate, {}};
+        Batch batch;
+        batch.dims = 1, batch.shape[0] = k, batch.places[0] = 1;
+        const double* in[] = {each.in(1), nu.data(), nothing, H.data(), noises, &detects};
+        const std::ptrdiff_t steps[] = {0, m, 0, m * n, apart, 0};
+        for (int i = 0; i < 6; ++i) batch.in[i] = in[i], batch.in_steps[i][0] = steps[i];
+        double* out[] = {likely.data(), each.out(1), volumes.data(), each.out(3), each.out(4)};
+        const std::ptrdiff_t sizes[] = {2, 1, 1, n, n * n};
+        for (int o = 0; o < 5; ++o) batch.out[o] = out[o], batch.out_size[o] = sizes[o];
+        batch.ins = 6, batch.outs = 5;
+        const WithoutSubnormals guard;
+        table->evaluate_returns(batch, shape);
+        for (npy_intp h = 0; h < k; ++h) each.out(0)[1 + h] = likely[static_cast<std::size_t>(2 * h + 1)];
+    }
+    if (!good) {
+        Py_XDECREF(loglik), Py_XDECREF(distance), Py_XDECREF(volume), Py_XDECREF(shift), Py_XDECREF(post);
+        return nullptr;
+    }
+    return call.pack(loglik, distance, volume, Py_NewRef(distance), call.pack_within(shift, post));
+}
+
+}  // namespace entries
+}  // namespace vedette
