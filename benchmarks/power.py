@@ -199,7 +199,7 @@ def power(plan: dict[int, int]) -> None:
 
 
 def alarms(trackers: int = 300) -> tuple[int, int, int, int]:
-    """Return how many drawn right trackers are exact, how many of these alarm at .05 and at 1e-6, and how many others."""
+    """Return how many right trackers are exact, how many of these alarm at .05, and at 1e-6, and how many others do."""
     rng = np.random.default_rng(1)
     exact = at_05 = usual = others = 0
     for i in range(trackers):

@@ -14,8 +14,10 @@ from vedette.types import Gaussian
 
 
 def motion_of(estimator: Estimator[Any]) -> MotionModel | None:
-    """Return the one motion model that an estimator holds as `motion`, or None."""
-    motion = getattr(estimator, "motion", None)
+    """Return the one motion model that an estimator, or the one that it holds as `of`, holds as `motion`, or None."""
+    motion, held = getattr(estimator, "motion", None), getattr(estimator, "of", None)
+    if motion is None and isinstance(held, Estimator) and held.state == estimator.state:
+        return motion_of(held)
     return motion if isinstance(motion, MotionModel) else None
 
 

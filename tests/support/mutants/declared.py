@@ -15,6 +15,8 @@ from vedette_flir.camera import Camera
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_marine.preprocessors.cfar import Cfar
+from vedette_marine.screen import RadarScreen
 from vedette_sim import Simulation
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 from vedette_standard.associators.k_best import KBest
@@ -259,6 +261,9 @@ DECLARED = [
      {"max_without_detection": st.none()}),
     ("evidence that is dropped", UnbiasedConversion, "evidence_is_passed_on",
      {"process": lambda s, scans: evolve(UnbiasedConversion.process(s, scans), evidence=None)}, {}),
+    ("echoes where the radar is not", Cfar, "pictures_make_returns",
+     {"process": lambda s, scans: Cfar.process(s, {name: evolve(scan, pose=None) for name, scan in scans.items()})},
+     {"sensors": st.just({"receiver": RadarScreen()}), "window": st.just(16)}),
     ("bearings beyond a turn", Simulation, "scans_are_the_sensors", opened(unwrapped), SCENE),
     ("velocities of the wrong sign", Simulation, "truth_moves_as_its_velocities", opened(backward), TWO),
     ("targets that are always seen", Simulation, "targets_are_missed_as_stated", opened(always), TWO),

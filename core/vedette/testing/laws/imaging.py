@@ -6,7 +6,7 @@ Every camera that observes x and y has them: its other axes are of usual size by
 from __future__ import annotations
 
 import numpy as np
-from attrs import evolve
+from attrs import evolve, fields
 
 from vedette.roles import Sensor
 from vedette.sampling.trajectories import psd_root
@@ -87,7 +87,9 @@ def _picture(camera: ImagingSensor, drawn: Looks) -> Frame:
     own = _drawn_frame(camera, _at(camera, COLUMN, ROW), rng)
     pixels = _spot() + rng.normal(size=SHAPE) if own is None else own[0]
     x = _at(camera, COLUMN, ROW)
-    if not camera.information(x, Frame(frozen_copy(pixels)), x)[0].any():
+    J, g, _ = camera.information(x, Frame(frozen_copy(pixels)), x)
+    if not J.any():
+        same("score where J = 0", g, np.zeros_like(g), 1e-9, 1.0)
         raise Closed("no pixel of the kit's picture informs: all are saturated, or it reads no pictures")
     return Frame(frozen_copy(pixels))
 
@@ -111,8 +113,11 @@ def _clear(camera: ImagingSensor, drawn: Looks) -> Frame:
 
 def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
     """Information is positive semi-definite, the score is the slope of the ratio, and dead pixels say nothing."""
-    camera = _camera(sensor)
-    frame, x = _picture(camera, drawn), _pair(camera, COLUMN + 0.5, ROW - 0.3)
+    camera, x = _camera(sensor), _pair(_camera(sensor), COLUMN + 0.5, ROW - 0.3)
+    none = camera.information(x, Frame(frozen_copy(np.full(SHAPE, np.nan))), x)
+    same("information of dead pixels", none[0], np.zeros_like(none[0]), 1e-12, 1.0)
+    same("llr of dead pixels", none[2], np.zeros_like(none[2]), 1e-9, 1.0)
+    frame = _picture(camera, drawn)
     J, g, _ = camera.information(x, frame, x)
     same("information again", camera.information(x, frame, x)[0], J, 0.0)
     covariance("information", J, definite=False)
@@ -128,10 +133,6 @@ def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
         np.any(np.abs(camera.information(x, frame, _pair(camera, COLUMN + 1.5, ROW + 1.0))[1] - g) > 1e-9),
         "information: must be linearised at `at`, not at the expected place",
     )
-    dead = Frame(frozen_copy(np.full(SHAPE, np.nan)))
-    none = camera.information(x, dead, x)
-    same("information of dead pixels", none[0], np.zeros_like(none[0]), 1e-12, 1.0)
-    same("llr of dead pixels", none[2], np.zeros_like(none[2]), 1e-9, 1.0)
 
 
 def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
@@ -232,6 +233,10 @@ def learning_leaves_the_place(sensor: Sensor, drawn: Looks) -> None:
     learnt = camera.learn(x, frame)
     same("place after learning", learnt[:, where], x[:, where], 0.0)
     if np.array_equal(learnt, x):
+        known = fields(type(camera))  # type: ignore[arg-type]
+        gains = [field.name for field in known if field.name.startswith("gain")]
+        eager = [name for name in gains if getattr(camera, name) > 0]
+        demand(not eager, f"learn: a frame teaches nothing, and {', '.join(eager)} > 0")
         return
     truth = np.repeat(_at(camera, COLUMN, ROW)[None], 24, axis=0)
     pixels = _drawn_frame(camera, truth[:, 0], np.random.default_rng(drawn.seed))

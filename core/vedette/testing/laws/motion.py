@@ -93,7 +93,7 @@ def noise_has_its_units(model: MotionModel, drawn: Moves) -> None:
 
 
 def deviations_count(model: MotionModel, drawn: Moves) -> None:
-    """The noise grows with `sigma`, and with the `sigma_...` of each axis."""
+    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation."""
     demand_deviations(model, model.state.names, drawn.x, lambda other, x: other.noise(x, drawn.dt))
 
 

@@ -18,6 +18,8 @@ from vedette.testing.comparisons import Closed, demand
 _LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
 _PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
 Noise = Callable[[Any, Array], Array]
+DEVIATION = "standard deviation"
+"""What is said of a parameter that is one."""
 
 
 def power(unit: str, words: tuple[str, ...]) -> float:
@@ -109,21 +111,39 @@ def demand_units(component: Any, space: Space, states: Space, x: Array, noise: N
         )
 
 
+_OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
+"""Of a power of a parameter, how much more it grows from twice to three times than up to twice; of a square 5/3."""
+
+
 def demand_deviations(component: Any, names: tuple[str, ...], x: Array, noise: Noise) -> None:
-    """Broken if a noise stays as it is when `sigma`, or the `sigma_...` of an axis, is doubled."""
+    """Broken if a noise stays as it is, or grows by another power than the square, where a standard deviation is doubled.
+
+    So are `sigma`, the `sigma_...` of an axis, and every parameter of which the component says so; of the latter, one alone
+    must count, as others may be of what is not in the noise.
+    """
+    known = {"sigma", *(f"sigma_{axis}" for axis in names)}
+    said = [p.name for p in parameters(type(component)) if DEVIATION in p.field.metadata.get("doc", "")]
     judged = False
-    for name in ("sigma", *(f"sigma_{axis}" for axis in names)):
+    for name in [*said, *sorted(known.difference(said))]:
         value = getattr(component, name, None)
-        doubled = _changed(component, {name: 2.0 * value}) if isinstance(value, float) and 0 < value < np.inf else None
-        if doubled is None:
+        if not isinstance(value, float) or not 0 < value < np.inf:
+            continue
+        more = [_changed(component, {name: factor * value}) for factor in (2.0, 3.0)]
+        if any(one is None for one in more):
             continue
         judged = True
-        there, usual = (_variances(one, x, noise) for one in (doubled, component))
+        usual, twice, thrice = (_variances(one, x, noise) for one in (component, *more))
         axis = name.removeprefix("sigma_")
         own = [names.index(axis)] if axis in names else list(range(len(names)))
-        demand(np.any(there[:, own] > usual[:, own]), f"noise: must grow with {name}, stays {usual[0]}")
+        counts = np.any(twice[:, own] > usual[:, own]) or (name not in known and len(said) > 1)
+        demand(counts, f"noise: must grow with {name}, stays {usual[0]}")
+        for i in own:
+            first, then = twice[:, i] - usual[:, i], thrice[:, i] - twice[:, i]
+            for power, ratio in _OTHER_POWERS.items():
+                wrong = (first > 1e-6 * usual[:, i]) & (np.abs(then - ratio * first) < 1e-6 * first)
+                demand(not np.all(wrong), f"noise: the variance of {names[i]} grows as {name}^{power}, not as its square")
     if not judged:
-        raise Closed("it has no `sigma`, nor one of an axis")
+        raise Closed("it has no standard deviation")
 
 
 def _made_square(

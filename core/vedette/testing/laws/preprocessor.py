@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 from hypothesis import strategies as st
 
+from vedette.errors import VedetteError
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
-from vedette.supporting import Preprocessor
+from vedette.supporting import ImagingSensor, Preprocessor
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS, sizes
-from vedette.types import Detections, Pose, Scan
+from vedette.types import Detections, Frame, Pose, Scan
 
 
 @frozen(eq=False)
@@ -195,6 +196,33 @@ def evidence_is_passed_on(preprocessor: Preprocessor, drawn: Raw) -> None:
     )
 
 
+def pictures_make_returns(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it reads pictures: a spot that stands out of noise, bright or dark, makes a return, elsewhere with the picture."""
+    if [sensor for sensor in preprocessor.sensors.values() if isinstance(sensor, ImagingSensor)] == []:
+        raise Closed("it reads no pictures")
+    ((name, _),) = preprocessor.sensors.items()
+    lit = np.random.default_rng(len(drawn.scans[name].detections.z)).exponential(1.0, (60, 160))
+    lit[20:23, 80] = 1e5
+
+    def made(pixels: Array, x: float = 0.0, y: float = 0.0) -> Array:
+        place = np.array([x, y])
+        frame, pose = Frame(frozen_copy(pixels), place), Pose(place, heading=np.pi / 2)
+        return _made(preprocessor, {name: evolve(Scan.image(5.0, name, frame), pose=pose)}).z
+
+    try:
+        some = made(lit)
+        if not len(some):
+            lit = lit.max() - lit
+            some = made(lit)
+    except VedetteError as refusal:
+        raise Closed(f"it refuses the kit's pictures: {refusal}") from None
+    demand(len(some), "returns: must be some of a picture with a spot in noise, got none")
+    moved = np.zeros(some.shape[-1])
+    for i, axis in enumerate(preprocessor.measurement.axes):
+        moved[i] = {"x": 40.0, "y": -30.0}.get(axis.name, 0.0)
+    same("returns of a picture that is elsewhere", made(lit, 40.0, -30.0), some + moved, 1e-9)
+
+
 LAWS = (
     Law(pure),
     Law(makes_finite_returns),
@@ -205,4 +233,5 @@ LAWS = (
     Law(sharper_returns_make_sharper_ones),
     Law(placed_scans_are_placed),
     Law(evidence_is_passed_on),
+    Law(pictures_make_returns),
 )

@@ -93,7 +93,7 @@ def noise_has_its_units(sensor: Sensor, drawn: Looks) -> None:
 
 
 def deviations_count(sensor: Sensor, drawn: Looks) -> None:
-    """The noise grows with `sigma`, and with the `sigma_...` of each axis."""
+    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation."""
     demand_deviations(sensor, sensor.measurement.names, drawn.x, lambda other, x: other.noise(x))
 
 

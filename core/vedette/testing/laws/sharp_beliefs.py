@@ -175,6 +175,8 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     spread = np.sqrt(np.diagonal(wanted, axis1=-2, axis2=-1))
     outer = spread[..., :, None] * spread[..., None, :]
     added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
+    apart = state.difference(ends[1].mean, state.canonical(motion.move(x, dt)))
+    same("mean moved", apart / spread, np.zeros(apart.shape), 1e-2, 1.0)
     if not estimator.traits.exact_when_linear:  # it may be conservative, and by a share of the noise too where it says so
         left = ends[0].cov - (Q if estimator.traits.conservative else ends[1].cov)
         white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), left), -1, -2))
@@ -186,8 +188,6 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.02, outer)
     least = outer * 1e-6 + added[..., :, None] * added[..., None, :]
     same("covariance of a sure state, Q", ends[1].cov, Q + 1e-6 * wanted, 1e-3, np.maximum(least, 1e-300))
-    apart = state.difference(ends[1].mean, state.canonical(motion.move(x, dt)))
-    same("mean moved", apart / spread, np.zeros(apart.shape), 1e-2, 1.0)
 
 
 def modes_share_their_innovations(estimator: Estimator[Any], drawn: Scene) -> None:
