@@ -99,6 +99,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
     ),
     "live/test_fuzz.py::test_a_service_takes_or_refuses_whatever_comes": ("live/test_formats.py",),
+    "tools/smoothing/test_smooth_on_dask.py::test_a_worker_that_is_killed_loses_nothing": (
+        "tools/smoothing/test_smooth_command.py::test_an_object_across_files_is_smoothed_whole_and_parts_change_nothing",
+        "study/test_cluster.py::test_a_worker_that_dies_changes_nothing",
+    ),
     "live/test_store.py::test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats": (
         "live/test_store.py::test_a_service_that_is_restarted_goes_on_to_the_last_bit",
     ),
