@@ -13,7 +13,7 @@ from mutants.automatic.draw import COUNTS, FROZEN, frozen
 from vedette.testing import FAST
 
 MEASURED = json.loads(Path(FROZEN).with_name("measured.json").read_text())
-"""Verdicts by name on those that were measured: the first of each role."""
+"""Verdicts by name on all of them."""
 
 JUDGED = json.loads(Path(FROZEN).with_name("judged.json").read_text())
 """Those that live, with a word and why: judged by reading the code."""
@@ -25,12 +25,13 @@ def test_there_are_at_least_fifty_of_each_role_and_no_site_twice():
     assert len({(mutant.role, mutant.file, mutant.function, mutant.site) for mutant in mutants}) == len(mutants) == 570
 
 
-def test_each_that_lives_is_judged():
+def test_each_is_measured_and_each_that_lives_is_judged():
+    assert set(MEASURED) == {mutant.name for mutant in frozen()}
     assert {name for name, verdict in MEASURED.items() if verdict == "lives"} == set(JUDGED)
     assert {word for word, _ in JUDGED.values()} <= {"alike", "below power", "gap"}
 
 
-@pytest.mark.nightly("96 mutants, each of which costs 2 s")
+@pytest.mark.nightly("272 mutants, each of which costs 2 s")
 @pytest.mark.parametrize("role", COUNTS)
 def test_those_that_were_caught_are(role):
     from testing.test_conformance import GIVEN
