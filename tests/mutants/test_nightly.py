@@ -31,6 +31,9 @@ from vedette_standard.estimators.kalman import Kalman
 TESTS = ROOT / "tests"
 
 BY_DAY: dict[str, tuple[str, ...]] = {
+    "benchmarks/test_existence.py::test_stated_existence_is_the_share_of_targets": (
+        "benchmarks/test_existence.py::test_doubt_that_is_left_out_is_found",
+    ),
     "fuzz/test_fuzz.py::test_guided_by_coverage_a_planted_fault_is_found_and_no_other": (
         "fuzz/test_fuzz.py::test_nothing_escapes",
         "fuzz/test_seeds.py",
