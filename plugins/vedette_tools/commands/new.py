@@ -10,6 +10,7 @@ from shlex import quote
 from vedette.commands import DONE, UNFIT
 from vedette.config import draft_of, load
 from vedette.errors import ConfigError, InputError, Problem
+from vedette.progress import on_terminal
 from vedette_files.writing import whole_file
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
@@ -41,7 +42,9 @@ def _config(arguments: Namespace) -> int:
         if wishes:
             raise InputError(f"{data}: is no video or folder of images, in which --{next(iter(wishes))} could mark a target")
         stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)
-        draft = drafted(data, arguments.identity, Wishes.of(*stated, arguments.scan, arguments.platform))
+        wanted = Wishes.of(*stated, arguments.scan, arguments.platform)
+        with on_terminal() as progress:
+            draft = drafted(data, arguments.identity, wanted, progress)
         text, failure = draft.text, draft.failure
     path.parent.mkdir(parents=True, exist_ok=True)
     with whole_file(path) as file:

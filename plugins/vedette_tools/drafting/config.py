@@ -10,6 +10,7 @@ from attrs import evolve, frozen
 
 from vedette.config import load
 from vedette.experiment import Experiment
+from vedette.progress import Progress, silent
 from vedette.space import Array, Indices
 from vedette.types import Recording, Scan
 from vedette_files import NORTH_EAST, CsvSource
@@ -144,7 +145,7 @@ def draft_config(path: TablePath) -> str:
     return drafted(path).text
 
 
-def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Draft:
+def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progress: Progress = silent) -> Draft:
     """Return a config that tracks the targets of a CSV or Parquet file, or of a data frame.
 
     use: what names of objects are to it, "aid", "truth" or "ignore"; wishes: what need not be guessed. InputError if the
@@ -182,7 +183,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Draf
     some = _some(best.recording.scans)
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
-    proof = proved(first, lambda design: tried(text(design), some), steady, errors=not table.reported, vague=vague)
+    proof = proved(
+        first, lambda design: tried(text(design), some), steady, errors=not table.reported, vague=vague, progress=progress
+    )
     if table.identity and table.use == AID and proof.trial is not None:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
         told = float(np.clip(proof.trial.detected, 0.3, 0.99))

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 
 from attrs import evolve, frozen
 
+from vedette.progress import Progress, silent
 from vedette_tools.drafting.text import GATE, WIDE, Design
 from vedette_tools.drafting.trial import Trial
 
@@ -36,7 +37,13 @@ class Proof:
 
 
 def proved(
-    first: Design, run: Callable[[Design], Trial | None], steady: float, *, errors: bool = True, vague: float = 0.0
+    first: Design,
+    run: Callable[[Design], Trial | None],
+    steady: float,
+    *,
+    errors: bool = True,
+    vague: float = 0.0,
+    progress: Progress = silent,
 ) -> Proof:
     """Return the best of the alternatives to a first design; `run` tries one, `steady` is the part of returns in chains.
 
@@ -51,7 +58,7 @@ def proved(
     for stage in (_motions, *([_errors] if errors and clean else []), _widths):
         if stage is _errors and best.correlated:
             continue
-        for design in [best, *stage(best)]:
+        for design in progress([best, *stage(best)], "alternatives tried"):
             if design not in known and (trial := run(design)) is not None:
                 known[design] = trial
         if known:
