@@ -152,6 +152,9 @@ def _files() -> None:
     """Make links to files of the repository lead to pages that show them."""
     css = ".output { opacity: .85; border-left: 3px solid var(--md-default-fg-color--lightest); }\n"
     css += ".md-typeset td code { word-break: normal; overflow-wrap: normal; }\n"  # names in narrow columns stay whole
+    # contrast of 4.5:1 at least, which the theme does not keep
+    css += ".md-typeset small, .md-typeset small code { color: var(--md-default-fg-color); opacity: 1; }\n"
+    css += ".md-nav__link--active, .md-nav__link--active .md-ellipsis { color: var(--md-default-fg-color) !important; }\n"
     css += "img[src$='.svg'], img[src$='.png'] { background: #fff; max-width: 100%; }\n"
     (PAGES / "site.css").write_text(css, encoding="utf-8")
     wanted: set[str] = set()

@@ -116,7 +116,7 @@ def test_search_finds_each_kind_and_each_cure(running, address, tried):
     assert said == []
 
 
-@pytest.mark.parametrize(("name", "scheme"), [("index.html", "dark"), ("components.html", "light")])
+@pytest.mark.parametrize(("name", "scheme"), [("index.html", "dark"), ("api/vedette.errors.html", "light")])
 def test_pages_have_no_serious_fault_for_those_who_do_not_see_well(running, address, name, scheme):
     axe = pytest.importorskip("axe_core_python.sync_playwright")
     tab = running.new_page(viewport={"width": 1200, "height": 900}, color_scheme=scheme)
