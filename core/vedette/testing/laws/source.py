@@ -371,8 +371,8 @@ def nobody_is_seen_before_or_after(source: Source, drawn: Opened) -> None:
 def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
     """If it has `sigma` and `level` in counts, and perhaps `clutter`: so pixels vary beside the targets, and around that."""
     level, parts = getattr(source, "level", None), [getattr(source, name, 0.0) for name in ("sigma", "clutter")]
-    if not isinstance(level, float) or not all(isinstance(part, float) for part in parts):
-        raise Closed("it has no `sigma` and `level`")
+    if not isinstance(level, float) or not all(isinstance(part, float) for part in parts) or not any(parts):
+        raise Closed("it has no `sigma` and `level`, or nothing varies")
     ratios = []
     for k in range(PICTURES):
         squares = []
@@ -390,8 +390,10 @@ def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
                     x, y = (named[axis] + named.get(f"j{axis}", 0.0) for axis in "xy")
                     beside &= np.hypot(columns - x + corner[0], rows - y + corner[1]) > BESIDE
             squares.append((pixels[beside] - level) ** 2)
+        if not np.concatenate(squares).size:
+            raise Closed("no pixel is beside its targets")
         ratios.append(float(np.mean(np.concatenate(squares))))
-    judge_run_means("variance of pixels", np.array(ratios) / (np.sum(np.square(parts)) + 1e-300), 0.6, 1.6, drawn.alpha / 20)
+    judge_run_means("variance of pixels", np.array(ratios) / np.sum(np.square(parts)), 0.6, 1.6, drawn.alpha / 20)
 
 
 def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
