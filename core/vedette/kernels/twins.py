@@ -82,15 +82,7 @@ def predict_points_twin(
 
 
 def evaluate_twin(
-    x: Array,
-    P: Array,
-    z: Array,
-    noise: Array | None,
-    function: Any,
-    parameters: Array,
-    axes: tuple[int, ...],
-    p_gate: float,
-    periods: Periods,
+    x: Array, P: Array, z: Array, noise: Any, function: Any, parameters: Array, axes: Any, p_gate: float, periods: Periods
 ) -> Innovation | None:
     """`evaluate_returns`, with what the twin says of the means x (*b, t, n); noise (*b, 1, k, m, m): the returns' own."""
     return None
@@ -138,15 +130,7 @@ def predict_root_twin(
 
 
 def evaluate_root_twin(
-    x: Array,
-    L: Array,
-    z: Array,
-    noise: Array | None,
-    function: Any,
-    parameters: Array,
-    axes: tuple[int, ...],
-    p_gate: float,
-    periods: Periods,
+    x: Array, L: Array, z: Array, noise: Any, function: Any, parameters: Array, axes: Any, p_gate: float, periods: Periods
 ) -> Innovation | None:
     """Return what `evaluate_twin` does, with a root L for P, and in its detail roots (*b, t, 1|k, n, n) for covariances."""
     return None
