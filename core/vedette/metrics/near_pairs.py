@@ -6,7 +6,6 @@ thousand objects and a thousand tracks some thousand pairs instead of a million.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from itertools import permutations
 from typing import Any, final
 
@@ -75,21 +74,6 @@ def near(apart: Array | Near, radius: float = np.inf) -> Near:
         return apart.within(radius)
     truth, track = np.nonzero((apart <= radius) & (apart < np.inf))
     return Near((apart.shape[0], apart.shape[1]), truth, track, apart[truth, track])
-
-
-def near_in_scans(
-    apart: Sequence[Array | Near], present: Sequence[Indices], radius: float
-) -> tuple[Indices, Indices, Indices, Array]:
-    """Return scan, object, track and distance (q,) of the pairs at most `radius` m apart in all scans.
-
-    `apart`: per scan, as in `near`; `present`: which tracks its columns are.
-    """
-    scans = [near(distance, radius) for distance in apart]
-    none = np.zeros(0, dtype=np.intp)
-    scan = np.repeat(np.arange(len(scans)), [len(pairs.truth) for pairs in scans])
-    track = np.concatenate([none, *(columns[pairs.track] for pairs, columns in zip(scans, present, strict=True))])
-    truth = np.concatenate([none, *(pairs.truth for pairs in scans)])
-    return scan, truth, track.astype(np.intp), np.concatenate([np.zeros(0), *(pairs.distance for pairs in scans)])
 
 
 def near_points(truth: Array, estimates: Array, reach: float, alive: Mask | None = None) -> Near:

@@ -8,8 +8,9 @@ from itertools import pairwise
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import Indices, Near, near_in_scans, one_to_one
+from vedette.metrics import Indices, Near, one_to_one
 from vedette.space import Array, Mask
+from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 THRESHOLDS = np.arange(1, 20) / 20
 """Similarities above which a pair may match, .05 to .95; the figures are means over them."""

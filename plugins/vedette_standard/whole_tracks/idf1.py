@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics import Indices, Near, near_in_scans, one_to_one
+from vedette.metrics import Indices, Near, one_to_one
 from vedette.space import Array, Mask
+from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 
 def idf1(apart: Sequence[Array | Near], present: Sequence[Indices], alive: Mask, radius: float) -> float | None:

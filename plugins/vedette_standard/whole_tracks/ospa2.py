@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics import Indices, Near, near_in_scans, ospa
+from vedette.metrics import Indices, Near, ospa
 from vedette.space import Array, Mask
+from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 
 def ospa2(

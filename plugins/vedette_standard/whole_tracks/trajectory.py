@@ -8,8 +8,9 @@ from typing import Any, cast
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import Indices, Near, hanging_together, near_in_scans
+from vedette.metrics import Indices, Near, hanging_together
 from vedette.space import Array, Mask
+from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 
 @frozen

@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 from attrs import define, field, frozen
 
-from vedette.metrics import at_fault, gate_truncation
+from vedette.metrics import gate_truncation
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian
+from vedette_report.noises import at_fault
 
 LAGS = 2
 """Innovations are compared with themselves and with those of so many scans later."""

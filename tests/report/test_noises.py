@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette.metrics.noises import at_fault
+from vedette_report.noises import at_fault
 
 
 def played(q, r, n=20_000):

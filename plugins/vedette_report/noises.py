@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from vedette.metrics.consistency import chi_square_band
+from vedette.metrics import chi_square_band
 
 
 def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
