@@ -11,6 +11,7 @@ from scipy.special import chdtr, stdtr
 
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
+from vedette_report.recorded.credibility import noncredibility
 
 ALPHA = 1e-7
 Z = 5.33
@@ -180,7 +181,7 @@ def test_verdicts_refuse_what_they_cannot_judge():
     with pytest.raises(ValueError, match=r"^cov: no axis has variance"):
         c.bias_verdict(np.ones((3, 1)), np.zeros((1, 1)), ("x",), 0.05)
     with pytest.raises(ValueError, match=r"^error: needs more runs than axes"):
-        c.noncredibility(np.ones((2, 2)), np.eye(2))
+        noncredibility(np.ones((2, 2)), np.eye(2))
 
 
 def test_no_band_of_squares_reaches_below_zero():

@@ -6,6 +6,7 @@ from hypothesis import given, settings
 
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
+from vedette_report.recorded.credibility import noncredibility
 
 ALPHA = 1e-7
 Z = 5.33
@@ -78,7 +79,7 @@ def test_credibility_reads_in_decibels(rng):
     """With P the mean square error itself the indices vanish; a factor moves them by its decibels, whatever the axes."""
     error = draw(rng, covariances(rng, 3), 20)
     square = error.T @ error / 20
-    exact, half, double = (c.noncredibility(error, square * k) for k in (1.0, 0.5, 2.0))
+    exact, half, double = (noncredibility(error, square * k) for k in (1.0, 0.5, 2.0))
     assert exact.index == pytest.approx(0, abs=1e-6)
     assert (half.index, half.inclination) == pytest.approx((10 * np.log10(2), 10 * np.log10(2)), abs=1e-6)
     assert (double.index, double.inclination) == pytest.approx((10 * np.log10(2), -10 * np.log10(2)), abs=1e-6)
@@ -88,13 +89,13 @@ def test_credibility_of_a_mixed_fault_does_not_cancel():
     """One axis too small and one too large: the inclination hides it, the index does not. Times are separate."""
     rng = np.random.default_rng(11)
     error = rng.normal(size=(2, 4000, 2))
-    mixed = c.noncredibility(error, np.diag([0.25, 4.0]))
-    right = c.noncredibility(error, np.eye(2))
+    mixed = noncredibility(error, np.diag([0.25, 4.0]))
+    right = noncredibility(error, np.eye(2))
     assert right.index < 0.2
     assert mixed.index > 2
-    one, two = (c.noncredibility(part, np.eye(2)) for part in error)
+    one, two = (noncredibility(part, np.eye(2)) for part in error)
     assert right.index == pytest.approx((one.index + two.index) / 2, rel=1e-9)
-    zero_variance = c.noncredibility(np.concatenate([error, error[..., :1]], axis=-1), np.diag([1.0, 1.0, 0.0]))
+    zero_variance = noncredibility(np.concatenate([error, error[..., :1]], axis=-1), np.diag([1.0, 1.0, 0.0]))
     assert zero_variance.index == pytest.approx(right.index, rel=1e-9)
 
 

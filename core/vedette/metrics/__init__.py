@@ -2,13 +2,11 @@
 
 from vedette.metrics.bound import Bound
 from vedette.metrics.consistency import (
-    Credibility,
     autocorrelation,
     chi_square_band,
     free_axes,
     gate_truncation,
     nees,
-    noncredibility,
     pooled_nis,
     rmse_over_runs,
 )

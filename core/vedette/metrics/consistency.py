@@ -43,17 +43,6 @@ class Estimate:
     error: float | None
 
 
-@frozen
-class Credibility:
-    """How far covariances are from the errors, in dB: 0 is right, 3 a factor of 2.
-
-    `index` counts both directions; `inclination` is > 0 where covariances are too small, < 0 where they are too large.
-    """
-
-    index: float
-    inclination: float
-
-
 def nees(error: Array, cov: Array) -> Array:
     """Return the normalised estimation error squared e' P^-1 e, skipping axes without variance: (*b, n), (*b, n, n) -> (*b).
 
@@ -121,22 +110,6 @@ def normalised_error(error: Array, cov: Array) -> Array:
     """Return each axis' error over its standard deviation: (*b, n), (*b, n, n) -> (*b, n), 0 on axes without variance."""
     variance = np.diagonal(cov, axis1=-2, axis2=-1)
     return np.where(variance > 0, error, 0.0) / np.sqrt(np.where(variance > 0, variance, 1.0))
-
-
-def noncredibility(error: Array, cov: Array) -> Credibility:
-    """Return the noncredibility and inclination indices, 10 mean |log10 rho| and 10 mean log10 rho, in dB.
-
-    rho = e' P^-1 e / e' S^-1 e with S the mean square error matrix over the runs: error (*b, r, n), cov (*b, r, n, n).
-    S comes from the same runs, so `index` of a correct filter is above 0 by about 3.5 sqrt(2 / r).
-    Li, Zhao, Measuring Estimator's Credibility: Noncredibility Index, Int. Conf. on Information Fusion, 2006.
-    """
-    error = np.where(np.diagonal(cov, axis1=-2, axis2=-1) > 0, error, 0.0)
-    runs, n = error.shape[-2:]
-    if runs <= n:
-        raise ValueError(f"error: needs more runs than axes ({n}), got {runs}")
-    square = (np.swapaxes(error, -1, -2) @ error / runs)[..., None, :, :]
-    decibel = 10.0 * np.log10(nees(error, cov) / nees(error, square))
-    return Credibility(float(np.mean(np.abs(decibel))), float(np.mean(decibel)))
 
 
 def mean_over_runs(values: Array) -> Estimate:

@@ -14,7 +14,7 @@ from vedette.config import warnings_of
 from vedette.display import figures_html
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics import Credibility, autocorrelation, free_axes, nees, noncredibility, pooled_nis
+from vedette.metrics import autocorrelation, free_axes, nees, pooled_nis
 from vedette.progress import Progress, silent
 from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import ImagingSensor
@@ -23,6 +23,7 @@ from vedette.types import Gaussian, Track, Trajectory
 from vedette.units import say
 from vedette_report.columns import aligned
 from vedette_report.noises import at_fault
+from vedette_report.recorded.credibility import Credibility, noncredibility
 from vedette_report.recorded.pairing import Followed, followed
 
 Entry = tuple[str, float, float, float, float, Array, Array]
