@@ -15,7 +15,8 @@ CERTAIN = 1e-12
 """Existence is taken to be at least so far from 0 and from 1 where its logarithm is compared."""
 UNLIKE = -1e6
 """The log density of any leaf under a target that has none."""
-
+WIDEST = 1000.0
+"""What gains in a hypothesis may differ by in all: `kernels.best_joint` scores no miss lower than 3000 below the best."""
 
 MOST_ROUNDS = 50
 """Rounds after which the search ends, though it may not have settled; few problems need ten."""
@@ -147,7 +148,10 @@ def _given(part: Several, gains: Array) -> Indices:
     taken = np.where(table >= 0, np.argmax(gains, axis=1)[table], -1 - np.arange(t))
     twice = np.flatnonzero(np.any(np.diff(np.sort(taken, axis=1), axis=1) == 0, axis=1))
     if len(twice):  # elsewhere the best target of each leaf is another one
-        with_miss = np.concatenate([np.full((len(gains), 1), -np.inf), gains], axis=1)
+        # Else a miss may do better than a target without a leaf. A scale by a power of 2 rounds nothing.
+        spread = t * float(np.max(np.ptp(gains, axis=1)))
+        scale = np.exp2(min(0.0, np.floor(np.log2(WIDEST / (spread + 1.0)))))
+        with_miss = np.concatenate([np.full((len(gains), 1), -np.inf), scale * gains], axis=1)
         one_each = np.ones(len(twice), dtype=np.int64)
         taken[twice] = kernels.best_joint(with_miss, table[twice], one_each)[1] - 1
     return np.where(table >= 0, taken, -1)
