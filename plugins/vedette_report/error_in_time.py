@@ -24,13 +24,13 @@ OWN = 0.1
 """The white part of a correlated error, over the correlated one, if no larger part is clearly likelier."""
 
 PARTS = (OWN, 0.5, 1.0, 2.0)
-"""Those that are tried, each likelier by `CLEARLY` than the ones before it."""
+"""Those that are tried, each likelier by `CLEARLY` than the ones before it: by hand."""
 
 CLEARLY = 3.0
-"""Log-likelihood by which more parameters, or another kind of error, must gain; where held back by two errors, too."""
+"""Log-likelihood by which more parameters, or another kind of error, must gain; held back by two errors, too: by hand."""
 
 LEAST = 0.1
-"""Errors that are less alike than this from one return to the next count as white."""
+"""Errors that are less alike than this from one return to the next count as white: by hand."""
 
 DIFFUSE = 1e3
 """The deviation of a velocity before the second return, in errors a step: two returns tell nothing of the errors."""
