@@ -32,6 +32,12 @@ CLEARLY = 3.0
 LEAST = 0.1
 """Errors that are less alike than this from one return to the next count as white: by hand."""
 
+TINY = 1e-300
+"""The sum of squares of paths that are exactly straight."""
+
+FAINT = 1e-9
+"""Errors of which a path is so many times as long are rounding."""
+
 DIFFUSE = 1e3
 """The deviation of a velocity before the second return, in errors a step: two returns tell nothing of the errors."""
 
@@ -124,7 +130,10 @@ def compared(paths: Sequence[Path]) -> Compared | None:
         return None
     every = Pieces.of(pieces)
     first = Pieces.of([Path(one.times[: len(one.times) // 2], one.values[: len(one.times) // 2]) for one in pieces])
-    scores = [every.singles(_fitted(first, correlated)) for correlated in (False, True)]
+    fits = [_fitted(first, correlated) for correlated in (False, True)]
+    if min(fit.scale for fit in fits) <= FAINT * np.ptp(every.values):
+        return None  # no errors at all: positions that somebody has computed
+    scores = [every.singles(fit) for fit in fits]
     halves = np.array([[len(one.times) // 2] for one in pieces])
     held: Mask = np.logical_and(every.used, np.arange(every.used.shape[1]) >= halves)
     apart = [np.where(mask, row, 0.0)[mask] for row, mask in zip(scores[1] - scores[0], held, strict=True)]
@@ -199,7 +208,7 @@ class Pieces:
     def loglik(self, tau: Array, accel: Array, part: Array) -> Array:
         """Return the log-likelihood (p,) at the size that makes it largest."""
         squares, logs = self.sums(tau, accel, part)
-        found: Array = -0.5 * (self.count * (np.log(2 * np.pi * squares / self.count) + 1.0) + logs)
+        found: Array = -0.5 * (self.count * (np.log(2 * np.pi * np.maximum(squares, TINY) / self.count) + 1.0) + logs)
         return found
 
     def singles(self, fit: Fit) -> Array:
@@ -239,7 +248,9 @@ class Pieces:
         H[2, 2] = 2.0 * self.count
         known = [i for i in range(3) if H[i, i] > 1e-3 and not (i == 0 and np.isinf(fit.part))]
         cov = np.zeros((3, 3))
-        cov[np.ix_(known, known)] = np.linalg.pinv(H[np.ix_(known, known)])
+        curvature, along = np.linalg.eigh(H[np.ix_(known, known)])
+        told = curvature > 1e-3  # at the edge of what is searched the likelihood may rise still: that way it tells nothing
+        cov[np.ix_(known, known)] = along[:, told] / curvature[told] @ along[:, told].T
         return cov
 
     def _innovations(self, tau: Array, accel: Array, part: Array) -> Iterator[tuple[int, tuple[Array, Array]]]:
@@ -290,7 +301,7 @@ def _climbed(pieces: Pieces, part: float) -> tuple[Fit, float]:
         top = int(np.argmax(heights))
         centre, reach = np.array([tau[top], accel[top]]), reach * 2.2 / (POINTS - 1)
     squares, _ = pieces.sums(centre[:1], centre[1:], np.array([part]))
-    scale = float(np.sqrt(max(squares[0], 1e-300) / pieces.count))
+    scale = float(np.sqrt(max(squares[0], TINY) / pieces.count))
     return Fit(float(centre[0]), float(centre[1]), part, scale), float(heights[top])
 
 

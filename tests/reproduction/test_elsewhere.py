@@ -1,4 +1,4 @@
-"""The papers' claims on scenes that are not theirs: what docs/papers.md says of them."""
+"""The papers' claims on scenes that are not theirs: what docs/measured/papers.md says of them."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ FOUR = 4.0
 
 def compared(paper, runs):
     """Share of lost runs, and mean ratio of errors to the first tracker's with its standard error, by tracker."""
-    outcome = perform(plan(read_study(EXAMPLES / paper / "elsewhere.toml") | {"runs": runs}))
+    outcome = perform(plan(read_study(EXAMPLES / "elsewhere" / f"{paper}_study.toml") | {"runs": runs}))
     lost = outcome.figures["lost"] > 0
     error = np.sqrt(outcome.figures["position_rmse"])[:, ~lost.any(axis=0)]
     ratio = error / error[0]

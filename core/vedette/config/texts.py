@@ -69,6 +69,8 @@ def yaml_text(text: str) -> Any:
         finally:
             loader.dispose()
     except yaml.YAMLError as error:
+        if "nesting depth" in str(error):  # what the parser in C itself says beyond a limit of its own
+            raise RecursionError from None
         raise ValueError(" ".join(str(error).split())) from None
     except ValueError:
         raise

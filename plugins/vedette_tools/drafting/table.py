@@ -252,7 +252,8 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         return titles, list(islice(given, LOOKED_AT)), COMMAS
     number, first, below = header_line(lines(path))
     if "\0" in first:
-        raise InputError(f"{path}: is no text; a table is CSV or Parquet, in UTF-8, or UTF-16 with a byte order mark")
+        wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
+        raise InputError(f"{path}: is no text; {wanted}")
     text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
     if _SENTENCE.search(first):
         raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
