@@ -78,8 +78,10 @@ def _placing(place: Callable[[Any, Any], Any]) -> Any:
 def broken_class(role: type, right: type, name: str, faults: dict[str, Any]) -> type:
     """Return a component with the parameters of `right` that does what `right` does, but for `faults`.
 
-    A fault is the value of a declaration, or a function of the right component and of the method's arguments.
+    A fault is the value of a declaration, or a function of the right component and of the method's arguments. The right
+    component's compiled twin is not the mutant's: a filter that goes through it would not meet the fault.
     """
+    faults = {"twin": INHERITED, **faults} if hasattr(role, "twin") else faults
     body: dict[str, Any] = {"kind": f"foreign_{name}", "__doc__": f"The mutant {name}.", "__module__": __name__}
     for member in dir(role):
         if member.startswith("_") or member == "kind" or member in {f.name for f in attrs.fields(right) if f.init}:
