@@ -90,8 +90,8 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     told = _facts(found, None if true is None else read_rows(true), frames)
     usual = float(np.median(found.box[:, 3]))
     place, size = _noise(found)
-    known = true is not None
-    first = Guess(place=place, size=size) if known else Guess(0.5, 0.2, place, size, told.pop("detected"), told.pop("false"))
+    unknown = {name: told.pop(name) for name in ("detected", "false")} if true is None else {}
+    first = Guess(place=place, size=size, **unknown)
 
     def text(guess: Guess) -> str:
         numbers = asdict(guess, filter=lambda _, value: bool(value))
@@ -105,7 +105,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         )  # fmt: skip
 
     scans = tuple(load(tomllib.loads(text(first))).steps().recording.scans)
-    return text(likeliest(first, text, scans[: frames // 2] if known else scans))
+    return text(likeliest(first, text, scans if true is None else scans[: frames // 2]))
 
 
 def _is_one(path: Path) -> bool:

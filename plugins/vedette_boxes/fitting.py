@@ -12,8 +12,8 @@ from vedette_tools.drafting.trial import tried
 FRAMES = 400
 """So many frames, the first, decide; some tenth of a second of computing for each trial over them."""
 
-ROUNDS = 2
-"""Each number is changed in turn, so many times around."""
+ROUNDS, DOUBLINGS = 2, 6
+"""Each number is changed in turn, so many times around, and so often in a turn: without errors likelihood has no top."""
 
 
 @frozen
@@ -54,6 +54,8 @@ def likeliest(first: Guess, text: Callable[[Guess], str], scans: Sequence[Scan])
         for name in names:
             up, down = best.changed(name, 2.0), best.changed(name, 0.5)
             factor, after = (2.0, up) if loglik(up) >= loglik(down) else (0.5, down)
-            while loglik(after) > loglik(best) + 1e-9 * abs(loglik(best)):
+            for _ in range(DOUBLINGS):
+                if loglik(after) <= loglik(best) + 1e-9 * abs(loglik(best)):
+                    break
                 best, after = after, after.changed(name, factor)
     return best

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import Any
@@ -164,9 +164,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if axes is None:
         wanted = "range and bearing, latitude and longitude, or x and y"
         raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN")
-    geodetic = (
-        axes == FLAT and not any(measured[axis].unit for axis in FLAT) and in_degrees(*_cells_of(FLAT, measured, columns))
-    )
+    flat = [measured[axis] for axis in FLAT] if axes == FLAT else []
+    geodetic = bool(flat) and not any(each.unit for each in flat) and in_degrees(*(columns[each.title] for each in flat))
     if geodetic:
         axes, x, y = GEODETIC, measured.pop("x"), measured.pop("y")
         measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
@@ -391,12 +390,6 @@ def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:
     """Return whether the returns of a scan have times of their own."""
     pairs = set(zip(scans, times, strict=True))
     return len(pairs) > 0.5 * (len(set(scans)) + len(scans)) and len(scans) > 2 * len(set(scans))
-
-
-def _cells_of(
-    axes: Iterable[str], measured: Mapping[str, Meaning], columns: Mapping[str, list[str]]
-) -> Iterator[Sequence[str]]:
-    return (columns[measured[axis].title] for axis in axes)
 
 
 def in_degrees(x: Sequence[str], y: Sequence[str]) -> bool:
