@@ -1,4 +1,4 @@
-"""What the truth is drawn from, for the posterior Cramer-Rao bound: `vedette_standard.bounds` computes it."""
+"""What the truth is drawn from, for the posterior Cramer-Rao bound: `vedette_standard.whole_tracks` computes it."""
 
 from __future__ import annotations
 
