@@ -155,17 +155,6 @@ class Hypotheses:
         """The probability of each leaf (l,): the weight of the hypotheses that hold it."""
         return np.bincount(self.leaves, self.weights[self.rows], len(self.track)).astype(float)
 
-    def first_of_each(self, code: Indices) -> Array:
-        """Return the probability (l,) of leaves if, of hypotheses whose codes (l,) have the same sum, the heaviest count."""
-        rows = self.rows
-        sums = np.zeros(len(self.weights), dtype=np.int64)
-        np.add.at(sums, rows, code[self.leaves])
-        first = np.zeros(len(self.weights), dtype=bool)
-        first[np.unique(np.stack([self.cluster, sums]), axis=1, return_index=True)[1]] = True
-        weights = np.where(first, self.weights, 0.0)
-        weights = weights / np.bincount(self.cluster, weights)[self.cluster]
-        return np.bincount(self.leaves, weights[rows], len(self.track)).astype(float)
-
     @property
     def cluster_of(self) -> Indices:
         """The cluster (l,) of each leaf."""

@@ -10,12 +10,12 @@ from typing import Any
 import numpy as np
 
 from vedette.config import to_config
-from vedette.config.provenance import differences, identity, packages_of
 from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.tracking import State, Tracker
 from vedette.types import Detections, Pose, Scan
 from vedette_live.grouping import Clock, Formed
+from vedette_report.provenance import differences, identity, packages_of
 
 
 def made_by(experiment: Experiment) -> dict[str, Any]:

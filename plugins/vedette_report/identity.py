@@ -8,9 +8,9 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.config import provenance
-from vedette.config.provenance import Identity, digest, identity, packages_of
 from vedette.errors import ConfigError, Problem
+from vedette_report import provenance
+from vedette_report.provenance import Identity, digest, identity, packages_of
 
 
 @frozen

@@ -13,11 +13,11 @@ from itertools import islice
 
 from attrs import evolve, frozen
 
-from vedette.config.provenance import digest, identity
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.progress import Progress
 from vedette_report.identity import Code, check, tell
+from vedette_report.provenance import digest, identity
 from vedette_study.chunk import Chunk, run_chunk
 from vedette_study.plan import Plan
 from vedette_study.redraw import Redraw

@@ -11,9 +11,9 @@ from multiprocessing import get_context
 from typing import Any, cast
 
 from vedette.config import Registry
-from vedette.config.provenance import identity, kinds_in
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette_report.identity import Code, differences, tell
+from vedette_report.provenance import identity, kinds_in
 from vedette_study.execution import KEPT
 from vedette_study.plan import Plan
 

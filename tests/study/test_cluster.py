@@ -13,8 +13,7 @@ import pytest
 
 import vedette
 from support.clusters import boat
-from vedette.config import provenance
-from vedette_report import identity
+from vedette_report import identity, provenance
 from vedette_study import execution, executors
 from vedette_study.plan import plan
 

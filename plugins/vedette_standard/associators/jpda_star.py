@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields
-from vedette.hypotheses import LeafScores, best_associations, best_marginals_of_table, marginals
+from vedette.hypotheses import Hypotheses, LeafScores, best_associations, best_marginals_of_table, marginals
 from vedette_standard.associators.left_out import left_out
 
 
@@ -51,7 +51,18 @@ def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array,
     found = best_associations(scores, most)
     hit = found.choice > 0
     code = np.where(hit, _mixed(2 * found.parent) + _mixed(2 * found.choice + 1), 0)
-    return marginals(scores, found, found.hypotheses.first_of_each(code))
+    return marginals(scores, found, _of_first(found.hypotheses, code))
+
+
+def _of_first(found: Hypotheses, code: Indices) -> Array:
+    """Return the probability (l,) of leaves if, of hypotheses whose codes (l,) have the same sum, the heaviest count."""
+    sums = np.zeros(len(found.weights), dtype=np.int64)
+    np.add.at(sums, found.rows, code[found.leaves])
+    first = np.zeros(len(found.weights), dtype=bool)
+    first[np.unique(np.stack([found.cluster, sums]), axis=1, return_index=True)[1]] = True
+    weights = np.where(first, found.weights, 0.0)
+    weights = weights / np.bincount(found.cluster, weights)[found.cluster]
+    return np.bincount(found.leaves, weights[found.rows], len(found.track)).astype(float)
 
 
 def _mixed(numbers: Indices) -> Indices:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from support.clusters import boat
-from vedette.config import provenance
+from vedette_report import provenance
 
 KINDS = {"simulation", "constant_velocity", "cartesian_position", "kalman", "pda", "given", "single_target"}
 

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from vedette import kernels
-from vedette.config.registry import Registry
+from vedette.config import Registry
 from vedette.errors import Problem
 
 ALWAYS = ("vedette", "vedette_standard", "vedette_files")
