@@ -31,8 +31,8 @@ def about(cls: type) -> str:
     if cls.__doc__ or sys.flags.optimize < 2:
         return inspect.cleandoc(cls.__doc__ or "")
     with suppress(OSError, TypeError, SyntaxError, IndexError):
-        (found,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
-        return ast.get_docstring(found) or ""  # type: ignore[arg-type]
+        (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
+        return ast.get_docstring(definition) or ""  # type: ignore[arg-type]
     return ""
 
 
@@ -93,8 +93,8 @@ def _figure(value: Any) -> str:
 
 def _parts(value: Any) -> list[Any]:
     """Return the components among a component's parameters."""
-    found = (
+    values = (
         [getattr(value, field.name) for field in attrs.fields(type(value)) if field.init] if attrs.has(type(value)) else []
     )
-    flat = [item for each in found for item in (each if isinstance(each, tuple | list) else [each])]
+    flat = [item for part in values for item in (part if isinstance(part, tuple | list) else [part])]
     return [item for item in flat if isinstance(getattr(item, "kind", None), str)]

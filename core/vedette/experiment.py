@@ -156,7 +156,7 @@ class Steps:
             after, kept, problems = self._step(self.state, scan)
             self.seconds += process_time() - before
             if problems:
-                self.intake.refused.extend(Problem(f"scan {self.drawn - 1}, {each.place}", each.text) for each in problems)
+                self.intake.refused.extend(Problem(f"scan {self.drawn - 1}, {one.place}", one.text) for one in problems)
             if after is not None:
                 self.before, self.state = self.state, after
                 self.intake.add(kept, self.before, after)

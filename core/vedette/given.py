@@ -88,8 +88,8 @@ def heading(value: Any) -> float | Array:
         return value
     if value is None:
         raise ValueError("heading: must be a number of rad, got None")
-    found = _array("heading", value, _FLOAT)
-    return found if found.ndim else float(found)
+    angle = _array("heading", value, _FLOAT)
+    return angle if angle.ndim else float(angle)
 
 
 def pixels(value: Any) -> Any:

@@ -126,8 +126,8 @@ class Hypotheses:
     @classmethod
     def of(cls, tracks: int, scans: int = 0) -> Self:
         """Return those of tracks that are surely there, each a cluster of one leaf, with a past of so many scans."""
-        each = np.arange(tracks)
-        return cls(each, np.ones(tracks), np.arange(tracks + 1), each, each, np.full((tracks, scans), -1))
+        number = np.arange(tracks)
+        return cls(number, np.ones(tracks), np.arange(tracks + 1), number, number, np.full((tracks, scans), -1))
 
     @cached_property
     def rows(self) -> Indices:

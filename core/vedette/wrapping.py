@@ -58,8 +58,8 @@ class WrappedMotion(MotionModel):
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
         """Return the mean of the model's noise, or of the subclass's own at the mean: (*b, n), (*b, n, n) -> (*b, n, n)."""
-        own = type(self).noise is not WrappedMotion.noise
-        return self.noise(x, dt) if own else self.of.mean_noise(x, cov, dt)
+        overridden = type(self).noise is not WrappedMotion.noise
+        return self.noise(x, dt) if overridden else self.of.mean_noise(x, cov, dt)
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         """Return the belief in the frame that the model chooses."""
@@ -109,8 +109,8 @@ class WrappedSensor(Sensor):
 
     def mean_noise(self, x: Array, cov: Array) -> Array:
         """Return the mean of the sensor's noise, or of the subclass's own at the mean: (*b, n), (*b, n, n) -> (*b, m, m)."""
-        own = type(self).noise is not WrappedSensor.noise or type(self).measure is not WrappedSensor.measure
-        return self.noise(x) if own else self.of.mean_noise(x, cov)
+        overridden = type(self).noise is not WrappedSensor.noise or type(self).measure is not WrappedSensor.measure
+        return self.noise(x) if overridden else self.of.mean_noise(x, cov)
 
     def detects(self, x: Array) -> Array:
         """(*b, n) -> (*b) or ()"""

@@ -185,9 +185,9 @@ def check(
     said = ", ".join(
         f"{counts[verdict]} {verdict}" for verdict in ("held", "failed", "broken", "skipped") if counts[verdict]
     )
-    what, own = own_laws(cls)
-    skipped = [law["text"] for law in told if law["verdict"] == "skipped" and (law["law"] in own or not own)]
-    tried = len(skipped) < (len(own) if own and not only else len(told))
+    what, of_role = own_laws(cls)
+    skipped = [law["text"] for law in told if law["verdict"] == "skipped" and (law["law"] in of_role or not of_role)]
+    tried = len(skipped) < (len(of_role) if of_role and not only else len(told))
     print(f"  {said}{'' if tried else f': no law{what} applied, since {Counter(skipped).most_common(1)[0][0]}'}")
     return component | {"failed": counts["failed"] > 0, "tried": tried, "warnings": dict(warned)}
 

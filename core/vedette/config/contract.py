@@ -57,7 +57,7 @@ class Installed:
     def contributions(self) -> Mapping[str, tuple[str, ...]]:
         """What a reproduced paper contributes, and which components it is; empty for other roles."""
         elements = getattr(self.cls, "elements", ()) if self.role == "reproduction" else ()
-        return {f"{each.what}, {each.where}": each.made_of for each in elements if each.made_of}
+        return {f"{element.what}, {element.where}": element.made_of for element in elements if element.made_of}
 
 
 def _told(**given: Any) -> dict[str, Any]:

@@ -22,8 +22,8 @@ def toml(text: str) -> Any:
     """Return what a TOML text says; ValueError if it is none."""
     import tomllib
 
-    if found := _DOTTED.search(text):
-        line = text.count("\n", 0, found.start()) + 1
+    if deep := _DOTTED.search(text):
+        line = text.count("\n", 0, deep.start()) + 1
         raise ValueError(f"a name is nested deeper than {DEEPEST} levels (at line {line})")
     try:
         return tomllib.loads(text)
@@ -100,10 +100,10 @@ class _Merged:
                         raise ValueError(f"{name.value[:60]!r} appears twice in one table, {mark}")
                     names.add(name.value)
                 self.check(name)
-                own = self.check(value)
+                nodes = self.check(value)
                 merges = name.tag == "tag:yaml.org,2002:merge"
                 parts = value.value if merges and not isinstance(value, self._mapping) else ()
-                size += own + sum(self._sizes.get(id(part), 0) for part in parts) if merges else 1
+                size += nodes + sum(self._sizes.get(id(part), 0) for part in parts) if merges else 1
         else:
             for part in node.value:
                 self.check(part)

@@ -39,9 +39,9 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
         return new_gaussian(wrapped(ahead.mean, periods), ahead.cov) if periods else ahead
     twin, periods = memo.moving or memo.twin(motion)
     if twin is not None:
-        found = kernels.predict_twin(x, P, dt, twin.function, twin.numbers(x), periods)
-        if found is not None:
-            return found
+        by_twin = kernels.predict_twin(x, P, dt, twin.function, twin.numbers(x), periods)
+        if by_twin is not None:
+            return by_twin
     moved = wrapped(motion.move(x, dt), periods)
     F, Q = motion.jacobian(x, dt), motion.mean_noise(x, P, dt)
     cov = kernels.propagate(P, F, Q)
@@ -87,12 +87,12 @@ def evaluate_linearised(
         H, R, p_detect = constants.plain
         return kernels.evaluate_returns(belief.cov, returns.z, belief.mean, H, R, p_detect, p_gate, constants.periods)
     if constants.twin is not None and returns.missing is None:
-        mean, (twin, axes), own = belief.mean, constants.twin, returns.noise
-        noise = None if own is None else own[..., None, :, :, :]
+        mean, (twin, axes), stated = belief.mean, constants.twin, returns.noise
+        noise = None if stated is None else stated[..., None, :, :, :]
         numbers, periods = twin.numbers(mean), constants.periods
-        found = kernels.evaluate_twin(mean, belief.cov, returns.z, noise, twin.function, numbers, axes, p_gate, periods)
-        if found is not None:
-            return found
+        innovation = kernels.evaluate_twin(mean, belief.cov, returns.z, noise, twin.function, numbers, axes, p_gate, periods)
+        if innovation is not None:
+            return innovation
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
     if returns.missing is not None:

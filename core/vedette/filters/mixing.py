@@ -59,7 +59,7 @@ def merged(estimates: Gaussian, mixtures: Mixtures, state: Space) -> Gaussian:
         rows = np.flatnonzero((width == w) & (number > 1))
         filled = np.arange(w) < number[rows, None]
         at = np.where(filled, starts[rows, None] + np.arange(w), starts[rows, None])
-        each = Gaussian(estimates.mean[parts[at]], estimates.cov[parts[at]])
-        several = mixed(each, np.where(filled, shares[at], 0.0), state)
+        components = Gaussian(estimates.mean[parts[at]], estimates.cov[parts[at]])
+        several = mixed(components, np.where(filled, shares[at], 0.0), state)
         mean[rows], cov[rows] = several.mean, several.cov
     return Gaussian(mean.reshape(count, n), cov.reshape(count, n, n))

@@ -52,9 +52,9 @@ class PointFilter(GaussianFilter):
         twin, periods = self._memo.moving or self._memo.twin(self.motion)
         if twin is not None:
             x, numbers = belief.mean, twin.numbers(belief.mean)
-            found = kernels.predict_points_twin(x, offsets, weights, dt, twin.function, numbers, periods)
-            if found is not None:
-                return found
+            ahead = kernels.predict_points_twin(x, offsets, weights, dt, twin.function, numbers, periods)
+            if ahead is not None:
+                return ahead
         points = self.state.displace(belief.mean[..., None, :], offsets)
         mean, apart = self.state.mean(self.motion.move(points, dt), weights)
         spread = np.swapaxes(apart * weights[:, None], -1, -2) @ apart
@@ -76,7 +76,7 @@ class PointFilter(GaussianFilter):
             (twin, axes), x = constants.twin, belief.mean
             noise = None if observed.noise is None else observed.noise[..., None, :, :, :]
             state_periods, _ = self._memo.frame or self._memo.framed(self.motion)
-            found = kernels.evaluate_points_twin(
+            innovation = kernels.evaluate_points_twin(
                 x,
                 dx,
                 weights,
@@ -89,8 +89,8 @@ class PointFilter(GaussianFilter):
                 state_periods,
                 constants.periods,
             )
-            if found is not None:
-                return found
+            if innovation is not None:
+                return innovation
         where = self.state.locate(sensor.observes)
         points = self.state.displace(belief.mean[..., None, :], dx)
         expected, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)

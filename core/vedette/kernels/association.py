@@ -93,8 +93,8 @@ def claimed(weights: Array, exclusive: bool) -> Array:
 
     If no two tracks share a return, the events exclude each other and add; else they are taken as independent.
     """
-    own = weights[..., 1:]
-    some: Array = np.minimum(np.sum(own, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - own, axis=-2)
+    shares = weights[..., 1:]
+    some: Array = np.minimum(np.sum(shares, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - shares, axis=-2)
     return some
 
 

@@ -46,17 +46,17 @@ def grow(
     Reid, An Algorithm for Tracking Multiple Targets, IEEE Trans. Automatic Control 24, 1979.
     """
     k, table = len(begins), _Table(miss, ends, returns, scores, len(begins))
-    found: list[tuple[Held, float]] = []
+    clusters: list[tuple[Held, float]] = []
     touched = np.zeros(k, dtype=bool)
     for group in _joined(cluster, weights, starts, leaves, table):
         before, kept = _product(group, most, least)
-        own = np.unique(np.concatenate([table.of(leaf)[0] for _, held in before for leaf in held] or [np.zeros(0, int)]))
-        touched[own] = True
+        within = np.unique(np.concatenate([table.of(leaf)[0] for _, held in before for leaf in held] or [np.zeros(0, int)]))
+        touched[within] = True
         after, share = _associated(before, table, most, least)
-        found.append((_begun(after, own[begins[own]], len(miss), 1 + k), 1.0 - kept * share))
+        clusters.append((_begun(after, within[begins[within]], len(miss), 1 + k), 1.0 - kept * share))
     lone = np.flatnonzero(begins & ~touched)
-    found += [([(1.0, (code,))], 0.0) for code in (len(miss) * (1 + k) + 1 + lone).tolist()]
-    return Grown(*_flat([held for held, _ in found]), np.array([lost for _, lost in found]))
+    clusters += [([(1.0, (code,))], 0.0) for code in (len(miss) * (1 + k) + 1 + lone).tolist()]
+    return Grown(*_flat([held for held, _ in clusters]), np.array([lost for _, lost in clusters]))
 
 
 def shed(
@@ -69,11 +69,11 @@ def shed(
     track (l,) and alive (l,) of each leaf. Tracks part where the product of their parts changes the hypotheses' weights by
     no more than `tolerance` in total variation. A cluster without a leaf is dropped.
     """
-    found = []
+    clusters = []
     for held in _of_clusters(cluster, weights, starts, leaves):
-        merged = _merged([(weight, tuple(leaf for leaf in own if alive[leaf])) for weight, own in held])
-        found += _factors(merged, track, tolerance) if any(own for _, own in merged) else []
-    return _flat(found)
+        merged = _merged([(weight, tuple(leaf for leaf in leaves_of if alive[leaf])) for weight, leaves_of in held])
+        clusters += _factors(merged, track, tolerance) if any(leaves_of for _, leaves_of in merged) else []
+    return _flat(clusters)
 
 
 class _Table:
@@ -82,22 +82,22 @@ class _Table:
     def __init__(self, miss: Array, ends: Indices, returns: Indices, scores: Array, k: int) -> None:
         self.miss, self.k, self._returns, self._scores = np.array(miss), k, returns, scores
         self._starts = np.concatenate([[0], ends])
-        for leaf, own in enumerate(miss.tolist()):
+        for leaf, score in enumerate(miss.tolist()):
             pairs = self.of(leaf)[1]
-            self.miss[leaf] = max(own, (max(own, float(pairs.max())) if len(pairs) else 0.0) - FARTHEST)
+            self.miss[leaf] = max(score, (max(score, float(pairs.max())) if len(pairs) else 0.0) - FARTHEST)
 
     def of(self, leaf: int) -> tuple[Indices, Array]:
         """Return the returns and scores of a leaf's pairs."""
-        own = slice(self._starts[leaf], self._starts[leaf + 1])
-        return self._returns[own], self._scores[own]
+        pairs = slice(self._starts[leaf], self._starts[leaf + 1])
+        return self._returns[pairs], self._scores[pairs]
 
     def dense(self, leaves: tuple[int, ...]) -> tuple[Array, Indices]:
         """Return the scores (t, 1+j) of leaves, and the returns (j,) that they may take."""
         used = np.unique(np.concatenate([self.of(leaf)[0] for leaf in leaves] or [np.zeros(0, dtype=np.int64)]))
         table = np.full((len(leaves), 1 + len(used)), -np.inf)
         for row, leaf in enumerate(leaves):
-            own, scores = self.of(leaf)
-            table[row, 0], table[row, 1 + np.searchsorted(used, own)] = self.miss[leaf], scores
+            returns, scores = self.of(leaf)
+            table[row, 0], table[row, 1 + np.searchsorted(used, returns)] = self.miss[leaf], scores
         return table, used
 
 
@@ -111,7 +111,7 @@ def _of_clusters(cluster: Indices, weights: Array, starts: Indices, leaves: Indi
 def _joined(cluster: Indices, weights: Array, starts: Indices, leaves: Indices, table: _Table) -> list[list[Held]]:
     """Return the clusters that share returns together, in the order of their first ones."""
     every = list(_of_clusters(cluster, weights, starts, leaves))
-    pairs = [(c, r) for c, held in enumerate(every) for _, own in held for leaf in own for r in table.of(leaf)[0].tolist()]
+    pairs = [(c, r) for c, held in enumerate(every) for _, rows in held for leaf in rows for r in table.of(leaf)[0].tolist()]
     of, returns = np.array(pairs, dtype=np.int64).reshape(-1, 2).T
     labels = linked_clusters(of, returns, len(every), table.k)[: len(every)]
     return [[every[c] for c in np.flatnonzero(labels == label)] for label in dict.fromkeys(labels.tolist())]
@@ -128,33 +128,33 @@ def _product(group: list[Held], most: int, least: float) -> tuple[Held, float]:
     """Return the heaviest products of the hypotheses of clusters, and the share of all weight that they have."""
     product, kept = group[0], 1.0
     for held in group[1:]:
-        pairs = [(w * v, own + others) for w, own in product for v, others in held]
-        each = np.array([weight for weight, _ in pairs])
-        rows = _heaviest(each, most, least)
-        total, kept = float(np.sum(each[rows])), kept * float(np.sum(each[rows]))
+        pairs = [(w * v, rows_of + others) for w, rows_of in product for v, others in held]
+        weights = np.array([weight for weight, _ in pairs])
+        rows = _heaviest(weights, most, least)
+        total, kept = float(np.sum(weights[rows])), kept * float(np.sum(weights[rows]))
         product = [(pairs[row][0] / total, pairs[row][1]) for row in rows.tolist()]
-    return [(weight, tuple(sorted(own))) for weight, own in product], kept
+    return [(weight, tuple(sorted(rows_of))) for weight, rows_of in product], kept
 
 
 def _associated(before: Held, table: _Table, most: int, least: float) -> tuple[list[tuple[float, Indices]], float]:
     """Return the weight and codes of the best associations of hypotheses, and the share of all weight that they have."""
     logs, codes, totals = [], [], []
-    for weight, own in before:
-        dense, used = table.dense(own)
+    for weight, leaves in before:
+        dense, used = table.dense(leaves)
         wanted = int(np.ceil(most * weight))
-        _, choice, gain = best_joint(dense, np.arange(len(own))[None], np.array([wanted]))
+        _, choice, gain = best_joint(dense, np.arange(len(leaves))[None], np.array([wanted]))
         names = np.concatenate([[0], 1 + used])
-        codes += list(np.array(own, dtype=np.int64) * (1 + table.k) + names[choice])
+        codes += list(np.array(leaves, dtype=np.int64) * (1 + table.k) + names[choice])
         logs.append(np.log(weight) + gain)
         every = float(log_sum(gain)) if len(gain) < wanted else max(_log_total(dense), float(log_sum(gain)))
         totals.append(np.log(weight) + every)
     log_weight = np.concatenate(logs)
     weights = np.exp(log_weight - np.max(log_weight))
-    whole, found = float(np.sum(np.exp(np.array(totals) - np.max(log_weight)))), float(np.sum(weights))
-    weights /= found
+    whole, kept = float(np.sum(np.exp(np.array(totals) - np.max(log_weight)))), float(np.sum(weights))
+    weights /= kept
     rows = _heaviest(weights, most, least)
     share = float(np.sum(weights[rows]))
-    return [(float(weights[row] / share), codes[row]) for row in rows.tolist()], min(share * found / whole, 1.0)
+    return [(float(weights[row] / share), codes[row]) for row in rows.tolist()], min(share * kept / whole, 1.0)
 
 
 def _log_total(scores: Array) -> float:
@@ -189,20 +189,20 @@ def _begun(after: list[tuple[float, Indices]], may: Indices, count: int, columns
 def _merged(held: Held) -> Held:
     """Return hypotheses without repetitions, heaviest first."""
     total: dict[tuple[int, ...], float] = {}
-    for weight, own in held:
-        total[own] = total.get(own, 0.0) + weight
+    for weight, leaves in held:
+        total[leaves] = total.get(leaves, 0.0) + weight
     if len(total) == len(held):
         return held
-    return [(weight, own) for own, weight in sorted(total.items(), key=lambda one: -one[1])]
+    return [(weight, leaves) for leaves, weight in sorted(total.items(), key=lambda one: -one[1])]
 
 
 def _factors(held: Held, track: Indices, tolerance: float) -> list[Held]:
     """Return the independent parts of a cluster, in the order of their first leaves."""
-    tracks = sorted({int(track[leaf]) for _, own in held for leaf in own})
+    tracks = sorted({int(track[leaf]) for _, leaves in held for leaf in leaves})
     weights, place = np.array([weight for weight, _ in held]), {one: i for i, one in enumerate(tracks)}
     table = np.full((len(held), len(tracks)), -1)
-    for row, (_, own) in enumerate(held):
-        table[row, [place[int(track[leaf])] for leaf in own]] = own
+    for row, (_, leaves) in enumerate(held):
+        table[row, [place[int(track[leaf])] for leaf in leaves]] = leaves
     label = np.arange(len(tracks))
     for a in range(len(tracks)):
         for b in range(a):
@@ -243,9 +243,9 @@ def _beyond(parts: list[Indices], weights: Array) -> float:
 
 def _flat(clusters: list[Held]) -> Shed:
     """Return the hypotheses of clusters in flat arrays, their leaves by rows, and what each row stands for."""
-    every = [(number, weight, own) for number, held in enumerate(clusters) for weight, own in held]
-    sizes = np.array([len(own) for *_, own in every], dtype=np.int64)
-    codes, rows = np.unique(np.array([leaf for *_, own in every for leaf in own], dtype=np.int64), return_inverse=True)
+    every = [(number, weight, leaves) for number, held in enumerate(clusters) for weight, leaves in held]
+    sizes = np.array([len(leaves) for *_, leaves in every], dtype=np.int64)
+    codes, rows = np.unique(np.array([leaf for *_, leaves in every for leaf in leaves], dtype=np.int64), return_inverse=True)
     return Shed(
         np.array([number for number, *_ in every], dtype=np.int64),
         np.array([weight for _, weight, _ in every]),

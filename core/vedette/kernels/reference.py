@@ -159,8 +159,8 @@ def _gains(cross: Array, seen: Array, R: Array, rows: Callable[[Mask], tuple[Arr
     gain = cross @ inverse
     if not sound.all():
         hard = ~sound
-        found = square_root_update(*rows(hard), _of(R, hard))
-        inverse[hard], log_det[hard], gain[hard] = found[0], found[1], np.swapaxes(found[2], -1, -2)
+        by_root = square_root_update(*rows(hard), _of(R, hard))
+        inverse[hard], log_det[hard], gain[hard] = by_root[0], by_root[1], np.swapaxes(by_root[2], -1, -2)
     return inverse, log_det, gain
 
 

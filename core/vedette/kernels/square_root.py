@@ -25,12 +25,12 @@ def bounded_root(P: Array) -> Array:
         raised = column[..., :1] < _ROUNDING * variance
         column[..., :1] = np.maximum(column[..., :1], _ROUNDING * variance)
         known = variance <= 0
-        found = np.where(known, 0.0, column / np.sqrt(np.where(known, 1.0, column[..., :1])))
+        entries = np.where(known, 0.0, column / np.sqrt(np.where(known, 1.0, column[..., :1])))
         if raised.any():
             left = variances[..., j:] - np.sum(L[..., j:, :j] ** 2, axis=-1)
             most = np.sqrt(np.maximum(left, _ROUNDING * np.maximum(variances[..., j:], 0.0)))
-            found = np.where(raised, np.clip(found, -most, most), found)
-        L[..., j:, j] = found
+            entries = np.where(raised, np.clip(entries, -most, most), entries)
+        L[..., j:, j] = entries
     return L
 
 

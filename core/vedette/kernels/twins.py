@@ -44,8 +44,8 @@ class Twin:
 
     def numbers(self, x: Array) -> Array:
         """Return the parameters as they broadcast against states x (*b, .., n): (p,) or (*b, 1, .., p)."""
-        own = self.parameters
-        return own if own.ndim == 1 else own.reshape(*own.shape[:-1], *(1,) * (x.ndim - own.ndim), own.shape[-1])
+        given = self.parameters
+        return given if given.ndim == 1 else given.reshape(*given.shape[:-1], *(1,) * (x.ndim - given.ndim), given.shape[-1])
 
 
 def cancels(P: Array, F: Array, cov: Array) -> bool:

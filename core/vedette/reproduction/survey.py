@@ -36,7 +36,7 @@ def survey(study: Reproduction, runs: int, seed: int, progress: Progress, keep: 
     ]
     claims = []
     for i, text in enumerate(marked[0].texts.tolist()):
-        verdicts = [each.verdicts[i].item() for each in marked]
+        verdicts = [claim.verdicts[i].item() for claim in marked]
         places = [Place(point, verdict) for point, verdict in zip(points, verdicts, strict=True)]
         said = verdicts[0] == "remark"
         claims.append(remark(text, marked[0].why[i].item()) if said else over(text, places, runs=runs))

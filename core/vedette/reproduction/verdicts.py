@@ -37,8 +37,8 @@ class Condition:
 
     def holds(self, runs: int) -> bool | None:
         """Return whether it holds, clear of the bound by `DECISIVE` standard errors over `runs`; None while that is open."""
-        found = {self._decided(margin, error, runs) for margin, error in self._margins()}
-        return found.pop() if len(found) == 1 else None
+        verdicts = {self._decided(margin, error, runs) for margin, error in self._margins()}
+        return verdicts.pop() if len(verdicts) == 1 else None
 
     def needed(self, runs: int) -> int | None:
         """Return the number of runs, to two digits, that would decide if the figure stayed; None if none would."""
@@ -105,7 +105,7 @@ class Claim:
     def headline(self) -> str:
         """The verdict in capitals, and where it holds, or what would decide if nothing is decided yet."""
         if self.places:
-            count = {each: sum(place.verdict == each for place in self.places) for each in ("reproduced", "not decided")}
+            count = {name: sum(place.verdict == name for place in self.places) for name in ("reproduced", "not decided")}
             still = f", OPEN IN {count['not decided']}" if count["not decided"] else ""
             return f"HOLDS IN {count['reproduced']} OF {len(self.places)}{still}"
         head = self.verdict.upper()
@@ -119,9 +119,9 @@ def judged(text: str, conditions: Sequence[Condition], runs: int, why: str = "",
     """Return a claim with its verdict: not reproduced if one condition fails, reproduced if all hold, else not decided."""
     if not conditions:
         raise ValueError(f"{text!r}: no condition; what no figure decides is a remark")
-    found = [condition.holds(runs) for condition in conditions]
-    verdict: Verdict = "not reproduced" if False in found else "not decided" if None in found else "reproduced"
-    open_ones = [each.needed(runs) for each, held in zip(conditions, found, strict=True) if held is None]
+    verdicts = [condition.holds(runs) for condition in conditions]
+    verdict: Verdict = "not reproduced" if False in verdicts else "not decided" if None in verdicts else "reproduced"
+    open_ones = [condition.needed(runs) for condition, held in zip(conditions, verdicts, strict=True) if held is None]
     known = [count for count in open_ones if count is not None]
     undecided = verdict == "not decided" and len(known) == len(open_ones)
     return Claim(text, verdict, why, tuple(conditions), runs, unit, max(known) if undecided else None)
@@ -129,8 +129,8 @@ def judged(text: str, conditions: Sequence[Condition], runs: int, why: str = "",
 
 def over(text: str, places: Sequence[Place], why: str = "", conditions: Sequence[Condition] = (), runs: int = 0) -> Claim:
     """Return a claim judged at several places: it depends on the place if it holds at some and fails at others."""
-    found = {place.verdict for place in places} - {"not decided"}
-    verdict: Verdict = "depends" if len(found) > 1 else found.pop() if len(found) == 1 else "not decided"
+    verdicts = {place.verdict for place in places} - {"not decided"}
+    verdict: Verdict = "depends" if len(verdicts) > 1 else verdicts.pop() if len(verdicts) == 1 else "not decided"
     if verdict != "depends" and any(place.verdict == "not decided" for place in places):
         verdict = "not decided"
     return Claim(text, verdict, why, tuple(conditions), runs, places=tuple(places))

@@ -43,8 +43,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
     else:
         parts, every = [], moments_of(it.scan, seen, it.dt)
         for (_, _, some), source in zip(every, [None] * len(every) if sources is None else sources, strict=True):
-            own = pytrees.take(seen, some, 0)
-            part = plan.birth.begin(source, plan.estimator, it.sensor, name, own, claims[some])
+            then = pytrees.take(seen, some, 0)
+            part = plan.birth.begin(source, plan.estimator, it.sensor, name, then, claims[some])
             parts.append(evolve(part, returns=some[part.returns]))
         joined_parts = pytrees.in_order(parts)
         begin = pytrees.take(joined_parts, np.argsort(joined_parts.returns, kind="stable"), 0)

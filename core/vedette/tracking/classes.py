@@ -51,9 +51,9 @@ def given_classes(shares: Array, weights: Array, codes: Indices, confusion: Arra
     likely = shares[..., None, :] * confusion.T[np.where(known, codes, 0)]
     total = np.sum(likely, axis=-1, keepdims=True)
     given = np.where(known[..., None] & (total > 0), likely / np.where(total > 0, total, 1.0), shares[..., None, :])
-    own = weights[..., 1:]
-    left = np.maximum(1.0 - np.sum(own, axis=-1, keepdims=True), 0.0)
-    after: Array = left * shares + np.sum(own[..., None] * given, axis=-2)
+    of_returns = weights[..., 1:]
+    left = np.maximum(1.0 - np.sum(of_returns, axis=-1, keepdims=True), 0.0)
+    after: Array = left * shares + np.sum(of_returns[..., None] * given, axis=-2)
     return after
 
 

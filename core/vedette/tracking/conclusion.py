@@ -119,16 +119,16 @@ def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
         part_of[part.rows], place[part.rows] = number, np.arange(len(part.rows))
     rows, after = [], []
     for number, part in enumerate(parts):
-        own = np.flatnonzero(part_of[parent] == number)
-        at, taken = place[parent[own]], by.choice[own, None]
+        leaves = np.flatnonzero(part_of[parent] == number)
+        at, taken = place[parent[leaves]], by.choice[leaves, None]
         taking = (part.returns[at] == taken - 1) & (taken > 0)
         if part.close is not None:
             column, both = 1 + np.arange(taking.shape[1]), by.branching.merged
-            own_column = np.zeros(len(own), dtype=np.int64) if both is None else both[own]
+            own_column = np.zeros(len(leaves), dtype=np.int64) if both is None else both[leaves]
             taking &= np.where(own_column[:, None] > 0, column == own_column[:, None], column <= len(it.scan.detections.z))
         sure = np.concatenate([taken == 0, taking], axis=1)[:, None].astype(float)
         after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
-        rows.append(own)
+        rows.append(leaves)
     return pytrees.take(pytrees.in_order(after, rows), 0, 1)
 
 

@@ -181,7 +181,7 @@ def _undetected(
     rate, sources, stated = np.zeros(len(observed.z)), [], True
     for ahead, _, some in moments_of(scan, observed, dt):
         then = birth.predict(state.unseen, estimator, ahead, rng)
-        own, source = birth.reveal(then, estimator, sensor, pytrees.take(observed, some, 0), plan.p_gate)
-        rate[some], stated = 0.0 if own is None else own, own is not None
+        density, source = birth.reveal(then, estimator, sensor, pytrees.take(observed, some, 0), plan.p_gate)
+        rate[some], stated = 0.0 if density is None else density, density is not None
         sources.append(source)
     return Undetected(memory, rate if stated else None, sources)

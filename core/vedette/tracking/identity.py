@@ -109,14 +109,14 @@ def pair_evidence(how: Identity, names: Names | None, codes: Indices, shape: tup
     if how.confusion is not None:
         return class_evidence(known.shares, codes, how.confusion, how.false_share)
     seen = codes[..., None, :]
-    own: Array = np.zeros((*shape, codes.shape[-1]))
-    listed = np.zeros(own.shape, dtype=bool)
+    share: Array = np.zeros((*shape, codes.shape[-1]))
+    listed = np.zeros(share.shape, dtype=bool)
     for slot in range(KEPT):
         same = (known.codes[..., slot, None] == seen) & (known.shares[..., slot, None] > 0)
-        own += np.where(same, known.shares[..., slot, None], 0.0)
+        share += np.where(same, known.shares[..., slot, None], 0.0)
         listed |= same
     rest = np.maximum(1.0 - np.sum(known.shares, axis=-1), 0.0)[..., None] / how.codes
-    ratio = how.codes * (1.0 - how.wrong) * np.where(listed, own, rest) + how.wrong
+    ratio = how.codes * (1.0 - how.wrong) * np.where(listed, share, rest) + how.wrong
     with np.errstate(divide="ignore"):
         return np.where(seen >= 0, np.log(ratio), 0.0)
 
@@ -152,8 +152,8 @@ def taken(how: Identity, names: Names, weights: Array, codes: Indices) -> Names:
     stays = 1.0 - CHANGES if how.wrong else 1.0
     given = likely / np.where(known, total, 1.0)[..., None] * stays
     part = np.where(known, weight, 0.0)[..., None]
-    own = (code == names.borne) & (weight > 0.5)
-    return Names(held, (1.0 - part) * shares + part * given, np.where(own, FADES * names.stray, names.stray))
+    borne = (code == names.borne) & (weight > 0.5)
+    return Names(held, (1.0 - part) * shares + part * given, np.where(borne, FADES * names.stray, names.stray))
 
 
 def after_scan(
@@ -172,12 +172,12 @@ def after_scan(
         of_pairs = np.broadcast_to(codes[..., None, :], (*shape, codes.shape[-1]))
     else:
         of_pairs = np.where(returns >= 0, codes[returns], -1) if len(codes) else np.full(returns.shape, -1)
-    found = taken(how, names, weights, of_pairs)
+    after = taken(how, names, weights, of_pairs)
     if how.confusion is not None or claims.shape != codes.shape or not (strays := strayed(names, codes, claims)).any():
-        return found
+        return after
     lost = np.isin(names.borne, codes[strays])
-    again = np.where(names.stray >= STRAY, 0.0, found.stray + 1.0)
-    return evolve(found, stray=np.where(lost, again, found.stray))
+    again = np.where(names.stray >= STRAY, 0.0, after.stray + 1.0)
+    return evolve(after, stray=np.where(lost, again, after.stray))
 
 
 def strayed(names: Names, codes: Indices, claims: Array) -> Mask:
@@ -194,14 +194,14 @@ def without_second(
     """
     if codes is None or how.confusion is not None or not len(begin.returns):
         return begin
-    own = codes[begin.returns]
-    order = np.arange(len(own)) if inside is None else np.argsort(inside[begin.returns], kind="stable")
-    first = np.zeros(len(own), dtype=bool)
-    first[order[np.unique(own[order], return_index=True)[1]]] = True
-    keep = first | (own < 0)
+    code = codes[begin.returns]
+    order = np.arange(len(code)) if inside is None else np.argsort(inside[begin.returns], kind="stable")
+    first = np.zeros(len(code), dtype=bool)
+    first[order[np.unique(code[order], return_index=True)[1]]] = True
+    keep = first | (code < 0)
     if names is not None:
         bearing = names.borne if how.wrong == 0 else names.borne[names.stray < STRAY]
-        keep &= ~np.isin(own, bearing[bearing >= 0])
+        keep &= ~np.isin(code, bearing[bearing >= 0])
     return begin if keep.all() else kept(begin, keep)
 
 

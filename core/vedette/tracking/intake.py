@@ -161,13 +161,13 @@ class Intake:
         """Take the counts that `to_data` wrote in place of one's own; InputError if they are none."""
         known = {plain.name_of(cls): cls for cls in (Intake, Refused, Came, Problem)}
         try:
-            found = plain.from_data(data, known, "intake")
-            refused = evolve(found.refused, first=list(found.refused.first))
-            if not all(isinstance(part, Came) for part in found.came.values()) or not isinstance(found.scans + 0, int):
+            counts = plain.from_data(data, known, "intake")
+            refused = evolve(counts.refused, first=list(counts.refused.first))
+            if not all(isinstance(part, Came) for part in counts.came.values()) or not isinstance(counts.scans + 0, int):
                 raise TypeError("counts are whole numbers")
         except (AttributeError, TypeError) as error:
             raise InputError(f"intake: cannot be read: {error}") from None
-        for own, other in ((self.refused, refused), (self, evolve(found, sensors=self.sensors, refused=self.refused))):
+        for own, other in ((self.refused, refused), (self, evolve(counts, sensors=self.sensors, refused=self.refused))):
             for part in fields(type(own)):
                 setattr(own, part.name, getattr(other, part.name))
 

@@ -51,19 +51,19 @@ def evaluated(
     shape = (len(missed.loglik), len(observed.z))
     loglik, volume = np.full((shape[0], 1 + shape[1]), -np.inf), missed.log_volume
     loglik[:, 0], distance, nis, places = missed.loglik[:, 0], np.full(shape, np.inf), np.zeros(shape), np.full(shape, -1)
-    found, count = [pytrees.take(now, slice(0), 0)], 0
+    beliefs_after, count = [pytrees.take(now, slice(0), 0)], 0
     for ahead, rest, some in moments_of(scan, observed, dt):
         belief = predicted(estimator, before, ahead, rng)
         met = estimator.evaluate(belief, sensor, pytrees.take(observed, some, 0), p_gate)
         loglik[:, 1 + some], distance[:, some], nis[:, some] = met.loglik[:, 1:], met.distance, met.nis
         volume = np.maximum(volume, met.log_volume)
-        tracks, own = np.nonzero(met.distance <= limit)
+        tracks, column = np.nonzero(met.distance <= limit)
         sure = np.zeros((len(tracks), 1 + len(some)))
-        sure[range(len(tracks)), 1 + own] = 1.0
+        sure[range(len(tracks)), 1 + column] = 1.0
         after = estimator.update(pytrees.take(belief, tracks, 0), pytrees.take(met, tracks, 0), sure)
-        places[tracks, some[own]], count = count + np.arange(len(tracks)), count + len(tracks)
-        found.append(predicted(estimator, after, rest, rng))
-    return Innovation(loglik, distance, volume, nis, Taken(places, pytrees.Common(pytrees.in_order(found))))
+        places[tracks, some[column]], count = count + np.arange(len(tracks)), count + len(tracks)
+        beliefs_after.append(predicted(estimator, after, rest, rng))
+    return Innovation(loglik, distance, volume, nis, Taken(places, pytrees.Common(pytrees.in_order(beliefs_after))))
 
 
 def updated(estimator: Estimator[Any], belief: Any, innovation: Innovation, weights: Array) -> Any:
@@ -83,5 +83,5 @@ def at_the_scan(estimator: Estimator[Any], belief: Any, ago: Array | None, rng: 
         return belief
     times, which = np.unique(ago, return_inverse=True)
     rows = [np.flatnonzero(which == i) for i in range(len(times))]
-    begun = [pytrees.take(belief, own, 0) for own in rows]
+    begun = [pytrees.take(belief, rows_of, 0) for rows_of in rows]
     return pytrees.in_order([predicted(estimator, one, dt, rng) for one, dt in zip(begun, times, strict=True)], rows)

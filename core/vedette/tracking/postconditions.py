@@ -174,8 +174,8 @@ def _is_array(value: Any, kinds: str = "biuf") -> bool:
 def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = False) -> Iterator[str]:
     """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not."""
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
-        found, before = ([which(leaf) for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
-        if (count := sum(map(np.count_nonzero, found))) and not any(map(np.any, before)):
+        bad, before = ([which(leaf) for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
+        if (count := sum(map(np.count_nonzero, bad))) and not any(map(np.any, before)):
             told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
             yield f"must return {told}{part and f' of {part}'}"
 

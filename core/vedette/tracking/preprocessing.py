@@ -24,8 +24,8 @@ def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapp
 
     A camera's frames may go to a preprocessor and to the tracker as well.
     """
-    own = {name: sensor for name, sensor in sensors.items() if name not in preprocessors}
-    taken = {name: f"the tracker's own sensor {name!r}" for name in own}
+    direct = {name: sensor for name, sensor in sensors.items() if name not in preprocessors}
+    taken = {name: f"the tracker's own sensor {name!r}" for name in direct}
     for name, preprocessor in preprocessors.items():
         if name not in sensors:
             raise ValueError(f"preprocessors.{name}: must be named as one of the sensors: {', '.join(map(repr, sensors))}")
@@ -35,8 +35,8 @@ def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapp
                 f"not {preprocessor.measurement}"
             )
         for raw, sensor in preprocessor.sensors.items():
-            if raw in own and isinstance(sensor, ImagingSensor):
-                if sensor != own[raw]:
+            if raw in direct and isinstance(sensor, ImagingSensor):
+                if sensor != direct[raw]:
                     raise ValueError(
                         f"preprocessors.{name}.sensors.{raw}: must be as sensors.{raw} is, whose frames both take"
                     )

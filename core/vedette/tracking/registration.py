@@ -103,11 +103,11 @@ class Offsets:
 
     def given(self, prior: Gaussian, offsets: Gaussian) -> Gaussian:
         """Return priors (*b, n) whose offsets are replaced by others (q,): p(x | offsets) stays as it is."""
-        own = self.of(prior)
-        gain = prior.cov[..., :, self.at] @ np.linalg.pinv(own.cov, hermitian=True)
+        marginal = self.of(prior)
+        gain = prior.cov[..., :, self.at] @ np.linalg.pinv(marginal.cov, hermitian=True)
         gain[..., self.at, :] = np.eye(len(self.at))
-        step = (gain @ (offsets.mean - own.mean)[..., None])[..., 0]
-        cov = prior.cov + gain @ (offsets.cov - own.cov) @ np.swapaxes(gain, -1, -2)
+        step = (gain @ (offsets.mean - marginal.mean)[..., None])[..., 0]
+        cov = prior.cov + gain @ (offsets.cov - marginal.cov) @ np.swapaxes(gain, -1, -2)
         return Gaussian(self.state.displace(prior.mean, step), 0.5 * (cov + np.swapaxes(cov, -1, -2)))
 
     def begun(self, sensor: Sensor, begin: Newborn, offsets: Gaussian) -> Newborn:
@@ -123,8 +123,8 @@ class Offsets:
         if dt == 0:
             return offsets
         shape, n = offsets.mean.shape[:-1], len(self.state)
-        own = Gaussian(np.zeros((*shape, 1, n)), np.broadcast_to(np.eye(n), (*shape, 1, n, n)))
-        row = self.given(own, Gaussian(offsets.mean[..., None, :], offsets.cov[..., None, :, :]))
+        origin = Gaussian(np.zeros((*shape, 1, n)), np.broadcast_to(np.eye(n), (*shape, 1, n, n)))
+        row = self.given(origin, Gaussian(offsets.mean[..., None, :], offsets.cov[..., None, :, :]))
         belief = predicted(estimator, estimator.start(row, self.state, NO_DRAWS), dt, NO_DRAWS)
         ahead = self.of(estimator.moments(belief))
         return Gaussian(ahead.mean[..., 0, :], ahead.cov[..., 0, :, :])

@@ -53,12 +53,12 @@ def retold(
     left = dict[int, float]()  # of each track, the probability that it goes on after the last scan
     for number, of in zip(leaves.ids.tolist(), mass.tolist(), strict=True):
         left[number] = left.get(number, 0.0) + of
-    found = [last]
+    states_told = [last]
     for state, later in zip(states[-2::-1], states[:0:-1], strict=True):
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         told = _before(estimator, associator, lifecycle, state, later, told, left, rng)
-        found.append(_shown(state, told))
-    return found[::-1]
+        states_told.append(_shown(state, told))
+    return states_told[::-1]
 
 
 def _before(
@@ -121,9 +121,9 @@ def _masses(
         at_end = np.array([left.get(number, 0.0) for number in ids.tolist()])
         room = np.maximum(1.0 - goes_on, stops)
         scale = np.divide(1.0 - at_end, room, out=np.zeros(len(ids)), where=room > 0)
-        own = ended.probability * np.maximum(scale, 0.0)[which[len(later.ids) :]]
-        parent, mass = np.append(parent, ended.parent), np.append(mass, own)
-        there = np.append(there, own * ended.existence)
+        likely = ended.probability * np.maximum(scale, 0.0)[which[len(later.ids) :]]
+        parent, mass = np.append(parent, ended.parent), np.append(mass, likely)
+        there = np.append(there, likely * ended.existence)
     before: Array = np.bincount(parent, mass, count).astype(float)
     exists: Array = np.bincount(parent, there + (mass - there) * left_before[parent], count).astype(float)
     if later.lost is None:

@@ -236,10 +236,10 @@ def _return_flaws(detections: Detections, sensor: Sensor) -> list[Problem]:
 
 def _time_flaws(scan: Scan) -> list[Problem]:
     """Return which returns have times of their own that are none, or after the scan's."""
-    own, valid = scan.detections.time, scan.detections.valid
-    wrong = [] if own is None else np.flatnonzero(valid & ~((own >= LONG_AGO) & (own <= scan.time))).tolist()
+    times, valid = scan.detections.time, scan.detections.valid
+    wrong = [] if times is None else np.flatnonzero(valid & ~((times >= LONG_AGO) & (times <= scan.time))).tolist()
     told = f"its time must be a number of s until the scan's, {scan.time:.6f} s"
-    return [Problem(f"return {[i]}", f"{told}, got {own[i]}") for i in wrong]  # type: ignore[index]
+    return [Problem(f"return {[i]}", f"{told}, got {times[i]}") for i in wrong]  # type: ignore[index]
 
 
 def _good(detections: Detections) -> Mask:
