@@ -75,6 +75,7 @@ from vedette_standard.whole_tracks import WholeTracks as WholeTracks
 from vedette_study.study import monte_carlo as monte_carlo
 from vedette_tools.drafting.run import track as track
 from vedette_tools.smoothing.table import smooth_positions as smooth_positions
+from vedette_tools.tuning.by_place import tune_detection as tune_detection
 from vedette_tools.tuning.tuner import tune as tune
 
 __version__: str

@@ -66,12 +66,14 @@ from vedette_standard.sensors.coarse import Coarse
 from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial
+from vedette_standard.sensors.placed import PlacedSensor as PlacedSensor
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 from vedette_standard.sensors.range_only import RangeOnly
+from vedette_standard.sensors.view import Detection as Detection
 
 VEDETTE_CONTRACT = 2
 

@@ -121,6 +121,10 @@ class PlacedSensor(Sensor):
             inside = inside & directed(self.sectors, bearing)
         return inside & held(self.polygons, spot) if spot is not None and self.polygons else inside
 
+    def polar(self, x: Array) -> Array:
+        """Return range in m and bearing in rad, not wrapped, at which it sees places: (*b, n) -> (*b, 2)."""
+        return ranges_and_bearings(x[..., :2], self._pose)
+
     def _located(self, z: Array) -> tuple[Array | None, Array | None, Array | None]:
         """Return what a return (*b, m) says of range (*b), bearing (*b) and place (*b, 2); None: nothing."""
         names = self.measurement.names

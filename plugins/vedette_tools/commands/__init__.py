@@ -148,6 +148,11 @@ class Tune(Command):
             metavar="PATH.TO.KEY=LOW..HIGH",
             help="parameters to tune, with ranges: estimator.motion.sigma_accel=0.01..10; default: a tenth to ten times",
         )
+        about = (
+            "find this sensor's detection probability by range and bearing, in so many rows and columns, instead of free "
+            "parameters; default: 4x8, or the cells that its table has"
+        )
+        parser.add_argument("--detection", metavar="SENSORS.NAME[=4x8]", help=about)
         parser.add_argument(
             "--part", default="0.5", metavar="P", help="fraction of the scans to tune on, from the first on; default: 0.5"
         )

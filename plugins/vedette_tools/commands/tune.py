@@ -8,12 +8,15 @@ from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import read_file
+from vedette.errors import ConfigError, Problem
 from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts
 from vedette_report.output import can_draw
 from vedette_study.grid import short_names
+from vedette_tools.tuning import by_place_text
+from vedette_tools.tuning.by_place import COLUMNS, ROWS, tune_detection
 from vedette_tools.tuning.config_text import toml
 from vedette_tools.tuning.picture import Growth, Hill, draw
 from vedette_tools.tuning.summary import data, summary, text
@@ -28,6 +31,8 @@ def run(arguments: Namespace) -> int:
     changed = [text.partition("=")[2].strip("'\"") for text in options.overrides(arguments)]
     reads = Inputs.of(arguments.config, arguments.style, read_file(arguments.config), changed)
     with locked(folder, reads, ("tuned.toml", "tuned.txt", "tuned.json")):
+        if arguments.detection:
+            return _by_place(arguments, folder)
         tuned = tune(
             arguments.config,
             arguments.free,
@@ -45,6 +50,35 @@ def run(arguments: Namespace) -> int:
         if arguments.json:
             print(json.dumps(data(tuned)))
         return DONE
+
+
+def _by_place(arguments: Namespace, folder: Path) -> int:
+    """Find a detection probability by place; print the table, write the config and the figures."""
+    for option, default in (("free", []), ("resume", False)):
+        if getattr(arguments, option) != default:
+            raise ConfigError([Problem(f"--{option}", "does not go with --detection: tune what is free before or after it")])
+    path, _, cells = (each.strip() for each in arguments.detection.partition("="))
+    rows, cross, columns = cells.partition("x") if cells else (str(ROWS), "x", str(COLUMNS))
+    if not cross:
+        raise ConfigError([Problem("--detection", f"must be written as {path}=4x8, rows by columns, got {cells!r}")])
+    found = tune_detection(
+        arguments.config,
+        path,
+        rows=options.whole("--detection", rows, 1),
+        columns=options.whole("--detection", columns, 1),
+        part=options.number("--part", arguments.part),
+        overrides=options.overrides(arguments),
+    )
+    texts = {
+        "tuned.toml": by_place_text.toml(found),
+        "tuned.txt": by_place_text.text(found) + "\n",
+        "tuned.json": json.dumps(by_place_text.data(found), indent=2) + "\n",
+    }
+    print(by_place_text.text(found))
+    print(f"{folder}: {', '.join(write_texts(folder, texts))}")
+    if arguments.json:
+        print(json.dumps(by_place_text.data(found)))
+    return DONE
 
 
 def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:

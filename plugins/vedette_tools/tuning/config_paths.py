@@ -52,6 +52,18 @@ def find(experiment: Experiment, written: str) -> Place:
     return _number(value, parameter, path, here)
 
 
+def at(experiment: Experiment, written: str) -> Any:
+    """Return what is at a config path of an experiment's tracker; ValueError says why there is nothing."""
+    path = path_of(written)
+    if not path or path[0] not in TUNED:
+        raise ValueError(f"must begin with one of {', '.join(TUNED)}")
+    value, parameter, here = getattr(experiment.tracker, str(path[0])), None, str(path[0])
+    for step in path[1:]:
+        value, parameter = _below(value, parameter, step, here)
+        here = below(here, step) if isinstance(step, str) else f"{here}[{step}]"
+    return value
+
+
 def changed(experiment: Experiment, path: KeyPath, value: Any) -> Experiment:
     """Return the experiment with another value at a path that was found in it; ValueError if a part refuses it."""
     return attrs.evolve(experiment, tracker=_changed(experiment.tracker, path, value))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from vedette.config import apply_changes, plain
@@ -16,7 +16,6 @@ WIDE = 100
 
 def toml(tuned: Tuned) -> str:
     """Return the config with the tuned values in it, of the form that it had: what it left to defaults stays left."""
-    config = plain(apply_changes(tuned.own, tuned.written.items()))
     notes: dict[tuple[Any, ...], str] = {}
     for parameter in tuned.parameters:
         inside = parameter.free.place.inside
@@ -34,6 +33,14 @@ def toml(tuned: Tuned) -> str:
         head.append(f"# Log-likelihood of the others, tuned less before: {judged.held.text}.")
     if judged.advice == "keep":
         head.append("# On those the values before, stated in the comments, are better: keep them.")
+    return text_of(tuned.own, tuned.written, notes, head)
+
+
+def text_of(
+    own: Mapping[str, Any], written: Mapping[str, Any], notes: Mapping[tuple[Any, ...], str], head: Sequence[str]
+) -> str:
+    """Return a config with values written into it, below some lines, with notes beside the values at some paths."""
+    config = plain(apply_changes(own, written.items()))
     return "\n".join([*head, "", *_table(config, (), notes)]) + "\n"
 
 

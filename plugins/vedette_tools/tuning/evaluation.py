@@ -144,7 +144,7 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
 def evaluate(data: Data, free: Sequence[Free], values: Sequence[float], *, whole: bool = False) -> Evaluated | None:
     """Return how likely the scans are with these values, by default of those that are tuned on; None if it cannot run."""
     try:
-        return _evaluated(data, _judging(data, free, values), len(data.times) if whole else data.tuned)
+        return _evaluated(data, judging(data, free, values), len(data.times) if whole else data.tuned)
     except FAULTS:
         return None
 
@@ -178,7 +178,7 @@ def settled(data: Data, free: Sequence[Free], values: Sequence[float]) -> Data:
     first = data.unstated
     for _ in range(PASSES):
         try:
-            experiment = _judging(data, free, values)
+            experiment = judging(data, free, values)
             now = found(experiment.tracker, data.run(experiment), data.unstated)
         except FAULTS:
             return data
@@ -194,7 +194,7 @@ def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     try:
         own = applied(data.experiment, free, values)
         if all(1 for _ in _expected(data, own, len(data.times))) and _evaluated(
-            data, _judging(data, free, values), len(data.times)
+            data, judging(data, free, values), len(data.times)
         ):
             return
     except (VedetteError, ValueError, ArithmeticError) as error:
@@ -203,7 +203,7 @@ def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     raise ConfigError([Problem("", f"the tracker cannot run on this recording with {told}: {reason}")])
 
 
-def _judging(data: Data, free: Sequence[Free], values: Sequence[float]) -> Experiment:
+def judging(data: Data, free: Sequence[Free], values: Sequence[float]) -> Experiment:
     """Return the experiment with these values, and with the tracker by which returns are judged."""
     experiment = applied(data.experiment, free, values)
     freed = [each.place.path for each in free]

@@ -100,8 +100,8 @@ def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array)
         data.tuned,
         None if before is None else before.loglik,
         after.loglik,
-        _gain(before, after, slice(0, data.tuned), 0.0),
-        _gain(before, after, held, spread) if data.tuned < len(data.times) else None,
+        gain(before, after, slice(0, data.tuned), 0.0),
+        gain(before, after, held, spread) if data.tuned < len(data.times) else None,
         pull,
         _noises(moments(data, free, own, whole=True)),
         _noises(moments(data, free, values, whole=True)),
@@ -132,7 +132,7 @@ def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Ar
     return float(np.sqrt(max(float(slope @ C @ slope), 0.0))), pull
 
 
-def _gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: float) -> Gain | None:
+def gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: float) -> Gain | None:
     if before is None:
         return None
     old, new = before.loglik[scans], after.loglik[scans]
