@@ -62,6 +62,26 @@ inline PyObject* update_or_step(Call& call, Args args, bool step) {
 inline PyObject* update(Call& call, Args args) { return update_or_step(call, args, false); }
 inline PyObject* filter_step(Call& call, Args args) { return update_or_step(call, args, true); }
 
+inline PyObject* scan_step(Call& call, Args args) {
+    shapes::ScanStep shape;
+    if (!PyBool_Check(args[11]) || !read_periods(args[12], shape.periods)) return nullptr;
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = call.in(args[2], 2), *Q = call.in(args[3], 2),
+                   *z = call.in(args[4], 2, true), *H = call.in(args[5], 2), *R = call.in(args[6], 2);
+    const double p_detect = call.number(args[7]), p_gate = call.number(args[8]), log_density = call.number(args[10]);
+    shape.limit = call.number(args[9]), shape.best = args[11] == Py_True;
+    if (!call.ok) return nullptr;
+    const npy_intp n = x[0], m = z[1], k = z[0];
+    if (n < 1 || n > kMostStates || m < 1 || m > kMostMeasured || k > kMostTaken || !square(P, n) || !square(F, n) ||
+        !square(Q, n) || !square(R, m) || H[0] != m || H[1] != n || !are_among(shape.periods, m) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
+    shape.log_miss = std::log(1.0 - p_detect * p_gate), shape.log_detect = std::log(p_detect) - log_density;
+    PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *weights = call.out(1, 1 + k), *distance = call.out(1, k);
+    if (to && cov && weights && distance) call.run(table->scan_step, shape);
+    PyObject* after = call.pack_within(to, cov);
+    return call.pack(after, weights, distance);
+}
+
 inline PyObject* evaluate_returns(Call& call, Args args) {
     shapes::EvaluateReturns shape;
     if (!read_periods(args[7], shape.periods)) return nullptr;

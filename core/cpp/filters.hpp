@@ -261,6 +261,67 @@ struct Update : shapes::Update {
     }
 };
 
+// in: x, P, F, Q, z (k, m), H, R; out: x, P, weights (1+k), squared distances (k). Prediction, the returns' scores, their weights and
+// the mixture that they make, of a track that surely exists: what other kernels say one after another, without the memory between.
+struct ScanStep : shapes::ScanStep {
+    template <class T>
+    void run(const In* in, const Out* out) const {
+        with_constants<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
+            solve<T, decltype(c)>(in, out, states, measured);
+        });
+    }
+    template <class T, class C, class N, class M>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
+        T x[kMostStates], P[kStates2], post[kStates2], expected[kMostMeasured], nu[kMostMeasured];
+        T weights[1 + kMostTaken], shift[kMostTaken * kMostStates], mean[kMostStates];
+        predict_moments<T, C>(in, x, P, n);
+        const Rectangle<C> H(in[5], m * n);
+        const Square<C> R(in[6], m, kSymmetric);
+        Correction<T> correction;
+        correction.template prepare<C>(P, H, R, n, m);
+        correction.template posterior_covariance<C>(P, H, R, post, n, m);
+        apply<T, C>(H, x, expected, m, n);
+        const T least = log_detect - 0.5 * (correction.log_det + m * kLog2Pi), none = least - std::numeric_limits<double>::infinity();
+        T top = weights[0] = Lane<T>::broadcast(log_miss), first{}, total{};
+        for (int h = 0; h < k; ++h) {
+            load(at_offset(in[4], h * m), nu, m);
+            for (int i = 0; i < m; ++i) nu[i] -= expected[i];
+            wrap(nu, periods);
+            const T d = correction.squared_distance(nu, m), score = least - 0.5 * d;
+            Lane<T>::store(out[3], h, d);
+            weights[1 + h] = d <= limit ? score : none;
+            first = weights[1 + h] > top ? 1.0 + h - T{} : first;
+            top = weights[1 + h] > top ? weights[1 + h] : top;
+            correction.mean_shift(nu, shift + h * n, n, m);
+        }
+        for (int h = 0; h <= k; ++h)
+            total += weights[h] = best ? (first == h ? 1.0 - T{} : T{}) : Lane<T>::exp(weights[h] - top);
+        for (int h = 0; h <= k; ++h) Lane<T>::store(out[2], h, weights[h] = normal_or_zero(weights[h] / total));
+        T hit{};
+        for (int i = 0; i < n; ++i) mean[i] = T{};
+        for (int h = 0; h < k; ++h) {
+            hit += weights[1 + h];
+            for (int i = 0; i < n; ++i) mean[i] += weights[1 + h] * shift[h * n + i];
+        }
+        for (int i = 0; i < n; ++i)
+            for (int j = i; j < n; ++j)
+                post[i * n + j] = weights[0] * (P[i * n + j] + mean[i] * mean[j]) + hit * post[i * n + j];
+        for (int h = 0; h < k; ++h) {
+            T* const apart = shift + h * n;
+            for (int i = 0; i < n; ++i) apart[i] -= mean[i];
+            for (int i = 0; i < n; ++i) {
+                const T scaled = weights[1 + h] * apart[i];
+                for (int j = i; j < n; ++j) post[i * n + j] += scaled * apart[j];
+            }
+        }
+        for (int i = 0; i < n; ++i) {
+            x[i] += mean[i];
+            for (int j = i; j < n; ++j) set_entry(post, i, j, n, post[i * n + j]);
+        }
+        store(out[0], x, n), store_symmetric(out[1], post, n);
+    }
+};
+
 // in: P, z, expected, H, R, P_D; out: loglik (1+k), distance (k), log volume, shift (k, n), posterior (1|k, n, n)
 struct EvaluateReturns : shapes::EvaluateReturns {
     template <class T>

@@ -4,6 +4,11 @@
 #include "points.hpp"
 #include "scores.hpp"
 
+#include <cstdint>
+#ifdef __SSE2__
+#include <immintrin.h>
+#endif
+
 namespace vedette::VEDETTE_ISA {
 
 namespace {
@@ -31,6 +36,40 @@ VEDETTE_INLINE void run_one(const Kernel& kernel, const In* in, const Out* out) 
         run_large(kernel, in, out);
 }
 
+// Where eight problems' results are made when those of the whole batch fit into no cache: from here they go to memory in whole
+// lines, which the processor then need not read before it writes them.
+struct Streamed {
+    static constexpr std::ptrdiff_t kLeast = std::ptrdiff_t(1) << 20, kMost = 1 << 11, kLine = 64;  // numbers, numbers, bytes
+    alignas(kLine) double room[kMost];
+    bool wanted = false;
+
+    explicit Streamed(const Batch& batch, std::ptrdiff_t problems) {
+#ifdef __SSE2__
+        std::ptrdiff_t size = 0;
+        for (int o = 0; o < batch.outs; ++o) size += batch.out_size[o];
+        wanted = problems * size >= kLeast && kLanes * size <= kMost;
+#endif
+    }
+
+    // Whether the outputs lie one after another, in whole lines.
+    bool fits(const Batch& batch, const Out* out) const {
+        bool good = wanted;
+        for (int o = 0; o < batch.outs; ++o)
+            good = good && out[o].next == batch.out_size[o] && reinterpret_cast<std::uintptr_t>(out[o].at) % kLine == 0;
+        return good;
+    }
+
+    // Sends what was made for `out` on, and gives the place of the next output's.
+    VEDETTE_INLINE static double* send(double* made, const Out& out, std::ptrdiff_t size) {
+#ifdef __AVX__
+        for (std::ptrdiff_t i = 0; i < kLanes * size; i += 4) _mm256_stream_pd(out.at + i, _mm256_load_pd(made + i));
+#elif defined(__SSE2__)
+        for (std::ptrdiff_t i = 0; i < kLanes * size; i += 2) _mm_stream_pd(out.at + i, _mm_load_pd(made + i));
+#endif
+        return made + kLanes * size;
+    }
+};
+
 // One problem after another along the batch; eight at a time along its last axis, which is the longest.
 template <class Kernel, class Shape>
 void run_batch(const Batch& batch, const Shape& shape) {
@@ -46,6 +85,7 @@ void run_batch(const Batch& batch, const Shape& shape) {
     const std::ptrdiff_t length = batch.shape[last];
     std::ptrdiff_t rows = 1, index[kMostDims] = {};
     for (int d = 0; d < last; ++d) rows *= batch.shape[d];
+    Streamed streamed(batch, rows * length);
     for (std::ptrdiff_t from = 0; from < length; from += kTile) {
         const std::ptrdiff_t count = length - from < kTile ? length - from : kTile;
         for (std::ptrdiff_t row = 0; row < rows; ++row) {
@@ -60,6 +100,30 @@ void run_batch(const Batch& batch, const Shape& shape) {
             for (int o = 0; o < batch.outs; ++o)
                 out[o] = {batch.out[o] + place * batch.out_size[o], batch.places[last] * batch.out_size[o]};
             std::ptrdiff_t i = 0;
+            if (streamed.fits(batch, out))
+                for (; i + kLanes <= count; i += kLanes) {
+                    Out made[kMostOperands];
+                    double* place = streamed.room;
+                    for (int o = 0; o < batch.outs; ++o) {
+                        made[o] = {place, batch.out_size[o]};
+                        place += kLanes * batch.out_size[o];
+                    }
+                    if constexpr (one_by_one<Kernel>)
+                        for (int l = 0; l < kLanes; ++l) {
+                            kernel.run(in, made);
+                            for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
+                            for (int j = 0; j < batch.outs; ++j) made[j].at += made[j].next;
+                        }
+                    else {
+                        kernel.template run<Eight>(in, made);
+                        for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
+                    }
+                    place = streamed.room;
+                    for (int o = 0; o < batch.outs; ++o) {
+                        place = Streamed::send(place, out[o], batch.out_size[o]);
+                        out[o].at += kLanes * out[o].next;
+                    }
+                }
             if constexpr (!one_by_one<Kernel>)
                 for (; i + kLanes <= count; i += kLanes) {
                     kernel.template run<Eight>(in, out);

@@ -8,6 +8,7 @@ namespace vedette {
 constexpr int kLanes = 8;
 constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64, kMostPoints = 2 * kMostStates + 1;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
+constexpr int kMostTaken = 4;  // returns of `scan_step`
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
 // Arrays of a batch: the address of one problem's, and the distance in doubles to the next problem's.
@@ -51,6 +52,12 @@ struct Propagate {
 struct Update {
     int n, m;
     bool step;
+};
+struct ScanStep {
+    int n, m, k;
+    bool best;
+    double log_miss, log_detect, limit;  // log_detect less the clutter's log density
+    Periods periods;
 };
 struct EvaluateReturns {
     int n, m, k, noises;
@@ -129,6 +136,7 @@ struct Existence {
     kernel(propagate, 3, Propagate)                \
     kernel(update, 5, Update)                      \
     kernel(filter_step, 7, Update)                 \
+    kernel(scan_step, 13, ScanStep)                \
     kernel(evaluate_returns, 8, EvaluateReturns)   \
     kernel(weighted_update, 6, WeightedUpdate)     \
     kernel(whiten, 2, Whiten)                      \

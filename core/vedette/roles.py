@@ -357,6 +357,24 @@ class Estimator(Component, Generic[B]):
     def update(self, belief: B, innovation: Innovation, weights: Array) -> B:
         """Return the posterior under association weights (*b, t, 1+k)."""
 
+    def scan_step(
+        self,
+        belief: B,
+        dt: float,
+        sensor: Sensor,
+        z: Array,
+        p_gate: float,
+        limit: float,
+        log_density: Array,
+        best: bool,
+    ) -> tuple[B, Array, Array] | None:
+        """Return the posterior, weights (*b, 1, 1+k) and squared distances (*b, 1, k) of a scan of few returns z (*b, k, m).
+
+        All that a step does for runs of one track that surely exists, dt > 0: `predict`, `evaluate`, the gate's scores
+        against a density of clutter, weights by probability or for the `best` alone, `update`. None: it has no such call.
+        """
+        return None
+
     @abstractmethod
     def moments(self, belief: B) -> Gaussian:
         """Return mean and covariance over `state`."""

@@ -69,6 +69,10 @@ def calls(rng: np.random.Generator) -> dict[str, Callable[[], list[Any]]]:
             *(draw.vector(n), draw.cov(n), rng.normal(size=(n, n)), draw.cov(n), draw.vector(m)),
             *(rng.normal(size=(m, n)), draw.cov(m)),
         ],
+        "scan_step": lambda: [
+            *(draw.vector(1, n), draw.cov(n, 1), rng.normal(size=(n, n)), np.eye(n), draw.vector(2, m)),
+            *(rng.normal(size=(m, n)), np.diag(rng.random(m) + 0.1), 0.9, 0.99, 9.0, -2.0, pick(rng, [True, False]), ()),
+        ],
         "smooth_linear": lambda: [
             *(draw.vector(n), draw.cov(n), rng.normal(size=(n, n)), draw.cov(n), draw.vector(n), draw.cov(n)),
             pick(rng, [(), ((n - 1, 6.0),)]),

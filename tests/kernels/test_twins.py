@@ -90,6 +90,48 @@ def test_one_sure_return(seed, batch, kind, n, m, sharpness):
     agree("filter_step", x, P, F, Q, z, H[(0,) * (H.ndim - 2)] if H.size else np.ones((m, n)), R)
 
 
+@given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from(PERIODS), st.floats(0.1, 1.0))
+def test_a_scan_in_one(seed, batch, kind, n, m, k, best, periods, p_detect):
+    """More returns than it is compiled for, too, and returns beyond the gate."""
+    draw, runs, model = Draw(seed, (*batch, 1), kind), Draw(seed + 1, batch, kind), Draw(seed + 2, (), "plain")
+    F, Q, H, R = model.vector(n, n), model.cov(n), model.vector(m, n), model.cov(m)
+    x, P = np.broadcast_to(draw.vector(n), (*batch, 1, n)), np.broadcast_to(draw.cov(n), (*batch, 1, n, n))
+    z = np.broadcast_to(runs.vector(k, m, scale=4.0), (*batch, k, m))
+    agree("scan_step", x, P, F, Q, z, H, R, p_detect, 0.99, float(3.0 * m), np.array(-4.0), best, periods)
+
+
+@pytest.mark.parametrize("name", ["predict", "filter_step", "scan_step", "gate_scores"])
+def test_a_batch_beyond_the_cache_is_what_its_parts_are(name):
+    """Results that are written past the cache, in whole lines: of as many problems as fill them, and of a few more."""
+    rng, count, k = np.random.default_rng(1), 60_005, 2
+    spread = rng.normal(size=(count, 1, 4, 4))
+    x, P = rng.normal(size=(count, 1, 4)), spread @ np.swapaxes(spread, -1, -2) + np.eye(4)
+    F, Q, H, R, z = np.eye(4) + np.eye(4, k=2), np.eye(4), np.eye(2, 4), np.eye(2), 3.0 * rng.normal(size=(count, k, 2))
+    columns = rng.normal(size=(count * 7, 1, 1 + k))
+    given = {
+        "predict": lambda s: (x[s], P[s], F, Q),
+        "filter_step": lambda s: (x[s], P[s], F, Q, z[s, :1], H, R),
+        "scan_step": lambda s: (x[s], P[s], F, Q, z[s], H, R, 0.9, 0.99, 9.0, -3.0, False, ()),
+        "gate_scores": lambda s: (
+            *(columns[s], columns[s, :, 1:], columns[s, 0, 1:] < 2, np.full((len(columns[s]), 1), 0.5)),
+            *(1.0, -2.0, None),
+        ),
+    }[name]
+    kernel = getattr(kernels, name)
+    whole = leaves(kernel(*given(slice(None))))
+    for part in (slice(0, 8), slice(30_000, 30_016), slice(count - 5, count)):
+        for all_of_it, some in zip(whole, leaves(kernel(*given(part))), strict=True):
+            np.testing.assert_array_equal(all_of_it[part], some)
+
+
+def leaves(value):
+    """All arrays of a kernel's result."""
+    if isinstance(value, np.ndarray):
+        return [value]
+    parts = value if isinstance(value, tuple) else (value.mean, value.cov)
+    return [leaf for part in parts for leaf in leaves(part)]
+
+
 @given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from(PERIODS), st.integers(1, 3))
 def test_returns_of_a_scan_and_their_mixture(seed, batch, kind, n, m, k, shared, periods, t):
     draw, runs = Draw(seed, (*batch, t), kind), Draw(seed + 1, batch, kind)

@@ -85,6 +85,7 @@ def an_example_of_each():
         "smooth_linear": (x, P, F, P, x, P, ()),
         "update": (x, P, x[:, :2], H, R),
         "filter_step": (x, P, F, F, x[:, :2], H, R),
+        "scan_step": (x[:, None], P[:, None], F, F, np.ones((2, k, 2)), H, R, 0.9, 0.99, 9.0, -2.0, False, ()),
         "evaluate_returns": (P, np.ones((k, 2)), x[:, :2], H, R[None], 0.9, 0.99, ((1, 6.0),)),
         "weighted_update": (x, P, np.ones((2, k, 4)), P[:, None], weights, ((1, 6.0),)),
         "whiten": (x, P),

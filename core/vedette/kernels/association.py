@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.kernels.reference import exp_or_zero, normal_or_zero, safe_log
-from vedette.kernels.results import Seen
-from vedette.space import Array, Mask
+from vedette.kernels.reference import evaluate_returns, exp_or_zero, normal_or_zero, predict, safe_log, weighted_update
+from vedette.kernels.results import Passed, Seen
+from vedette.space import Array, Mask, Periods
 
 
 def is_plain(z: Array, valid: Mask, axes: int, limit: float) -> bool:
@@ -56,6 +56,35 @@ def softmax(scores: Array) -> Array:
     likely = exp_or_zero(scores - np.max(scores, axis=-1, keepdims=True))
     likely /= np.sum(likely, axis=-1, keepdims=True)
     return normal_or_zero(likely)
+
+
+def scan_step(
+    x: Array,
+    P: Array,
+    F: Array,
+    Q: Array,
+    z: Array,
+    H: Array,
+    R: Array,
+    p_detect: float,
+    p_gate: float,
+    limit: float,
+    log_density: Array,
+    best: bool,
+    periods: Periods,
+) -> Passed:
+    """`predict`, `evaluate_returns`, `gate_scores`, `softmax` or for the best alone `one_hot`, `weighted_update`: in one.
+
+    Of tracks x (*b, t, n) that surely exist, with the returns z (*b, k, m) = H x + v of a scan, R (m, m).
+    """
+    ahead = predict(x, P, F, Q)
+    expected = (H @ ahead.mean[..., None])[..., 0]
+    seen = evaluate_returns(ahead.cov, z, expected, H, R[..., None, :, :], p_detect, p_gate, periods)
+    every, sure = np.ones(z.shape[:-1], dtype=bool), np.ones(x.shape[:-1])
+    scores = gate_scores(seen.loglik, seen.distance, every, sure, limit, log_density, None)
+    weights = one_hot(scores) if best else softmax(scores)
+    after = weighted_update(ahead.mean, ahead.cov, seen.detail.shift, seen.detail.post, weights, ())
+    return Passed(after, weights, seen.distance)
 
 
 def one_hot(scores: Array) -> Array:

@@ -16,6 +16,14 @@ class Updated(NamedTuple):
     loglik: Array
 
 
+class Passed(NamedTuple):
+    """The moments after a scan, the weights of its returns and their squared distances."""
+
+    after: Gaussian
+    weights: Array
+    distance: Array
+
+
 class Evaluated(NamedTuple):
     """Returns against tracks: log density, squared distance, log sqrt|S|, shift of the mean and posterior covariance."""
 

@@ -29,6 +29,7 @@ class Plan:
 
     keeps_hypotheses: rows are leaves of tracks, and `associator` is a `HypothesisAssociator`; by_pairs: of many tracks and
     returns, only pairs within gates are worked on; begins: the birth takes part in scans; models_unseen: and has a memory;
+    whole: of one track a run, a scan may be the estimator's one call;
     decides: the associator does, and tracks' existence is in doubt; keeps_tracks: the tracks after a scan are those before;
     offsets: the axes that all tracks share, None if there are none; coarse: the sensors whose merged returns are weighed.
     """
@@ -53,6 +54,7 @@ class Plan:
     certain: bool
     permanent: bool
     keeps_tracks: bool
+    whole: bool
     begins: bool
     models_unseen: bool
     offsets: Offsets | None
@@ -81,6 +83,10 @@ def planned(
         _check_hypotheses(associator, estimator, lifecycle, sensors)
     models_unseen = birth is not None and birth.models_unseen
     begins = bool(starting) or models_unseen
+    keeps_tracks = lifecycle.permanent and not begins and not keeps_hypotheses
+    offsets = shared(registration, estimator, sensors, birth)
+    draws = estimator.traits.draws or (birth is not None and birth.draws)
+    by_parts = draws or estimator.traits.reframes or associator.approximates or not associator.solves or offsets is not None
     return Plan(
         estimator=estimator,
         associator=associator,
@@ -92,7 +98,7 @@ def planned(
         gates=gates,
         starters=starting,
         p_gate=gate.probability,
-        draws=estimator.traits.draws or (birth is not None and birth.draws),
+        draws=draws,
         reframes=estimator.traits.reframes,
         by_pairs=estimator.traits.bounded and associator.by_cluster,
         keeps_hypotheses=keeps_hypotheses,
@@ -101,10 +107,11 @@ def planned(
         decides=associator.decides and not lifecycle.certain,
         certain=lifecycle.certain,
         permanent=lifecycle.permanent,
-        keeps_tracks=lifecycle.permanent and not begins and not keeps_hypotheses,
+        keeps_tracks=keeps_tracks,
+        whole=keeps_tracks and lifecycle.certain and not by_parts,
         begins=begins,
         models_unseen=models_unseen,
-        offsets=shared(registration, estimator, sensors, birth),
+        offsets=offsets,
         coarse=frozenset(_coarse(sensors, associator, gate)),
     )
 

@@ -32,6 +32,7 @@ from vedette.tracking.plan import Plan, planned
 from vedette.tracking.registration import Registration
 from vedette.tracking.state import State
 from vedette.tracking.validation import admitted, checked_prior
+from vedette.tracking.whole_scan import in_one_call
 from vedette.types import Gaussian, Recording, Scan, new_gaussian
 
 
@@ -180,6 +181,8 @@ class Tracker:
             check_state(state)
             raise
         try:
+            if plan.whole and state.existence.ndim > 1 and (after := in_one_call(plan, state, scan, observed)) is not None:
+                return after
             expected = expect(plan, state, scan, observed)
             met = meet(expected)
             return conclude(expected, met, associate(expected, met))

@@ -60,6 +60,28 @@ class Kalman(GaussianFilter):
         """Return the innovation of each track."""
         return evaluate_linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)
 
+    def scan_step(
+        self,
+        belief: Gaussian,
+        dt: float,
+        sensor: Sensor,
+        z: Array,
+        p_gate: float,
+        limit: float,
+        log_density: Array,
+        best: bool,
+    ) -> tuple[Gaussian, Array, Array] | None:
+        """Return what a scan makes of runs of one track, in one kernel where neither model depends on the state."""
+        x, memo = belief.mean, self._memo
+        F, Q, periods = memo.step(self.motion, x, dt)
+        seen = memo.constants(self.motion.state, sensor, x)
+        if seen.plain is None or periods or F.ndim > 2 or Q.ndim > 2 or len(self.zero_variance):
+            return None
+        H, R, p_detect = seen.plain
+        return kernels.scan_step(
+            x, belief.cov, F, Q, z, H, R[0, 0], p_detect, p_gate, limit, log_density, best, seen.periods
+        )
+
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""
         return extent_linearised(belief, self.motion.state, sensor, detections, limit, self._memo)

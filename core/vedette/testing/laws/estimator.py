@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from vedette import kernels
 from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
@@ -221,6 +222,23 @@ def returns_of_weight_zero_change_nothing(estimator: Estimator[Any], drawn: Scen
     alike(estimator, after_scan(estimator, belief, drawn.watch, drawn.seen, 0), estimator.moments(belief), 1e-9)
 
 
+def a_scan_in_one_call_is_its_parts(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it has one call for a whole scan, that gives what prediction, evaluation, gate, weights and update give."""
+    start = pytrees.take(started(estimator, drawn, drawn.rng()), np.array([0]), 1)
+    belief = predicted(estimator, start, drawn.dt, drawn.rng())
+    innovation, limit, log_density = innovation_of(estimator, belief, drawn), 4.0, np.array(-9.0)
+    exist = np.ones((2, 1))
+    scores = kernels.gate_scores(innovation.loglik, innovation.distance, drawn.seen.valid, exist, limit, log_density, None)
+    for best, weights in ((True, kernels.one_hot(scores)), (False, kernels.softmax(scores))):
+        found = estimator.scan_step(start, drawn.dt, drawn.watch, drawn.seen.z, P_GATE, limit, log_density, best)
+        if found is None:
+            raise Closed("it has no such call")
+        after, own, distance = found
+        same("weights", own, weights, 1e-9, 1.0)
+        same("squared distances", distance, innovation.distance, 1e-9, 1.0 + innovation.distance)
+        alike(estimator, after, estimator.moments(estimator.update(belief, innovation, weights)), 1e-9)
+
+
 def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """Returns in another order, with their weights, give the same belief."""
     belief = ahead(estimator, drawn, drawn.rng())
@@ -288,6 +306,7 @@ LAWS = (
     Law(a_short_time_forgets_nothing),
     Law(a_missed_scan_equals_prediction),
     Law(returns_of_weight_zero_change_nothing),
+    Law(a_scan_in_one_call_is_its_parts),
     Law(order_of_returns_is_free),
     Law(a_miss_has_its_probability),
     Law(return_likelihood_is_a_density),

@@ -1,0 +1,47 @@
+"""A scan in one call of the estimator: of runs of one track each, which goes on whatever comes.
+
+What `expect`, `meet`, `associate` and `conclude` say one after another then needs no memory between; batches beyond the
+processor's caches take a fifth of the time.
+"""
+
+from __future__ import annotations
+
+import math
+
+from vedette.tracking.plan import Plan
+from vedette.tracking.state import State, next_state
+from vedette.types import Detections, Frame, Scan
+
+MOST = 4
+"""Returns: up to as many, an associator that solves a scan of one track exactly says so by `solves`."""
+
+
+def in_one_call(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -> State | None:
+    """Return the state after a scan whose returns are like any other's; None where it needs the step's four parts."""
+    gate, dt = plan.gates[scan.sensor], scan.time - state.time
+    if isinstance(observed, Frame) or scan.pose is not None or state.existence.shape[-1] != 1 or not 0 < dt < math.inf:
+        return None
+    own = (observed.evidence, observed.noise, observed.missing, observed.identity, observed.time)
+    if any(part is not None for part in own) or gate.log_density is None:
+        return None
+    if observed.z.shape[-2] > MOST or not observed.valid.all():
+        return None
+    best, numbers = plan.associator.solves == "best", (plan.p_gate, gate.threshold, gate.log_density)
+    found = plan.estimator.scan_step(state.belief, dt, gate.sensor, observed.z, *numbers, best)
+    if found is None:
+        return None
+    belief, weights, distances = found
+    return next_state(
+        state,
+        time=scan.time,
+        belief=belief,
+        existence=state.existence,
+        weights=weights,
+        distances=distances,
+        approximated=state.approximated,
+        steps=state.steps + 1,
+        returns=None,
+        names=state.names,
+        offsets=None,
+        linked=state.linked,
+    )

@@ -1,0 +1,101 @@
+"""A batch of runs in one call of the estimator is what each run is alone, and what the step's four parts make of it."""
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+import vedette
+from vedette import Detections, Gaussian, Scan
+from vedette.tracking import tracker as home
+
+RUNS = 21
+
+
+def built(associator="pda", **sensor):
+    seen = {"kind": "cartesian_position", "sigma": 2.0, "detection_probability": 0.9, "clutter_density": 1e-3}
+    return vedette.build(
+        {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+            "sensors": {"radar": seen | sensor},
+            "associator": {"kind": associator},
+            "birth": {"kind": "given", "start": {axis: [0.0, 1.0] for axis in ("x", "y", "vx", "vy")}},
+            "lifecycle": {"kind": "single_target"},
+        }
+    )
+
+
+def begun(tracker, runs):
+    rng = np.random.default_rng(3)
+    mean = rng.normal(size=(RUNS, 1, 4)) * [50.0, 50.0, 3.0, 3.0]
+    cov = np.broadcast_to(np.diag([100.0, 100.0, 9.0, 9.0]), (RUNS, 1, 4, 4))
+    return tracker.start(Gaussian(mean[runs], cov[runs]), 0.0)
+
+
+def scans_of(tracker, k, steps=5):
+    """Returns near the tracks and far from them, at uneven times, two scans at one time."""
+    rng, x = np.random.default_rng(4), np.array(begun(tracker, slice(None)).belief.mean[:, 0, :2])
+    for i in range(steps):
+        yield (
+            0.7 * (i + 1) - 0.7 * (i == 3),
+            x[:, None] + rng.normal(size=(RUNS, k, 2)) * rng.choice([2.0, 9.0, 90.0], (RUNS, k, 1)),
+        )
+
+
+def calls_of(monkeypatch):
+    """Whether scans were taken in one call, in their order."""
+    taken, usual = [], home.in_one_call
+
+    def noted(*given):
+        after = usual(*given)
+        taken.append(after is not None)
+        return after
+
+    monkeypatch.setattr(home, "in_one_call", noted)
+    return taken
+
+
+@pytest.mark.parametrize("associator", ["pda", "nearest", "gnn"])
+@pytest.mark.parametrize("k", [0, 1, 4, 5])
+def test_runs_together_are_each_alone(associator, k, monkeypatch):
+    taken, tracker = calls_of(monkeypatch), built(associator)
+    state, alone = begun(tracker, slice(None)), [begun(tracker, i) for i in range(RUNS)]
+    for time, z in scans_of(tracker, k):
+        state = tracker.step(state, Scan(time, "radar", Detections.of(z)))
+        alone = [tracker.step(one, Scan(time, "radar", Detections.of(z[i]))) for i, one in enumerate(alone)]
+    # more returns than an associator promises to solve exactly, and a scan at the time of the one before, go the long way
+    assert taken == [k <= 4 and i != 3 for i in range(5)]
+    shown = tracker.estimate(state)
+    for i, one in enumerate(alone):
+        found = tracker.estimate(one)
+        np.testing.assert_allclose(shown.mean[i], found.mean, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(shown.cov[i], found.cov, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(state.weights[i], one.weights, rtol=1e-11, atol=1e-14)
+        np.testing.assert_allclose(state.distances[i], one.distances, rtol=1e-10, atol=1e-12)
+    assert (state.steps, state.time) == (alone[0].steps, alone[0].time)
+    assert k == 0 or 0.0 < np.mean(state.weights[..., 0]) < 1.0
+
+
+@pytest.mark.parametrize(
+    "own",
+    [
+        {},
+        {"valid": np.broadcast_to([True, False], (RUNS, 2))},
+        {"noise": np.broadcast_to(9.0 * np.eye(2), (RUNS, 2, 2, 2))},
+        {"evidence": np.full((RUNS, 2), 0.5)},
+    ],
+    ids=lambda own: "".join(own) or "nothing",
+)
+def test_what_returns_state_of_their_own_goes_the_long_way(own, monkeypatch):
+    taken, tracker = calls_of(monkeypatch), built()
+    seen = evolve(Detections.of(np.random.default_rng(5).normal(size=(RUNS, 2, 2))), **own)
+    tracker.step(begun(tracker, slice(None)), Scan(1.0, "radar", seen))
+    assert taken == [not own]
+
+
+def test_one_run_alone_and_tracks_side_by_side_go_the_long_way(monkeypatch):
+    taken, tracker = calls_of(monkeypatch), built()
+    tracker.step(begun(tracker, 0), Scan(1.0, "radar", Detections.of(np.zeros((1, 2)))))
+    assert taken == []
+    two = tracker.start(Gaussian(np.zeros((RUNS, 2, 4)), np.broadcast_to(np.eye(4), (RUNS, 2, 4, 4))), 0.0)
+    tracker.step(two, Scan(1.0, "radar", Detections.of(np.zeros((RUNS, 1, 2)))))
+    assert taken == [False]
