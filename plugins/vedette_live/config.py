@@ -15,7 +15,7 @@ from vedette.experiment import Experiment
 from vedette.roles import Sensor
 from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
-from vedette.tracking import raw_sensors
+from vedette.tracking import check_smoothing, raw_sensors
 from vedette_files import Origin
 from vedette_files.input_files import user_path
 from vedette_files.writing import Inputs
@@ -49,10 +49,15 @@ class Sink:
     every: float = fields.quantity("s", "least time between reports; 0: one after each scan", default=0.0, at_least=0)
     confirmed: bool = fields.flag("whether it tells confirmed tracks alone", default=True)
     predict: bool = fields.flag("whether tracks are predicted to the time when they are sent", default=False)
+    lag: float = fields.quantity(
+        "s", "by which reports are late, to be smoothed by the scans within it; 0: none is", default=0.0, at_least=0
+    )
 
     def __attrs_post_init__(self) -> None:
         if not self.format.writes:
             raise ValueError(f"format: {self.format.kind!r} is read only")
+        if self.lag and self.predict:
+            raise ValueError("predict: must be false where lag > 0 s: it tells of now, and a lag of what is past")
 
 
 @final
@@ -123,6 +128,7 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
     problems += builder.problems
     if isinstance(made, Parts) and experiment is not None:
         problems += [*_not_served(experiment, made.service), *_unknown_sensors(made, experiment)]
+        problems += _not_smoothed(experiment, made.outputs)
         problems += _files(made, Path(config) if isinstance(config, str | Path) else "")
     if problems or not isinstance(made, Parts):
         raise ConfigError(problems)
@@ -147,6 +153,17 @@ def _not_served(experiment: Experiment, conduct: Conduct) -> list[Problem]:
         except TypeError as error:
             problems.append(Problem("service.store", f"cannot keep the state of this tracker: {error}"))
     return problems
+
+
+def _not_smoothed(experiment: Experiment, outputs: Iterable[Sink]) -> list[Problem]:
+    """Return why outputs cannot be smoothed."""
+    late = [i for i, sink in enumerate(outputs) if sink.lag]
+    try:
+        if late:
+            check_smoothing(experiment.tracker)
+    except ConfigError as error:
+        return [Problem(f"outputs[{late[0]}].lag", problem.text) for problem in error.problems]
+    return []
 
 
 def _files(parts: Parts, config: Any) -> list[Problem]:

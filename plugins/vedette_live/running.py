@@ -27,6 +27,7 @@ from vedette_live.recorder import Recorder
 from vedette_live.reports import chosen, report_of
 from vedette_live.sending import Sending
 from vedette_live.window import Window
+from vedette_report.lagging import FixedLag
 from vedette_report.watching.page import LivePage
 
 TOGETHER = 64
@@ -50,6 +51,7 @@ class Running:
     _window: Window | None = None
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
     _sinks: list[Sending] = field(factory=list)
+    _lagged: list[FixedLag | None] = field(factory=list)
     _store: Storage | None = None
     _recorder: Recorder | None = None
     _made: dict[str, Any] = field(factory=dict)
@@ -75,7 +77,10 @@ class Running:
             raise
         health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
         feeds = self.listening.threads(self.stop)
+        tracker, seed = self.service.experiment.tracker, self.service.experiment.seed
         self._sinks = [Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
+        lags = [sink.lag for sink in self.service.parts.outputs]
+        self._lagged = [FixedLag(tracker, lag, seed) if lag else None for lag in lags]
         try:
             for thread in feeds:
                 thread.start()
@@ -150,9 +155,9 @@ class Running:
         values = self.counters.values
         values["tracks"], values["tracks_confirmed"] = len(state.ids), int(np.count_nonzero(state.confirmed))
         values["scan_time_seconds"], values["scans_waiting"] = state.time, len(self.listening.scans.items)
-        if self._sinks:
+        if prompt := [sink for sink, lagged in zip(self._sinks, self._lagged, strict=True) if lagged is None]:
             report = report_of(self.service, state)
-            for sink in self._sinks:
+            for sink in prompt:
                 sink.put(report, partial(report_of, self.service, state))
         self._settle()
         if self._store is None:
@@ -178,6 +183,9 @@ class Running:
         """Keep the scans and tracks that no late scan can change any more."""
         assert self._window is not None
         for taken in self._window.settled(all_of_it=all_of_it):
+            for sink, lagged in zip(self._sinks, self._lagged, strict=True):
+                if lagged is not None:
+                    self._tell_late(sink, lagged.push(taken.state))
             if self._recorder is not None:
                 self._recorder.write(taken)
             if self._store is not None:
@@ -189,6 +197,11 @@ class Running:
                 self._recorder.leave_out(*self.listening.left_out.popleft())
             if all_of_it or len(self._recorder.waiting) >= TOGETHER:
                 self._write_record(self._recorder)
+
+    def _tell_late(self, sink: Sending, states: list[State]) -> None:
+        """Let an output tell of states that later scans smoothed."""
+        for state in states:
+            sink.put(report_of(self.service, state), partial(report_of, self.service, state))
 
     def _write_record(self, recorder: Recorder) -> None:
         """Write what waits of the record; a full disk does not end the service, and is told."""
@@ -296,8 +309,10 @@ class Running:
             self._take(formed)
         if self._window is not None:
             self._save()
-        if self._recorder is not None and self._window is not None:
+        if self._window is not None and (self._recorder is not None or any(self._lagged)):
             self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
+        for sink, lagged in zip(self._sinks, self._lagged, strict=True):
+            self._tell_late(sink, [] if lagged is None else lagged.finish())
         self._close()
 
     def _close(self) -> None:

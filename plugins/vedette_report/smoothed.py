@@ -90,21 +90,20 @@ def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothe
     return ["smoothed.csv", "smoothed.jsonl", "smoothed.npz"]
 
 
-def smoothed_figures(smoothed: Smoothed) -> dict[str, Any]:
+def smoothed_figures(lag: float, score: Score) -> dict[str, Any]:
     """Return `lag_s`, null for the whole recording, and the figures that smoothing changes."""
-    lag = None if math.isinf(smoothed.lag) else smoothed.lag
-    return {"lag_s": lag, **{name: getattr(smoothed.score, name) for _, name in _COMPARED}}
+    return {"lag_s": None if math.isinf(lag) else lag, **{name: getattr(score, name) for _, name in _COMPARED}}
 
 
-def smoothed_summary(filtered: Score, smoothed: Smoothed, unit: str) -> str:
+def smoothed_summary(filtered: Score, smoothed: Score, lag: float, unit: str) -> str:
     """Return lines of text that compare the filter and the smoother; `unit` is that of positions."""
-    later = "all later scans" if math.isinf(smoothed.lag) else f"the scans of up to {smoothed.lag:g} s later"
+    later = "all later scans" if math.isinf(lag) else f"the scans of up to {lag:g} s later"
     lines = ["", f"Smoothed by {later}"]
     if filtered.coverage is None:
         return "\n".join([*lines, "  no truth to judge it by"]) + "\n"
     lines.append(f"  {'':<22}{'filtered':>10}{'smoothed':>10}")
     for title, name in _COMPARED:
-        values = (getattr(score, name) for score in (filtered, smoothed.score))
+        values = (getattr(score, name) for score in (filtered, smoothed))
         told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
         lines.append(f"  {title.format(unit=unit):<22}{told}")
     return "\n".join(lines) + "\n"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from signal import SIGINT, signal
@@ -21,10 +22,12 @@ from vedette.tracking import State, Tracker, check_again
 from vedette.types import Gaussian, Scan
 from vedette_files import FrameFiles, Tables, recording_head, scan_line
 from vedette_files.writing import NOTHING_READ, Inputs, Results, results_in
-from vedette_report.figures import figures
+from vedette_report.figures import figures, length_unit
 from vedette_report.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
+from vedette_report.lagging import SmoothedFiles
 from vedette_report.resuming import Checkpoints, Former
 from vedette_report.series import Recorder
+from vedette_report.smoothed import smoothed_figures, smoothed_summary
 from vedette_report.summary import summary
 from vedette_report.track_files import TrackFiles
 
@@ -63,6 +66,7 @@ def stream(
     shown: Shown | None = None,
     reads: Inputs = NOTHING_READ,
     former: Former | None = None,
+    lag: float | None = None,
 ) -> Streamed:
     """Run an experiment, write its tracks and its recording and judge them as it goes; only counts and sums stay in memory.
 
@@ -71,6 +75,8 @@ def stream(
     former results as they were, and what it had done beside them. `steps` is the run if it is open already; `shown` is
     called after each of them, with its tables: each scan is then judged as it comes. `reads` is what the run reads, `former`
     a run that did not come to its end, from whose last state this one goes on; its place goes when this one has ended.
+    With `lag`, in s, the tracks are also written as the scans of up to so much later tell them; a run that smooths cannot be
+    gone on with, as it keeps no state of what waits.
     """
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
@@ -78,10 +84,12 @@ def stream(
     with results_in(folder, reads, NAMES, replaces) as results:
         write_config(results.place, experiment)
         steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
-        return _written(experiment, results, steps, shown, former)
+        return _written(experiment, results, steps, shown, former, lag)
 
 
-def _written(experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None) -> Streamed:
+def _written(
+    experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None, lag: float | None
+) -> Streamed:
     folder = results.place
     steps.intake.refused.limit(NAMED)
     tracker, interrupted = experiment.tracker, False
@@ -90,7 +98,9 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
     frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
     recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
     extra = () if steps.state.links is None else ("link",)
+    smoothed = None if lag is None else SmoothedFiles(folder, experiment, steps.recording, steps.state, lag)
     with (
+        smoothed or nullcontext(),
         TrackFiles(folder, tracker.state, notes, recorder.modes, extra=extra, grows=True) as tracks,
         (folder / "recording.jsonl").open("w", encoding="utf-8", newline="\n") as recording,
     ):
@@ -104,6 +114,8 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
             recorder.finish_block()
             tracks.write(recorder.tracks.hand_out())
             recording.flush()
+            if smoothed is not None:
+                smoothed.write()
             blocks += 1
             if blocks % _BLOCKS == 0:
                 recorder.flush()
@@ -118,8 +130,8 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
                 recorder.again(scan, rows)
                 if recorder.full:
                     write()
-        checkpoints = Checkpoints(folder, experiment)
-        if recorder.scans:
+        checkpoints = Checkpoints(folder, experiment) if smoothed is None else None
+        if checkpoints is not None and recorder.scans:
             checkpoints.write(steps, recorder.scans)
         defined, held = True, Held()
         try:
@@ -130,6 +142,8 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
                     defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
                 recorder.add(scan, steps.before, state, estimate, modes)
+                if smoothed is not None:
+                    smoothed.add(scan, steps.before, state)
                 if shown is not None:
                     shown(scan, steps.before, state, estimate, modes, recorder.judged())
                 if recorder.full:
@@ -138,6 +152,8 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
             interrupted = True
         write()
         recorder.close()
+        if smoothed is not None:
+            smoothed.write(all_of_it=True)
     intake = steps.intake
     result = Result(
         tracks=(),
@@ -156,10 +172,16 @@ def _written(experiment: Experiment, results: Results, steps: Steps, shown: Show
     score = recorder.judge.score()
     told = figures(experiment, result, score)
     text, brief = (summary(experiment, result, score, recorder.bands, brief=short) for short in (False, True))
+    further: list[str] = []
+    if smoothed is not None and lag is not None:
+        later = smoothed.score()
+        told |= {"smoothed": smoothed_figures(lag, later)}
+        compared = smoothed_summary(score, later, lag, length_unit(experiment))
+        text, brief, further = text + compared, brief + compared, smoothed.names
     summaries = write_summaries(folder, experiment, told, text)
-    written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:])
-    further, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
-    return Streamed(result, score, text, brief, told, (*written, *further), tuple(problems))
+    written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:], *further)
+    of_plugins, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
+    return Streamed(result, score, text, brief, told, (*written, *of_plugins), tuple(problems))
 
 
 @final

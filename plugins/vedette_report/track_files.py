@@ -29,7 +29,7 @@ class TrackFiles:
     """`tracks.csv` and `tracks.jsonl` in a folder, a map if the recording has latitudes, Parquet if it is.
 
     They take the rows of all tracks at once or piece by piece. With `grows` the first two have their names from the
-    beginning; else, as the others always, once all is written.
+    beginning; else, as the others always, once all is written. Of another `stem` there are the first two alone.
     """
 
     def __init__(
@@ -40,20 +40,21 @@ class TrackFiles:
         modes: int,
         terms: Terms | None = None,
         *,
+        stem: str = "tracks",
         extra: Sequence[str] = (),
         grows: bool = False,
     ) -> None:
         self._terms, self._stack = Terms.of(notes) if terms is None else terms, ExitStack()
         self._further = list[Write]()
-        self.names = ["tracks.csv", "tracks.jsonl"]
+        self.names = [f"{stem}.csv", f"{stem}.jsonl"]
         with ExitStack() as opening:  # what was opened is closed if the next cannot be
             self._csv, self._jsonl = (opening.enter_context(_opened(folder / name, grows=grows)) for name in self.names)
             self._csv.write(csv_head(space, modes, self._terms, extra))
             self._jsonl.write(jsonl_head(space))
-            if "latitude" in self._terms.columns(space):
+            if stem == "tracks" and "latitude" in self._terms.columns(space):
                 self._further.append(opening.enter_context(geojson_pieces(folder / "tracks.geojson", self._terms)))
                 self.names.append("tracks.geojson")
-            if notes.get("table") == PARQUET and find_spec("pyarrow"):
+            if stem == "tracks" and notes.get("table") == PARQUET and find_spec("pyarrow"):
                 self._further.append(opening.enter_context(parquet_pieces(folder / "tracks.parquet", space, self._terms)))
                 self.names.append("tracks.parquet")
             self._stack = opening.pop_all()

@@ -8,7 +8,7 @@ all classes have their probabilities: `classes.py`.
 from __future__ import annotations
 
 import numpy as np
-from attrs import evolve, field, frozen
+from attrs import Factory, evolve, field, frozen
 
 from vedette import fields
 from vedette.space import Array, Indices, Mask
@@ -68,6 +68,10 @@ class Identity:
                 raise ValueError(f"{name}: {fault}")
 
 
+def _no_stray(self: Names) -> Array:
+    return np.zeros(self.codes.shape[:-1])
+
+
 @frozen(eq=False)
 class Names:
     """The codes (*b, t, 3) that tracks or leaves may bear, -1 for none, their probabilities, and `stray` (*b, t): how many
@@ -76,11 +80,7 @@ class Names:
 
     codes: Indices
     shares: Array
-    stray: Array = field()
-
-    @stray.default
-    def _none(self) -> Array:
-        return np.zeros(self.codes.shape[:-1])
+    stray: Array = field(default=Factory(_no_stray, takes_self=True))
 
     @property
     def borne(self) -> Indices:

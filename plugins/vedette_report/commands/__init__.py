@@ -36,13 +36,13 @@ class Run(Command):
             nargs="?",
             const="",
             metavar="LAG",
-            help="also smooth the tracks, with all later scans, or with those within LAG, as in --smooth '10 s'",
+            help="also smooth the tracks, with all later scans, or with those within LAG, as in --smooth '5 s'",
         )
         parser.add_argument("--strict", action="store_true", help="stop at the first bad scan or return")
         parser.add_argument(
             "--stream",
             action="store_true",
-            help="write results during the run and keep no history in memory; default for more than 10,000 scans",
+            help="write results during the run, smoothed ones too, and keep no history; default for more than 10,000 scans",
         )
         parser.add_argument("--all", action="store_true", help="print the whole summary, as summary.txt has it")
         parser.add_argument("--report", action="store_true", help="also write report.html, a page that shows the run")

@@ -45,19 +45,19 @@ def run(arguments: Namespace) -> int:
     reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
     pictures = drawing(arguments.format, arguments.columns, arguments.style)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
-    if arguments.stream and (arguments.keep or lag is not None):
-        keeps = "--keep keeps" if arguments.keep else "--smooth needs"
+    if arguments.stream and (arguments.keep or lag == np.inf):
+        keeps = "--keep keeps" if arguments.keep else "--smooth without a lag needs"
         raise ConfigError([Problem("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")])
     if arguments.stream and experiment.retroactive:
         told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
         raise ConfigError([Problem("--stream", told)])
     if lag is not None:
         check_smoothing(experiment.tracker)
-    keep = arguments.keep or arguments.strict or lag is not None or experiment.retroactive
+    keep = arguments.keep or arguments.strict or lag == np.inf or experiment.retroactive
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
-            return _stream(experiment, steps, folder, reads, arguments)
+            return _stream(experiment, steps, folder, reads, arguments, lag=lag)
         with results_in(folder, reads, (*NAMES, *pictures.names())) as results:
             write_config(results.place, experiment)
             recorded = recorded_run(experiment, steps, keep_states=lag is not None)
@@ -66,9 +66,9 @@ def run(arguments: Namespace) -> int:
             numbers, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
             told = text if arguments.all else summary(experiment, result, score, judged.bands, brief=True)
             smoothed = None if lag is None else smooth_result(experiment, recorded, lag)
-            if smoothed is not None:
-                numbers |= {"smoothed": smoothed_figures(smoothed)}
-                compared = smoothed_summary(score, smoothed, length_unit(experiment))
+            if lag is not None and smoothed is not None:
+                numbers |= {"smoothed": smoothed_figures(lag, smoothed.score)}
+                compared = smoothed_summary(score, smoothed.score, lag, length_unit(experiment))
                 text, told = text + compared, told + compared
             written = write_files(results.place, experiment, recorded, numbers, text)
             if smoothed is not None:
@@ -116,11 +116,12 @@ def _stream(
     reads: Inputs,
     arguments: Namespace,
     former: Former | None = None,
+    lag: float | None = None,
 ) -> int:
     """Run, write and judge during the run, and keep nothing in memory."""
     from vedette_report.streaming import stream
 
-    done = stream(experiment, folder, steps=steps, reads=reads, former=former)
+    done = stream(experiment, folder, steps=steps, reads=reads, former=former, lag=lag)
     if not arguments.stream and former is None:
         scans = steps.recording.scans
         endless = isinstance(scans, LazyScans) and scans.once

@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, MotionModel, Space
 from vedette_standard.motion.blocks import check_names
 
-UNITS = ("m", "m/s", "rad", "rad/s", "s", "1")
+UNITS: tuple[str, ...] = ("m", "m/s", "rad", "rad/s", "s", "1")
 """Units of what may drift: positions, and biases of measurements."""
 
 
