@@ -64,6 +64,7 @@ PLUGINS = (
     "vedette_report.figures",
     "vedette_report.files",
     "vedette_report.identity",
+    "vedette_report.lagging",
     "vedette_report.noises",
     "vedette_report.output",
     "vedette_report.page",
