@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from itertools import groupby
 from math import floor, inf
@@ -17,8 +17,8 @@ from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
 from vedette_files.codes import code
 from vedette_files.columnar import TablePath
-from vedette_files.csv_layout import Layout, with_altitude
-from vedette_files.csv_table import rows
+from vedette_files.csv_layout import Column, Layout, with_altitude
+from vedette_files.csv_table import Row, rows
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order
@@ -83,7 +83,9 @@ class DetectionColumns:
     )  # fmt: skip
     sensor: str = fields.text("the tracker's name of the sensor; default: its only one", default="")
     sensor_column: str = fields.text(
-        "column with the tracker's name of the sensor, where several share the file", default=""
+        "column with the tracker's name of the sensor, where several share the file; without it, a row is of the sensor "
+        "whose columns it fills",
+        default="",
     )
     identity: str = fields.text(
         "column by which returns name their objects, as an MMSI; an empty cell names none; default: none do", default=""
@@ -112,9 +114,6 @@ class DetectionColumns:
     def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
         """Return what to read for each sensor that the file holds; ConfigError if the columns are not what they measure."""
         names = [self.sensor] if self.sensor else list(sensors)
-        if len(names) > 1 and not self.sensor_column:
-            text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
-            raise ConfigError([Problem(f"{PLACE}.sensor", text)])
         known = ", ".join(map(repr, sensors))
         problems = [
             Problem(f"{PLACE}.{key}", f"the tracker has no sensor {name!r}, only {known}")
@@ -139,6 +138,10 @@ class DetectionColumns:
         if unread and not problems:
             measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in found.items())
             problems = [Problem(f"{PLACE}.columns.{axis}", f"no sensor measures it: {measured_by}") for axis in unread]
+        axes = [name for reading in found.values() for name in reading.read.names]
+        if len(names) > 1 and not self.sensor_column and (problems or len(set(axes)) < len(axes)):
+            text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
+            problems = [Problem(f"{PLACE}.sensor", f"{text} `sensor_column` may tell, or columns that each has alone")]
         if problems:
             raise ConfigError(problems)
         return found
@@ -157,13 +160,14 @@ class DetectionColumns:
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
         left_out: Counter[str] = Counter()
+        by_sensor = {name: [by_axis[axis] for axis in reading.read.names] for name, reading in readings.items()}
         for row in rows(path, wanted, PLACE, layout.dialect, refused):
-            sensor = row.cells.get("sensor_column", next(iter(readings)))
-            if sensor not in readings:
-                left_out[sensor] += 1
-                continue
-            columns = [by_axis[name] for name in readings[sensor].read.names]
             try:
+                sensor = row.cells["sensor_column"] if self.sensor_column else _filled(row, by_sensor)
+                if sensor not in readings:
+                    left_out[sensor] += 1
+                    continue
+                columns = by_sensor[sensor]
                 blank = all(not row.cells[column.name] for column in columns)
                 values = None if blank else tuple(column.of(row) for column in columns)
                 if values is not None:
@@ -181,6 +185,17 @@ class DetectionColumns:
 
 _Cells = tuple[str, tuple[float, ...] | None, int]
 """A row's scan id, its values, None where all cells are empty, and its code."""
+
+
+def _filled(row: Row, by_sensor: Mapping[str, Sequence[Column]]) -> str:
+    """Return the sensor whose columns a row fills, or the only one; ValueError unless it is one."""
+    if len(by_sensor) == 1:
+        return next(iter(by_sensor))
+    filled = [name for name, columns in by_sensor.items() if any(row.cells[column.name] for column in columns)]
+    if len(filled) != 1:
+        names = ", ".join(map(repr, by_sensor))
+        raise ValueError(f"must fill the columns of one of {names}, fills those of {' and '.join(filled) or 'none'}")
+    return filled[0]
 
 
 def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:

@@ -200,6 +200,11 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "report/test_error_in_time.py::test_a_correlated_error_is_found_with_its_size_and_time",
         "report/test_error_in_time.py::test_white_errors_of_targets_that_turn_are_not_called_correlated",
     ),
+    "tools/drafting/test_several.py::BY_NIGHT": (
+        "tools/drafting/test_several.py::test_each_ship_has_one_track_of_both_sensors",
+        "tools/drafting/test_several.py::test_rows_without_a_column_of_sensors_are_of_the_one_whose_columns_they_fill",
+        "tools/drafting/test_several.py::test_x_is_east_or_north_as_it_meets_the_radar",
+    ),
     "tools/drafting/test_correlated.py::test_over_a_grid_of_correlations_and_deviations": (
         "tools/drafting/test_correlated.py::test_a_draft_writes_correlated_errors_and_tracks_by_them",
         "tools/drafting/test_correlated.py::test_white_errors_are_drafted_white",

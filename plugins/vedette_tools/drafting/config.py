@@ -22,7 +22,8 @@ from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, 
 from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
 from vedette_tools.drafting.proof import LESS, proved
 from vedette_tools.drafting.reports import in_turn, of_owners
-from vedette_tools.drafting.table import AID, FLAT, NO_WISHES, Table, read_table
+from vedette_tools.drafting.several import FLAT, stand
+from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.titles import meaning
 from vedette_tools.drafting.trial import tried
@@ -165,8 +166,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         title = best.table.measured["range_rate"]
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=_opened(resting))
-    sigmas = {name: _believed(table, plausible(noise.sensor)) for name, noise in best.noise.items()}
-    facts = {name: _facts(seen, sigmas[name], table.reported) for name, seen in best.seen.items()}
+    best, lost = _stood(best)
+    sigmas = {name: _believed(table.of(name), plausible(noise.sensor)) for name, noise in best.noise.items()}
+    facts = {name: _facts(seen, sigmas[name], table.of(name).reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     found = max(accel, floor)
@@ -184,9 +186,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
-        first, lambda design: tried(text(design), some), steady, errors=not table.reported, vague=vague, progress=progress
+        first, lambda design: tried(text(design), some), steady, errors=not table.reports, vague=vague, progress=progress
     )
-    if table.identity and table.use == AID and proof.trial is not None:
+    if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
         told = float(np.clip(proof.trial.detected, 0.3, 0.99))
         plain = dict(facts)
@@ -194,7 +196,58 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < proof.trial.share - LESS or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
+    if lost:
+        return Draft(text(proof.design, (lost, *proof.said)), lost)
     return Draft(text(proof.design, proof.said), proof.failure)
+
+
+def _stood(best: Reading) -> tuple[Reading, str]:
+    """Return the reading with the sensors where they stand, where others report positions, and what hinders that, or "".
+
+    Ranges and bearings are around the platform. Of one that no column tells, the returns say where it stands: they lie where
+    objects report to be. What reports call x and y is tried both ways where bearings run from north.
+    """
+    table = best.table
+    if not table.others:
+        return best, ""
+    polar = [name for name in best.seen if name not in table.others]
+    readings = [best, *map(_read, _turned(table))]
+    told = [{name: it for name in polar if (it := _agreed(one, name)) is not None} for one in readings]
+    best, agreed = max(zip(readings, told, strict=True), key=lambda pair: sum(share for _, share in pair[1].values()))
+    flat = all(set(each) == set(FLAT) for each in table.others.values())
+    if table.platform or (flat and not agreed):
+        return best, ""
+    if missing := [name for name in polar if name not in agreed]:
+        why = f"no column tells where {' and '.join(missing)} stands, and no returns lie where objects report to be"
+        return best, f"nothing fits these data: {why}; give a file of its positions: --platform FILE"
+    said = [
+        f"{name} stands at x = {x:.0f}, y = {y:.0f} m, for so {share:.0%} of the reports have a return"
+        for name, ((x, y), share) in agreed.items()
+    ]
+    stands = {name: (round(float(x), 1), round(float(y), 1)) for name, ((x, y), _) in agreed.items()}
+    return _read(evolve(best.table, stands=stands, assumed=(*best.table.assumed, *said))), ""
+
+
+def _read(table: Table) -> Reading:
+    return Reading.of(table, _opened(table))
+
+
+def _turned(table: Table) -> Iterator[Table]:
+    """Yield the table with x and y of the reports the other way round, if bearings run from north and titles do not tell."""
+    flat = {name: each for name, each in table.others.items() if set(each) == set(FLAT)}
+    if flat and table.frame == NORTH_EAST and all(meaning(each["x"]).axis in FLAT for each in flat.values()):
+        turned = {name: dict(zip(FLAT, (each["y"], each["x"]), strict=True)) for name, each in flat.items()}
+        yield evolve(table, others={**table.others, **turned})
+
+
+def _agreed(reading: Reading, name: str) -> tuple[Array, float] | None:
+    """Return where a sensor's returns say that it stands, by the positions that objects report, and how many agree."""
+    reports = [chain for other in reading.table.others for chain in reading.seen[other].chains]
+    seen = reading.seen[name]
+    width = max(
+        3.0 * seen.error if seen.chains else 0.0, *(reading.seen[other].error for other in reading.table.others), 1.0
+    )
+    return stand(reports, seen.times, seen.spots, width) if reports and np.isfinite(width) else None
 
 
 def _gapless(best: Reading) -> Reading:
@@ -214,7 +267,7 @@ def _gapless(best: Reading) -> Reading:
 
 def _useless(best: Reading) -> str:
     """Say why what is measured beside a position cannot be drafted, or return ""."""
-    sensors = list(best.seen.values())
+    sensors = [seen for name, seen in best.seen.items() if name not in best.table.others]
     if not all(len(seen.chains) and np.isfinite(third_noise(seen.chains, seen.thirds)) for seen in sensors):
         return "no track was found that tells its noise"
     if best.table.third != "range_rate":
@@ -230,7 +283,8 @@ def _useless(best: Reading) -> str:
 
 def _taken_out(best: Reading) -> bool:
     """Return whether range rates are clearly without the platform's own motion."""
-    shares = [own_share(seen.chains, seen.thirds, seen.stands) for seen in best.seen.values()]
+    rated = [seen for name, seen in best.seen.items() if name not in best.table.others]
+    shares = [own_share(seen.chains, seen.thirds, seen.stands) for seen in rated]
     return all(share < 0.5 and 0 < error < UNSURE for share, error in shares)
 
 
@@ -244,21 +298,27 @@ def _opened(table: Table) -> Recording:
 
 
 def _experiment(table: Table) -> Experiment:
-    polar = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
-    sensor: dict[str, Any] = {"kind": "cartesian_position", "sigma": 1.0}
     parts = dict(TRACKER)
-    if table.third == "range_rate":
-        sensor = {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
-    elif table.polar:
-        sensor = {"kind": "range_bearing", **polar}
-    elif table.third:
-        sensor = {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
+    if table.third and not table.polar:
         motion = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y", "z"]}
         parts |= {
             "estimator": {"kind": "ekf", "motion": motion},
             "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}},
         }
-    return load(parts | {"sensors": dict.fromkeys(table.sensors, sensor), "source": table.source()})
+    return load(parts | {"sensors": {name: _sensor(table.of(name)) for name in table.sensors}, "source": table.source()})
+
+
+def _sensor(table: Table) -> dict[str, Any]:
+    """Return the config of a sensor whose errors are not known yet."""
+    polar: dict[str, Any] = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
+    polar |= dict(zip(FLAT, table.stands[table.sensors[0]], strict=True)) if table.sensors[0] in table.stands else {}
+    if table.third == "range_rate":
+        return {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
+    if table.polar:
+        return {"kind": "range_bearing", **polar}
+    if table.third:
+        return {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
+    return {"kind": "cartesian_position", "sigma": 1.0}
 
 
 @frozen(eq=False)
@@ -274,7 +334,7 @@ class Reading:
     def of(cls, table: Table, recording: Recording) -> Reading:
         """Read it."""
         seen = _seen(table, recording)
-        return cls(table, recording, seen, {name: _noise(table, sensor) for name, sensor in seen.items()})
+        return cls(table, recording, seen, {name: _noise(table.of(name), sensor) for name, sensor in seen.items()})
 
     @property
     def followed(self) -> int:
@@ -332,11 +392,12 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
 
         if scans:
             codes = [scan.detections.identity for scan in scans if scan.detections.identity is not None]
-            stands = np.array([np.zeros(2) if scan.pose is None else scan.pose.position[:2] for scan in scans])
+            place = np.array(table.stands.get(name, (0.0, 0.0)))
+            stands = np.array([place if scan.pose is None else scan.pose.position[:2] for scan in scans])
             times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
             named = np.concatenate(codes) if codes else None
-            followed = _followed(times, places, stands, named, reported=table.reported)
-            thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.third else ()
+            followed = _followed(times, places, stands, named, reported=table.of(name).reported)
+            thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.of(name).third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
     return by_sensor
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from itertools import islice
+from itertools import compress, islice
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
+from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, POLAR, check_together, measured_by
 from vedette_tools.drafting.titles import NAMES, OF_REPORTS, UNITS, Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
 
@@ -53,12 +54,15 @@ _DAY = re.compile(r"\d{4}-\d\d-\d\d")
 
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
-POLAR, GEODETIC, FLAT = ("range", "bearing"), ("latitude", "longitude"), ("x", "y")
 
 
 @frozen
 class Table:
-    """How a table is read: its columns by the config's tables, what was assumed, and what is left out."""
+    """How a table is read: its columns by the config's tables, what was assumed, and what is left out.
+
+    others: what sensors measure that do not measure the same as the first, axis to column; reports: the sensors whose
+    returns are what objects report of themselves; stands: where sensors stand that are not at x = y = 0.
+    """
 
     path: str
     dialect: Dialect
@@ -78,9 +82,20 @@ class Table:
     frame_table: FrameTable | None = None
     identity: str = ""
     use: str = AID
-    reported: bool = False
+    others: Mapping[str, Mapping[str, str]] = field(factory=dict)
+    reports: tuple[str, ...] = ()
+    stands: Mapping[str, tuple[float, float]] = field(factory=dict)
     dates: str = ""
     beside: tuple[str, Meaning] = ("", NO_MEANING)
+
+    def of(self, sensor: str) -> Table:
+        """Return how the rows of one sensor are read."""
+        return evolve(self, sensors=(sensor,), measured=self.others.get(sensor, self.measured), others={})
+
+    @property
+    def reported(self) -> bool:
+        """Whether all returns are what objects report of themselves."""
+        return set(self.sensors) <= set(self.reports)
 
     @property
     def polar(self) -> bool:
@@ -111,14 +126,17 @@ class Table:
 
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""
-        detections: dict[str, Any] = {"time": self.time.title, "columns": dict(self.measured)}
-        units = {axis: self.units[axis] for axis in self.measured if axis in self.units}
+        columns = dict(self.measured)
+        for other in self.others.values():
+            columns |= other
+        detections: dict[str, Any] = {"time": self.time.title, "columns": columns}
+        units = {axis: self.units[axis] for axis in columns if axis in self.units}
         timed = {"time": self.time_unit} if self.time_unit else {}
         detections |= {"units": units | timed} if units or timed else {}
         detections |= {"scan": self.scan} if self.scan else {}
         detections |= {"identity": self.identity} if self.identity and self.use == AID else {}
         detections |= {"periods": dict(self.periods)} if self.periods else {}
-        if len(self.sensors) > 1:
+        if self.sensor_column:
             detections |= {"sensor_column": self.sensor_column}
         found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
         found |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
@@ -160,26 +178,43 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN"
         raise InputError(f"{path}: {told}{counted}{index}")
     measured["time"] = time = _with_time_of_day(measured["time"], columns)
-    axes = next((pair for pair in (POLAR, GEODETIC, FLAT, ("east", "north")) if set(pair) <= set(measured)), None)
-    if axes is None:
+    assumed: list[str] = []
+    who, sensors = _who(measured, columns, assumed)
+    flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
+    geodetic = (
+        bool(flat)
+        and not set(GEODETIC) <= set(measured)
+        and not any(each.unit for each in flat)
+        and in_degrees(*(columns[each.title] for each in flat))
+    )
+    if geodetic:
+        x, y = measured.pop("x"), measured.pop("y")
+        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
+        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
+    found_by = measured_by(measured, columns, who, sensors)
+    if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
         raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN")
-    flat = [measured[axis] for axis in FLAT] if axes == FLAT else []
-    geodetic = bool(flat) and not any(each.unit for each in flat) and in_degrees(*(columns[each.title] for each in flat))
-    if geodetic:
-        axes, x, y = GEODETIC, measured.pop("x"), measured.pop("y")
-        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
-    names = dict(zip(FLAT, axes, strict=True)) if axes[0] == "east" else {axis: axis for axis in axes}
-    names |= third_column(axes[0], measured, columns)
+    check_together(path, found_by)
+    lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
+    assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
+    sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
+    axes = POLAR if POLAR in found_by.values() else next(iter(found_by.values()))
+    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
+    names = _axes(axes)
+    others = {one: pair for one, pair in found_by.items() if pair != axes}
+    own_rows = [cell in found_by and cell not in others for cell in columns[who]] if others and who else []
+    main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
+    if not others or who:
+        names |= third_column(axes[0], measured, main)
+    beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
+    every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
-    assumed = ["the row below the header states units; as a return it is refused"] if below else []
-    if geodetic:
-        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
+    assumed += ["the row below the header states units; as a return it is refused"] if below else []
     dates, told = (wishes.dates, "") if wishes.dates else pattern_of(columns[time.title])
     assumed += [told] if told else []
-    for axis, name in names.items():
+    for axis, name in every.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
-    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
     aside = _aside(path, wishes.platform)
     platform = _platform(aside[1]) if aside else _platform(own) if axes == POLAR else {}
     if aside and not platform:
@@ -192,14 +227,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if not wishes.rate and (advice := joined(times)):
         raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
     unit = _time_unit(time, times, assumed)
-    who = measured["sensor"].title if "sensor" in measured else ""
-    sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
-    if len(sensors) == 1:
-        assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")
-    if len(sensors) > MOST_SENSORS:
-        assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
-        who, sensors = "", ()
-    read = {time.title, *(measured[name].title for name in names.values()), *(each.title for each in platform.values())}
+    read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = measured["scan"].title if "scan" in measured else ""
     if scan and _timed(columns[scan], columns[time.title]):
         assumed.append(f"each return has a time of its own within its {scan}, so it comes by itself")
@@ -214,10 +242,11 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         time_unit=unit,
         scan=scan,
         identity=name,
-        reported=axes == GEODETIC and bool(_plain(columns).keys() & OF_REPORTS),
+        reports=_reports(found_by, columns, who),
         use=use,
         sensor_column=who,
-        sensors=sensors if len(sensors) > 1 else ("sensor",),
+        sensors=sensors or ("sensor",),
+        others={one: {axis: measured[each].title for axis, each in pair.items()} for one, pair in beside.items()},
         measured={axis: measured[name].title for axis, name in names.items()},
         platform={axis: each.title for axis, each in platform.items()},
         units=units,
@@ -227,6 +256,37 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if title not in read),
     )
+
+
+def _who(
+    measured: Mapping[str, Meaning], columns: Mapping[str, list[str]], assumed: list[str]
+) -> tuple[str, tuple[str, ...]]:
+    """Return the column that names sensors, and their names; none unless it names several, but not too many."""
+    who = measured["sensor"].title if "sensor" in measured else ""
+    sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
+    if len(sensors) == 1:
+        assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")
+    if len(sensors) > MOST_SENSORS:
+        assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
+    return (who, sensors) if 1 < len(sensors) <= MOST_SENSORS else ("", ())
+
+
+def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
+    """Return the axes that a source reads, by the axes of titles; with a `compass`, x is north."""
+    if pair != EAST:
+        return {axis: axis for axis in pair}
+    return dict(zip(FLAT, pair[::-1] if compass else pair, strict=True))
+
+
+def _reports(found: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
+    """Return the sensors whose returns are positions on the earth that objects report of themselves."""
+    told = [columns[title] for plain, title in _plain(columns).items() if plain in OF_REPORTS]
+
+    def sent(sensor: str) -> bool:
+        rows = np.array(columns[who]) == sensor if who else slice(None)
+        return len(found) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
+
+    return tuple(sensor or "sensor" for sensor, pair in found.items() if pair == GEODETIC and told and sent(sensor))
 
 
 def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, Meaning], dict[str, list[str]]] | None:

@@ -94,9 +94,9 @@ def written(
     )
 
 
-def rounded(value: float) -> float:
-    """Return a number to two significant digits."""
-    return float(f"{value:.2g}")
+def rounded(value: float, digits: int = 2) -> float:
+    """Return a number to so many significant digits."""
+    return float(f"{value:.{digits}g}")
 
 
 def _lines(
@@ -130,7 +130,7 @@ def _lines(
                 yield f"{name} = {toml_text.value(value)}"
     for name, of_sensor in facts.items():
         yield ""
-        yield from _sensor(table, name, of_sensor, design)
+        yield from _sensor(table.of(name), name, of_sensor, design)
     yield ""
     fitted = sum(of_sensor.chains for of_sensor in facts.values())
     yield from _estimator(table, facts, design, fitted, steady)
@@ -216,6 +216,8 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
             yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
             yield f"crossing_speed = {rounded(max(1.5 * speed, 1e-3))!r}"
         yield f"max_range = {rounded(1.1 * facts.reach)!r}"
+        if name in table.stands:
+            yield from (f"{axis} = {rounded(place, 6)!r}" for axis, place in zip("xy", table.stands[name], strict=True))
         clutter = f"clutter_per_scan = {rounded(facts.clutter)!r}  # returns that belong to no track"
     else:
         if table.third:

@@ -15,7 +15,8 @@ from vedette.units import in_unit
 from vedette_files.columnar import TablePath
 from vedette_files.csv_table import listed
 from vedette_files.libraries import needed
-from vedette_tools.drafting.table import AID, FLAT, GEODETIC, read_table
+from vedette_tools.drafting.several import FLAT, GEODETIC
+from vedette_tools.drafting.table import AID, read_table
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning
 
 PACES = {"speed": ("groundspeed", "ground_speed", "gs"), "course": ("track", "true_track", "track_angle")}

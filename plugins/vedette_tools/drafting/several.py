@@ -1,0 +1,114 @@
+"""A table of several sensors that measure different things, as a radar's ranges beside the positions of AIS."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vedette.errors import InputError
+from vedette.space import Array, Indices
+from vedette_files.csv_table import is_number
+from vedette_tools.drafting.chains import Chain
+from vedette_tools.drafting.titles import Meaning
+
+Pair = tuple[str, str]
+
+POLAR: Pair = ("range", "bearing")
+GEODETIC: Pair = ("latitude", "longitude")
+FLAT: Pair = ("x", "y")
+EAST: Pair = ("east", "north")
+PAIRS = (POLAR, GEODETIC, FLAT, EAST)
+"""Pairs of axes of which one tells where returns are; what a sensor measures itself goes first."""
+
+HELD, OFTEN = 0.5, 0.02
+"""A sensor measures what such a part of its rows hold; without a column of sensors, one of so few rows is none."""
+
+UNNAMED = {POLAR: "radar", GEODETIC: "reports", FLAT: "positions", EAST: "positions"}
+"""What sensors are called where no column names them."""
+
+MOST = 200_000
+"""So many pairs of a return and a report tell where a sensor stands."""
+
+AGREE, ALONE = 0.3, 1.5
+"""It stands where such a part of the reports have a return, and so many times as many as at any other place: by hand."""
+
+GAP = 3.0
+"""A report is not carried on over more than so many of the usual waits."""
+
+
+def measured_by(
+    measured: Mapping[str, Meaning], columns: Mapping[str, Sequence[str]], who: str, sensors: Sequence[str]
+) -> dict[str, Pair]:
+    """Return the pair of axes that each sensor measures; a sensor that tells no place is left out.
+
+    With a column `who` of `sensors` the first that most of its rows hold. Without, rows that hold the one pair or the other,
+    hardly ever both, are of two sensors; else all are of one, whose name is "".
+    """
+    there = [pair for pair in PAIRS if set(pair) <= set(measured)]
+    cells = {pair: [columns[measured[axis].title] for axis in pair] for pair in there}
+    held = {pair: np.array([all(map(is_number, row)) for row in zip(*cells[pair], strict=True)]) for pair in there}
+    if not there:
+        return {}
+    if len(sensors) > 1:
+        of = np.array(columns[who])
+        found = {name: next((pair for pair in there if np.mean(held[pair][of == name]) >= HELD), None) for name in sensors}
+        return {name: pair for name, pair in found.items() if pair}
+    either = [pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= OFTEN]
+    if not who and len(either) == 2 and np.mean(held[either[0]] & held[either[1]]) < OFTEN * np.mean(held[either[1]]):
+        return {UNNAMED[pair]: pair for pair in either}
+    return {"": next((pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= HELD), there[0])}
+
+
+def check_together(path: object, found: Mapping[str, Pair]) -> None:
+    """Raise InputError for sensors whose positions no source reads beside one another."""
+    pairs = {pair: name for name, pair in found.items() if pair != POLAR}
+    if len(pairs) > 1:
+        told = " and ".join(f"{name} gives {' and '.join(pair)}" for pair, name in pairs.items())
+        raise InputError(f"{path}: {told}: give the positions of all sensors in the same two columns")
+
+
+def stand(reports: Sequence[Chain], times: Array, spots: Sequence[Array], width: float) -> tuple[Array, float] | None:
+    """Return where (2,) a sensor stands whose returns `spots`, of scans at `times`, are relative to it; None if unsure.
+
+    Where it is put there, targets that report their places have returns there: each pair of a report and a return of one
+    time tells a place, those that belong together the same. `width`: of the errors, in m. Beside the place, in which part of
+    the looks at reports a return lies within three widths.
+    """
+    told, looks = _offsets(reports, times, spots)
+    if looks == 0 or not len(told):
+        return None
+    every, count = np.unique(np.rint(told / width).astype(int), axis=0, return_counts=True)
+    near = np.array([_near(every, count, cell) for cell in every[np.argsort(-count)[:50]]])
+    first = every[np.argsort(-count)[:50]][int(np.argmax(near))]
+    place = width * first.astype(float)
+    for _ in range(5):
+        within = told[np.linalg.norm(told - place, axis=-1) < 3 * width]
+        place = np.median(within, axis=0)
+    apart = np.abs(every - place / width).max(axis=-1)
+    others = every[apart > 6]
+    rival = max((_near(every, count, cell) for cell in others[np.argsort(-count[apart > 6])[:20]]), default=0)
+    share = len(within) / looks
+    if share < AGREE or len(within) < ALONE * rival:
+        return None
+    return place, min(share, 1.0)
+
+
+def _near(every: Indices, count: Indices, cell: Indices) -> int:
+    """Return how many pairs lie in a cell and those around it."""
+    return int(np.sum(count[np.abs(every - cell).max(axis=-1) <= 1]))
+
+
+def _offsets(reports: Sequence[Chain], times: Array, spots: Sequence[Array]) -> tuple[Array, int]:
+    """Return the place that each pair of a report and a return tells, and at how many reports the sensor looked."""
+    usual = [GAP * float(np.median(np.diff(chain.times))) for chain in reports]
+    step = max(1, sum(map(len, spots)) * len(reports) // MOST)
+    told, looks = [np.zeros((0, 2))], 0
+    for time, places in list(zip(times.tolist(), spots, strict=True))[::step]:
+        for chain, longest in zip(reports, usual, strict=True):
+            k = int(np.searchsorted(chain.times, time))
+            if len(places) and 0 < k < len(chain.times) and chain.times[k] - chain.times[k - 1] <= longest:
+                looks += 1
+                spot = [np.interp(time, chain.times[k - 1 : k + 1], chain.spots[k - 1 : k + 1, i]) for i in (0, 1)]
+                told.append(np.array(spot) - places)
+    return np.concatenate(told), looks
