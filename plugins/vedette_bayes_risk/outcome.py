@@ -169,10 +169,10 @@ def charts(
     right = Curve("right", np.array([-0.3, len(tables[3].rows) - 0.7]), np.full(2, 2.0), "dashed")
     dense = Panel("", "", "position NEES, 2 is right", (*comparison(tables[3], ("NEES",), "").curves, right))
     return (
-        Chart("trajectory", "The target's path (figure 3)", (flown,)),
+        Chart("trajectory", "The target's path, and a track of it (figure 3)", (flown,)),
         Chart(
             "table",
-            "Table 2, the paper's marks beside ours; bars: two standard errors",
+            "RMS position errors by period (table 2); bars: two standard errors",
             (comparison(tables[0], tuple(WINDOWS), "RMS position error [m]"),),
             claims[:2],
         ),
@@ -184,7 +184,7 @@ def charts(
         ),
         Chart(
             "dense",
-            "Where returns compete, at 100 times the published clutter; bars: two standard errors",
+            "Position NEES at 100 times the published clutter; bars: two standard errors",
             (evolve(dense, ticks=tuple(label for label, _ in tables[3].rows)),),
             claims[2:5],
         ),

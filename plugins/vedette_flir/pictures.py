@@ -26,14 +26,14 @@ def charts(found: Found, varied: Varied, claims: tuple[Claim, ...]) -> tuple[Cha
     return (
         Chart(
             "errors",
-            "The paper's filter on its truth, three passes. The paper prints curves without scales",
+            "Errors of the paper's filter, with three passes; the paper prints curves without scales",
             panels,
             claims,
             shared=True,
         ),
         Chart(
             "bounds",
-            "Error of the sum in the runs that are kept, and the Riccati bound; bars: two standard errors",
+            "RMS error of dynamics and jitter together, runs lost left out; bars: two standard errors",
             _bounds(found),
             claims[:2],
             shared=True,

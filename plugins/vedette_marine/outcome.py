@@ -160,7 +160,7 @@ def charts(
         Chart(
             "trajectory", "The targets, returns near them, and a track of each (figure 7 c, d)", tuple(paths), claims[4:5]
         ),
-        Chart("table", "Table 4, the paper's marks beside ours; bars: two standard errors", (table,), claims[:6]),
+        Chart("table", "RMS errors against AIS (table 4); bars: two standard errors", (table,), claims[:6]),
         Chart(
             "errors",
             f"Errors against AIS, over {BLOCK} scans each; bands: two standard errors (figure 7 a, b)",

@@ -70,6 +70,8 @@ def draw(chart: Chart) -> Figure:
         drawn.append(made.add_subplot(rows, columns, i + 1, sharey=beside))
         _draw_panel(drawn[-1], panel, _room(columns))
     for axes, panel in zip(drawn, chart.panels, strict=True):
+        if panel.within is not None and not panel.log:
+            _keep_within(axes, *panel.within)  # once all are drawn: panels may share their axis
         if panel.log:
             _plain_numbers(axes.yaxis, *axes.get_ylim())
         if panel.log_across:
@@ -155,8 +157,6 @@ def _draw_panel(axes: Axes, panel: Panel, room: int) -> None:
         axes.xaxis.get_major_locator().set_params(integer=True)  # type: ignore[call-arg]
     for i, curve in enumerate(panel.curves):
         _draw_curve(axes, curve, canvas.colour(i if curve.colour is None else curve.colour), panel.within)
-    if panel.within is not None and not panel.log:
-        _keep_within(axes, *panel.within)
 
 
 def _keep_within(axes: Axes, least: float, most: float) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -124,9 +124,15 @@ def _show_modes(axes: Axes, times: Array, modes: Array | None) -> None:
     top = np.zeros((len(times), 0)) if modes is None else np.cumsum(modes, axis=1)
     for k in range(top.shape[1]):
         bottom = top[:, k - 1] if k else np.zeros(len(times))
-        axes.fill_between(times, bottom, top[:, k], color=canvas.MODES[k % len(canvas.MODES)], linewidth=0, zorder=1)
+        axes.fill_between(times, bottom, top[:, k], zorder=1, **_area(k))
     axes.set(ylim=(0.0, 1.0), yticks=(0.0, 0.5, 1.0))
     axes.set_ylabel("mode probability")
+
+
+def _area(k: int) -> dict[str, Any]:
+    """Return how the area of a mode looks; where there are more modes than colours, the others are hatched."""
+    turn, own = divmod(k, len(canvas.MODES))
+    return {"facecolor": canvas.MODES[own], "edgecolor": canvas.SOFT, "hatch": ("", "///", "...")[turn % 3], "linewidth": 0}
 
 
 def _show_normalised(axes: Axes, seen: Normalised, begin: float, name: str, told: str) -> None:
@@ -171,9 +177,10 @@ def _explain(made: Figure, modes: tuple[str, ...], errors_shown: bool) -> None:
     ]
     if errors_shown:
         both = [(both[0][0], "in NEES, NIS: 95 % band of chi-square"), both[1]]
-    areas = [(Patch(color=canvas.MODES[k % len(canvas.MODES)]), f"mode {name}") for k, name in enumerate(modes)]
+    names = [name if name.startswith("mode ") else f"mode {name}" for name in modes]
+    areas = [(Patch(**_area(k)), name) for k, name in enumerate(names)]
     entries = [*(about if errors_shown else []), *both, *areas]
-    handles, names = zip(*entries, strict=True)
+    handles, words = zip(*entries, strict=True)
     made.legend(
-        handles, names, loc="outside lower center", ncols=canvas.across(2 if canvas.on_paper() else 3), **canvas.legend()
+        handles, words, loc="outside lower center", ncols=canvas.across(2 if canvas.on_paper() else 3), **canvas.legend()
     )

@@ -13,6 +13,7 @@ from vedette.space import Array, Mask
 from vedette.types import Frame, Track, Trajectory
 from vedette_report import canvas
 from vedette_report.figures import count
+from vedette_report.labels import Label, write
 from vedette_report.plane import Plane, returns, stands
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ _ELLIPSES = 14
 """Number of ellipses of the longest track; the others get them as often."""
 
 _NAMED = 60
-"""More names than this hide the picture: only the longest tracks and true paths get theirs."""
+"""More names than this hide the picture: only the longest tracks and true paths may get theirs."""
 
 _RINGED = 1_000
 """More tracks' ellipses than this cover everything: only the longest tracks get theirs."""
@@ -44,8 +45,9 @@ def picture(experiment: Experiment, result: Result) -> Figure:
     """Draw a run as a map, one scale for both axes; over its first frame, y down, where it is in an image."""
     made = canvas.figure(7.78, words=0.6)
     axes = made.add_subplot()
-    spots, outside = show(axes, experiment, result)
-    canvas.head(made, f"Tracks: {experiment.title}" if experiment.title else "Tracks", _facts(result, spots, outside))
+    spots, outside, lacking = show(axes, experiment, result)
+    facts = _facts(result, spots, outside, lacking)
+    canvas.head(made, f"Tracks: {experiment.title}" if experiment.title else "Tracks", facts)
     if axes.get_legend_handles_labels()[0]:
         made.legend(loc="outside lower center", ncols=max(2, canvas.across(3)), **canvas.legend())
     return made
@@ -67,8 +69,8 @@ def plot(result: Result, axes: Axes | None = None) -> Axes:
     return axes
 
 
-def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, Array | None], int]:
-    """Draw the map on axes; return the returns' positions by sensor, and how many of them lie outside."""
+def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, Array | None], int, int]:
+    """Draw the map on axes; return the returns' positions by sensor, how many lie outside, and how many names lack room."""
     tracker = experiment.tracker
     plane = Plane.of(tracker.state, result.recording)
     canvas.plain(axes)
@@ -77,19 +79,22 @@ def show(axes: Axes, experiment: Experiment, result: Result) -> tuple[dict[str, 
     platforms = stands(result.scans, tracker.sensors, plane)
     image = _first_frame(result, plane)
     _show_returns(axes, spots)
-    _show_tracks(axes, result.tracks, plane, in_image=image is not None)
-    _show_truth(axes, truth, plane)
+    numbers = _show_tracks(axes, result.tracks, plane, in_image=image is not None)
+    names = _show_truth(axes, truth, plane)
     _show_platforms(axes, platforms)
     paths = [plane.points(path.space, path.states) for path in truth] + platforms
     paths += [plane.points(track.space, track.mean[_seen(track)]) for track in result.tracks]
     outside = _frame(axes, paths, [spot for spot in spots.values() if spot is not None])
     if image is not None:
         _show_frame(axes, image)
+    elif all(axis.unit == "px" for axis in plane.axes):
+        axes.invert_yaxis()  # as in images
+    lacking = write(axes, [*names, *numbers])
     axes.set(xlabel=plane.labels[0], ylabel=plane.labels[1])
-    return {} if image else spots, outside
+    return {} if image else spots, outside, lacking
 
 
-def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
+def _facts(result: Result, spots: dict[str, Array | None], outside: int, lacking: int) -> str:
     span = result.scans[-1].time - result.scans[0].time if result.scans else 0.0
     facts = [
         f"{count(len(result.scans), 'scan')} over {span:,.{0 if span >= 100 else 1}f} s",
@@ -97,7 +102,9 @@ def _facts(result: Result, spots: dict[str, Array | None], outside: int) -> str:
     ]
     if result.recording.truth:
         facts.append(count(len(result.recording.truth), "true object"))
-    if max(len(result.tracks), len(result.recording.truth)) > _NAMED:
+    if lacking:
+        facts.append("names where there is room")
+    elif max(len(result.tracks), len(result.recording.truth)) > _NAMED:
         facts.append(f"names of the {_NAMED} longest")
     if len(result.tracks) > _RINGED:
         facts.append(f"ellipses of the {_RINGED:,} longest")
@@ -150,27 +157,26 @@ def _show_returns(axes: Axes, spots: dict[str, Array | None]) -> None:
             )
 
 
-def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> None:
-    """Draw paths with a mark at the end, and the names of the longest."""
+def _show_truth(axes: Axes, truth: Sequence[Trajectory], plane: Plane) -> list[Label]:
+    """Draw paths with a mark at the end; return the names of the longest."""
     if not truth:
-        return
+        return []
     paths = [plane.points(path.space, path.states) for path in truth]
     canvas.lines(axes, paths, [canvas.INK] * len(paths), linewidth=canvas.stroke(0.9), zorder=4)
     axes.plot([], [], color=canvas.INK, linewidth=canvas.stroke(0.9), label="truth, its name at the end")
     ends = np.concatenate([path[-1:] for path in paths])
     axes.plot(*ends.T, "s", color=canvas.INK, markersize=canvas.mark(3.5), zorder=4)
-    for i in _longest([path.times for path in truth], _NAMED):
-        x, y = paths[i][-1]
-        _write(axes, truth[i].name, (x, y), (6, -11), color=canvas.INK, style="italic")
+    named = _longest([path.times for path in truth], _NAMED)
+    return [Label(truth[i].name, paths[i][-1], canvas.INK, {"style": "italic"}) for i in named]
 
 
-def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image: bool) -> None:
+def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image: bool) -> list[Label]:
     """Draw paths and covariances; in an image what exists with probability under one half is lost, and drawn as such.
 
-    The longest tracks get their numbers, and more of them their ellipses: so the cost grows with the tracks, not faster.
+    Return the numbers of the longest tracks. More of them get their ellipses: so the cost grows with the tracks, not faster.
     """
     if not tracks:
-        return
+        return []
     times = [track.times for track in tracks]
     shades = canvas.colours(len(tracks))
     paths = [plane.points(track.space, track.mean) for track in tracks]
@@ -187,13 +193,12 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
         cov = plane.covariances(tracks[i].space, tracks[i].cov[some])
         rings.append(_in_one(ellipses(paths[i][some], cov)))
     canvas.lines(axes, rings, [shades[i] for i in ringed], linewidth=canvas.stroke(0.9), alpha=0.9, zorder=3)
-    for i in _longest(times, _NAMED):
-        x, y = paths[i][int(np.argmax(tracks[i].confirmed))]
-        _write(axes, str(tracks[i].id), (x, y), (4, 5), color=shades[i], weight="bold")
     first = canvas.colour(0)
     axes.plot([], [], color=first, linewidth=canvas.stroke(3.0), label="track, its number at the start")
     axes.plot([], [], color=first, label="lost" if in_image else "not confirmed", **dotted)
     axes.plot([], [], "o", color=first, fillstyle="none", markersize=canvas.mark(9), label="95 % of its covariance")
+    starts = {i: paths[i][int(np.argmax(tracks[i].confirmed))] for i in _longest(times, _NAMED)}
+    return [Label(str(tracks[i].id), at, shades[i], {"weight": "bold"}) for i, at in starts.items()]
 
 
 def _longest(times: Sequence[Array], most: int) -> list[int]:
@@ -249,23 +254,6 @@ def _show_platforms(axes: Axes, platforms: Sequence[Array]) -> None:
             markersize=canvas.mark(11),
             zorder=6,
         )
-
-
-def _write(axes: Axes, text: str, at: tuple[float, float], offset: tuple[int, int], **font: str) -> None:
-    """Write a word beside a point, readable over any background; left out beyond the picture."""
-    from matplotlib.patheffects import withStroke
-
-    axes.annotate(
-        text,
-        at,
-        xytext=(canvas.letters(offset[0]), canvas.letters(offset[1])) if canvas.on_paper() else offset,
-        textcoords="offset points",
-        fontsize=canvas.letters(10),
-        zorder=7,
-        annotation_clip=True,
-        path_effects=[withStroke(linewidth=canvas.stroke(2.5), foreground="white")],
-        **font,  # type: ignore[arg-type]  # matplotlib types each of its properties apart
-    )
 
 
 def _frame(axes: Axes, paths: Sequence[Array], spots: Sequence[Array]) -> int:

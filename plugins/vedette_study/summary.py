@@ -123,10 +123,10 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
                 each = outcome.against[i]
                 curves.append(Curve(points[i].name, each.times, each.values[name], doubt=2 * each.errors[name]))
             panels.append(_panel(outcome, name, "time [s]", curves, first=not panels))
-        yield Chart("time", f"{title}: errors against time", tuple(panels))
+        yield Chart("time", f"Errors against time: {title}", tuple(panels))
     swept = tuple(numeric_axes(outcome.plan))
     if len(points) > 1 and not swept:
-        yield Chart("points", f"{title}: figures by tracker", _beside(outcome))
+        yield Chart("points", f"Figures by tracker: {title}", _beside(outcome))
     for path in swept:
         name, log = short_names(outcome.plan.axes)[path], spaced_evenly_in_log(outcome.plan.axes[path])
         unit = unit_at(points[0].experiment, path)
@@ -136,9 +136,9 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
             if figure in outcome.figures:
                 panels.append(_panel(outcome, figure, across, _along(outcome, path, figure), first=not panels, log=log))
         if panels:
-            yield Chart(f"sweep_{name}", f"{title}: figures along {name}", tuple(panels))
+            yield Chart(f"sweep_{name}", f"Figures along {name}: {title}", tuple(panels))
         if "coverage" in outcome.figures and "false_tracks" in outcome.figures:
-            what = f"{title}: coverage against false tracks, along {name}"
+            what = f"Coverage against false tracks, along {name}: {title}"
             yield Chart(f"coverage_{name}", what, (_operating(outcome, path, name),))
 
 

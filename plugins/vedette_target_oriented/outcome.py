@@ -148,13 +148,14 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         )
         for name, record in records.items()
     ]
+    flown = Panel("One run", "x [km]", "y [km]", tuple(flight), equal=True)
     table = (
         comparison(errors, tuple(PHASES), "RMS position error [m]", title="Errors"),
         comparison(errors, ("fails %",), "failed runs [%]", title="Fails", within=(0.0, 100.0)),
     )
     return (
-        Chart("trajectory", "The aircraft's flight", (Panel("One run", "x [km]", "y [km]", tuple(flight), equal=True),)),
-        Chart("table", "Table 1, the paper's marks beside ours; bars: two standard errors", table, claims),
+        Chart("trajectory", "The aircraft's flight, and two tracks of it", (flown,)),
+        Chart("table", "RMS errors and failed runs (table 1); bars: two standard errors", table, claims),
         Chart(
             "errors",
             "RMS position error of the runs that do not fail; bands: two standard errors (figure 5)",

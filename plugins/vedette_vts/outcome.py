@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import Array, Mask, Scan
 from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
@@ -130,7 +130,7 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         Chart("trajectory", "The vessel, and what the radar saw of it (figure 2)", (_plane(scene, records["IMMCVCA"]),)),
         Chart(
             "errors",
-            "Error against time; bands: two standard errors (figures 3 to 6)",
+            "RMS position error against time; bands: two standard errors (figures 3 to 6)",
             tuple(against_time),
             claims,
             shared=True,
@@ -143,8 +143,8 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         ),
         Chart(
             "legs",
-            "Error by leg; bars: two standard errors. The paper prints no figures, only curves of one run",
-            (comparison(errors, tuple(LEGS), "RMS error [m]", log=True),),
+            "RMS position error by leg; bars: two standard errors; the paper prints curves of one run",
+            (_by_leg(errors),),
             claims[-1:],
         ),
         Chart(
@@ -154,6 +154,13 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
             shared=True,
         ),
     )
+
+
+def _by_leg(errors: Table) -> Panel:
+    """Return the errors by leg, with the legs' names written out."""
+    panel = comparison(errors, tuple(LEGS), "RMS error [m]", log=True)
+    written = {"CV1": "straight before", "accel": "accelerations", "CV2": "straight after"}
+    return evolve(panel, curves=tuple(evolve(curve, label=written.get(curve.label, curve.label)) for curve in panel.curves))
 
 
 def _plane(scene: Scene, record: Record) -> Panel:

@@ -57,6 +57,12 @@ def test_bands_and_bars_end_where_values_end():
             assert (drawn.min(), drawn.max()) == ends
 
 
+def test_shared_panels_show_every_value_where_there_are_limits():
+    panels = tuple(panel("", Curve("", X, most * X / X[-1]), within=(0.0, 1.0)) for most in (0.5, 0.9, 0.3))
+    low, high = draw(Chart("name", "A title", panels, shared=True)).axes[0].get_ylim()
+    assert low <= 0 < 0.9 <= high
+
+
 def test_shared_panels_have_one_scale():
     panels = panel("low", line("", 1.0)), panel("high", line("", 100.0))
     for shared in (False, True):
