@@ -21,6 +21,7 @@ def recordings(folder):
     for number in (2, 5, 13, 16):
         path = "source.path=" + str(folder / "autoferry")
         own = [f"source.scenario={number}", "source.lag.radar=1.7", "associator.kind=pda"]
+        own += ["retroactive=false", "lifecycle.confirm=0.999"]
         yield f"autoferry {number}", "autoferry.toml", [path, *own]
 
 

@@ -176,10 +176,11 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_in_many_cases": (
         "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_with_every_motion",
     ),
-    "test_examples.py::test_autoferry_over_ten_draws": ("test_examples.py::test_autoferry", "mutants/test_cures.py"),
-    "test_examples.py::test_autoferry_where_results_may_be_late": (
+    "test_examples.py::test_autoferry_over_ten_draws": (
+        "test_examples.py::test_autoferry",
         "test_examples.py::test_a_radars_delay_is_found_without_truth",
         "tracking/test_retroactive.py",
+        "mutants/test_cures.py",
     ),
     "test_examples.py::test_joyrides_bias_pays_over_ten_draws": (
         "test_examples.py::test_joyride_automatic",
