@@ -54,13 +54,13 @@ def scans_of(
     none of the tracker's `sensors`.
     """
     scans = []
-    for time, found in detections:
+    for time, at_time in detections:
         start = time if start is None else start
         rows: dict[tuple[str, str], list[tuple[list[float], Any]]] = {}
         poses: dict[tuple[str, str], Any] = {}
         if isinstance(sensor, str):
             rows[sensor, ""], poses[sensor, ""] = [], None
-        for detection in found:
+        for detection in at_time:
             name = sensor if isinstance(sensor, str) else sensor(detection)
             pose, noise = own_model(detection, (sensors or {}).get(name))
             key = name, "" if pose is None else repr(pose)
@@ -69,10 +69,10 @@ def scans_of(
         if len(rows) > 1 and isinstance(sensor, str) and not rows[sensor, ""]:
             del rows[sensor, ""]
         for key in sorted(rows):
-            own = sorted(rows[key], key=repr) if any(noise for _, noise in rows[key]) else sorted(rows[key])
-            made = Detections.of([z for z, _ in own])
-            if any(noise is not None for _, noise in own):
-                made = evolve(made, noise=_noises([noise for _, noise in own], key[0], sensors or {}))
+            ordered = sorted(rows[key], key=repr) if any(noise for _, noise in rows[key]) else sorted(rows[key])
+            made = Detections.of([z for z, _ in ordered])
+            if any(noise is not None for _, noise in ordered):
+                made = evolve(made, noise=_noises([noise for _, noise in ordered], key[0], sensors or {}))
             scans.append(Scan(seconds(time, start), key[0], made, poses[key]))
     return scans
 
@@ -93,18 +93,18 @@ def trajectories_of(paths: Iterable[Any], space: Space, start: datetime) -> tupl
     for given in paths:
         for path in given[1] if isinstance(given, tuple) else (given,):
             whole[id(path)] = path
-    found = []
+    scans = []
     for path in whole.values():
         by_time = {seconds(state.timestamp, start): vector(state) for state in path}
         times = sorted(by_time)
-        found.append((times, np.array([by_time[time] for time in times])))
-    found.sort(key=lambda one: (one[0], one[1].tolist()))
-    for _, states in found:
+        scans.append((times, np.array([by_time[time] for time in times])))
+    scans.sort(key=lambda one: (one[0], one[1].tolist()))
+    for _, states in scans:
         if states.shape[-1] != len(space):
             raise InputError(
                 f"ground truth has states of {states.shape[-1]} numbers, and its space {len(space)} axes: {space}"
             )
-    return tuple(Trajectory(str(i + 1), space, np.array(times), states) for i, (times, states) in enumerate(found))
+    return tuple(Trajectory(str(i + 1), space, np.array(times), states) for i, (times, states) in enumerate(scans))
 
 
 @final

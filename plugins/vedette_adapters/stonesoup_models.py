@@ -42,8 +42,8 @@ def _called(method: Any, x: Array, **how: Any) -> Array:
 def _slopes(model: Any, x: Array, m: int, **how: Any) -> Array:
     """Return the derivatives at states (*b, n), one after another: (*b, m, n)."""
     State = needed("stonesoup.types.state").State
-    each = [np.asarray(model.jacobian(State(row[:, None]), **how), dtype=float) for row in x.reshape(-1, x.shape[-1])]
-    return np.array(each).reshape(*x.shape[:-1], m, x.shape[-1])
+    slopes = [np.asarray(model.jacobian(State(row[:, None]), **how), dtype=float) for row in x.reshape(-1, x.shape[-1])]
+    return np.array(slopes).reshape(*x.shape[:-1], m, x.shape[-1])
 
 
 @final
@@ -137,7 +137,7 @@ def _pose(model: Any) -> tuple[list[float], list[float] | None, float] | None:
     *tilt, yaw = (float(angle) for angle in turned or (0.0, 0.0, 0.0))
     if any(tilt):
         raise InputError(f"the measurement_model of a detection is tilted by {tilt} rad, and a pose has a heading alone")
-    return [float(each) for each in place], moving, yaw
+    return [float(number) for number in place], moving, yaw
 
 
 @final

@@ -27,9 +27,9 @@ class BayesRisk(Associator):
         inside = np.isfinite(scores[..., 1:])
         log = np.where(inside, 0.0 if evidence is None else evidence, -np.inf)
         top = np.max(log, axis=-1, keepdims=True, initial=-np.inf)
-        found = np.isfinite(top)
-        likely = np.where(inside, np.exp(log - np.where(found, top, 0.0)), 0.0)
+        possible = np.isfinite(top)
+        likely = np.where(inside, np.exp(log - np.where(possible, top, 0.0)), 0.0)
         weights = np.zeros_like(scores)
-        weights[..., 1:] = likely / np.where(found, np.sum(likely, axis=-1, keepdims=True), 1.0)
-        weights[..., :1] = np.where(found, 0.0, 1.0)
+        weights[..., 1:] = likely / np.where(possible, np.sum(likely, axis=-1, keepdims=True), 1.0)
+        weights[..., :1] = np.where(possible, 0.0, 1.0)
         return weights

@@ -38,8 +38,8 @@ class ClusteredDetection(Preprocessor):
     def _read(self) -> tuple[Array, Array, Array]:
         if len(self.sensors) < 2:
             raise ValueError(f"sensors: must be at least 2, for one to confirm the other, got {len(self.sensors)}")
-        each = [Confirmation.of({"": sensor, name: sensor}, "") for name, sensor in self.sensors.items()]
-        rows = [(one.base, one.p_detect[0], one.false_alarm(self.threshold)[0]) for one in each]
+        confirmations = [Confirmation.of({"": sensor, name: sensor}, "") for name, sensor in self.sensors.items()]
+        rows = [(one.base, one.p_detect[0], one.false_alarm(self.threshold)[0]) for one in confirmations]
         variance, detects, false = np.array(rows, dtype=float).T
         return variance, detects, false
 
@@ -62,16 +62,16 @@ class ClusteredDetection(Preprocessor):
             return nothing(next(iter(scans.values())).detections)
         seen = [scans[name].detections for name in names]
         weights = [1.0 / self._each[0][list(self.sensors).index(name)] for name in names]
-        mean = np.concatenate([each.z for each in seen], axis=-2)
-        valid = np.concatenate([each.valid for each in seen], axis=-1)
+        mean = np.concatenate([scan.z for scan in seen], axis=-2)
+        valid = np.concatenate([scan.valid for scan in seen], axis=-1)
         for _ in range(PASSES):
             total, information = np.zeros(mean.shape), np.zeros(valid.shape)
             members = np.empty((*valid.shape, len(names)), dtype=int)
-            for j, (each, weight) in enumerate(zip(seen, weights, strict=True)):
-                nearest, near = _nearest(mean, each, self.threshold)
+            for j, (scan, weight) in enumerate(zip(seen, weights, strict=True)):
+                nearest, near = _nearest(mean, scan, self.threshold)
                 members[..., j] = np.where(near, nearest, -1)
                 share = np.where(near, weight, 0.0)
-                total = total + share[..., None] * np.take_along_axis(each.z, nearest[..., None], axis=-2)
+                total = total + share[..., None] * np.take_along_axis(scan.z, nearest[..., None], axis=-2)
                 information += share
             known = information > 0
             mean = np.where(known[..., None], total / np.where(known, information, 1.0)[..., None], mean)

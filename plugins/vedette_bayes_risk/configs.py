@@ -83,7 +83,7 @@ class Choice:
 
     def baseline(self, q: tuple[float, float], transition: list[list[float]], title: str) -> dict[str, Any]:
         """Return IMM over constant velocity and constant acceleration; PDA takes simultaneous scans one after the other."""
-        cv, ca = (self.noise * each for each in q)
+        cv, ca = (self.noise * intensity for intensity in q)
         modes = [
             {"kind": "kalman", "motion": {"kind": "constant_velocity_piecewise", "sigma_accel": cv}},
             {"kind": "kalman", "motion": {"kind": "wiener_acceleration_piecewise", "sigma_change": ca}},

@@ -77,7 +77,7 @@ class Confirmation:
         """
         from scipy.special import chndtr, ive
 
-        v, p_detect, density = (float(np.mean(each)) for each in (self.variance, self.p_detect, self.density))
+        v, p_detect, density = (float(np.mean(values)) for values in (self.variance, self.p_detect, self.density))
         nodes, weights = np.polynomial.laguerre.laggauss(_NODES)
         e = np.sqrt(2 * self.base * nodes)[:, None]
         places, steps = np.polynomial.legendre.leggauss(_STEPS)

@@ -38,8 +38,8 @@ class Record:
     @property
     def kept(self) -> Mask:
         """Which runs (r,) were not lost."""
-        found: Mask = np.max(self.squares, axis=1) < LOST**2
-        return found
+        kept: Mask = np.max(self.squares, axis=1) < LOST**2
+        return kept
 
 
 @frozen(eq=False)
@@ -129,9 +129,9 @@ D = TypeVar("D", bound=DistributedDetection)
 
 
 def _detector(experiment: Experiment, kind: type[D]) -> D:
-    found: Any = experiment.preprocessors["fused"]
-    assert isinstance(found, kind)
-    return found
+    fused: Any = experiment.preprocessors["fused"]
+    assert isinstance(fused, kind)
+    return fused
 
 
 def _weights(experiments: Mapping[str, Experiment]) -> Table:

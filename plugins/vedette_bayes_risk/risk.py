@@ -27,8 +27,8 @@ class Costs:
         if not np.all(risk > 0):
             k = int(np.argmin(risk))
             raise ValueError(f"costs: must make every Bayes risk > 0, got R({k + 1}) = {risk[k]:.6g}")
-        found: Array = risk
-        return found
+        total: Array = risk
+        return total
 
     def log_weights(self, p_detect: Array, p_false: Array) -> Array:
         """Return log L(k), L(k) = sum over i <= k of 1/R(i): (N,)."""
@@ -36,8 +36,8 @@ class Costs:
         return log
 
 
-def tails(found: Confirmation, threshold: float) -> tuple[Array, Array]:
+def tails(confirmation: Confirmation, threshold: float) -> tuple[Array, Array]:
     """Return P_D(k) and P_F(k), the probabilities that k sensors or more report a target and a false return, (N,) each."""
-    given = found.given_target(threshold), found.given_clutter(threshold)
+    given = confirmation.given_target(threshold), confirmation.given_clutter(threshold)
     over, false = (np.minimum(np.cumsum(p[::-1])[::-1], 1.0) for p in given)
     return over, false

@@ -26,24 +26,24 @@ def figures(
     records: Mapping[str, Record], contests: Mapping[str, Contest], experiments: Mapping[str, Experiment]
 ) -> dict[tuple[str, ...], Cell]:
     """Return the figures that the claims are judged by; errors in m."""
-    found: dict[tuple[str, ...], Cell] = {}
-    own = records["proposed"]
+    cells: dict[tuple[str, ...], Cell] = {}
+    proposed = records["proposed"]
     for i, window in enumerate(MANOEUVRES):
-        found["error", window] = rms_cell(own.squares[own.kept][:, WINDOWS[window]], PUBLISHED["proposed"][i + 1])
+        cells["error", window] = rms_cell(proposed.squares[proposed.kept][:, WINDOWS[window]], PUBLISHED["proposed"][i + 1])
         for name in ("IMM/MSPDA tuned", "IMM/MSPDA soft"):
-            both = own.kept & records[name].kept
-            one, other = (each.squares[both][:, WINDOWS[window]] for each in (own, records[name]))
-            found[name, window] = ratio_cell(one, other, GAINS[i])
-    found["lost",] = share_cell(~own.kept, scale=100)
-    first, second = (own.squares[own.kept][:, WINDOWS[window]] for window in MANOEUVRES)
-    found["phases",] = ratio_cell(first, second, 3.5268 / 3.5270)
+            both = proposed.kept & records[name].kept
+            one, other = (record.squares[both][:, WINDOWS[window]] for record in (proposed, records[name]))
+            cells[name, window] = ratio_cell(one, other, GAINS[i])
+    cells["lost",] = share_cell(~proposed.kept, scale=100)
+    first, second = (proposed.squares[proposed.kept][:, WINDOWS[window]] for window in MANOEUVRES)
+    cells["phases",] = ratio_cell(first, second, 3.5268 / 3.5270)
     for weights in ("printed", "corrected"):
         printed, spread = (contests[f"{weights} weights, {form}"].contested for form in FORMS)
-        found["NEES", weights] = over(printed, 2.0 * np.ones(len(printed)))
-        found["spread", weights] = over(printed, spread)
+        cells["NEES", weights] = over(printed, 2.0 * np.ones(len(printed)))
+        cells["spread", weights] = over(printed, spread)
     for label, name in (("printed", "proposed, printed"), ("corrected", "proposed")):
-        found["risk", label] = Cell(least_risk(experiments[name].preprocessors["fused"]), 0.0)
-    return found
+        cells["risk", label] = Cell(least_risk(experiments[name].preprocessors["fused"]), 0.0)
+    return cells
 
 
 def printed_false_alarm() -> float:
@@ -73,21 +73,21 @@ def over(above: Array, below: Array) -> Cell:
     return Cell(*ratio((top.measured or 0.0, top.error or 0.0), (under.measured or 0.0, under.error or 0.0)), None, trimmed)
 
 
-def claims(found: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
+def claims(cells: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
     """Return the claims with their verdicts, over so many runs, and so many in dense clutter."""
-    errors = [Condition(f"error in m, {window}", found["error", window], 3.2, 3.8) for window in MANOEUVRES]
+    errors = [Condition(f"error in m, {window}", cells["error", window], 3.2, 3.8) for window in MANOEUVRES]
     tuned = [
-        Condition(f"error over a tuned IMM's, {w}", found["IMM/MSPDA tuned", w], most=1.0, strict=True) for w in MANOEUVRES
+        Condition(f"error over a tuned IMM's, {w}", cells["IMM/MSPDA tuned", w], most=1.0, strict=True) for w in MANOEUVRES
     ]
-    few = Condition("runs that it loses, %", found["lost",], most=FEW)
+    few = Condition("runs that it loses, %", cells["lost",], most=FEW)
     optimism = [
-        Condition("position NEES over 2, where returns compete", found["NEES", "printed"], most=1.2),
-        Condition("that NEES over the one with the spread of means", found["spread", "printed"], most=1.2),
+        Condition("position NEES over 2, where returns compete", cells["NEES", "printed"], most=1.2),
+        Condition("that NEES over the one with the spread of means", cells["spread", "printed"], most=1.2),
     ]
     return (
         judged(
             "The error in manoeuvres is 3.53 m, the same in both (table 2)",
-            [*errors, Condition("error in the first over that in the second", found["phases",], 0.95, 1.05), few],
+            [*errors, Condition("error in the first over that in the second", cells["phases",], 0.95, 1.05), few],
             runs,
             "the sensors' sigma and the process noise are not printed: sigma was fitted to these metres, so they are "
             "calibration. That both agree is not",
@@ -97,7 +97,7 @@ def claims(found: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
             [*tuned, few],
             runs,
             "the paper's tuning is not given. Against an IMM with too little process noise "
-            f"{' and '.join(_change(found['IMM/MSPDA soft', window]) for window in MANOEUVRES)}",
+            f"{' and '.join(_change(cells['IMM/MSPDA soft', window]) for window in MANOEUVRES)}",
         ),
         remark(
             "The probability of a false alarm is P_FA = A_v/(lambda A_1) (equation 3)",
@@ -107,17 +107,17 @@ def claims(found: Figures, runs: int, dense: int) -> tuple[Claim, ...]:
         ),
         judged(
             "P_D(k) and P_F(k), summed from below, are the chances to decide for a target at k (equation 4)",
-            [Condition("least risk of any k, .5 for a coin", found["risk", "printed"], most=0.25)],
+            [Condition("least risk of any k, .5 for a coin", cells["risk", "printed"], most=0.25)],
             runs,
             "the printed sums decide for a target where few sensors confirm. Summed from above the least risk is "
-            f"{found['risk', 'corrected'].said}, and the weights fall off steeply instead of almost linearly",
+            f"{cells['risk', 'corrected'].said}, and the weights fall off steeply instead of almost linearly",
         ),
         judged(
             "P(k | k) = sum L(i) P_i / c (equation 6)",
             optimism,
             dense,
             "it leaves out the spread of the means. Under the corrected weights the second is "
-            f"{found['spread', 'corrected'].said}; in dense clutter, 3e-5 /m^2",
+            f"{cells['spread', 'corrected'].said}; in dense clutter, 3e-5 /m^2",
             "runs in dense clutter",
         ),
         remark(

@@ -60,8 +60,8 @@ class Arrays:
             size = self._members[name].file_size
             if math.prod(shape) * dtype.itemsize != size - file.tell():
                 raise ValueError(f"{name!r} says that it holds {shape} of {dtype}, which its {size:,} bytes are not")
-            found = np.frombuffer(file.read(), dtype).copy()
-        return found.reshape(shape, order="F" if by_columns else "C")
+            values = np.frombuffer(file.read(), dtype).copy()
+        return values.reshape(shape, order="F" if by_columns else "C")
 
     def head(self, name: str) -> tuple[tuple[int, ...], np.dtype[Any]]:
         """Return shape and type of an array, which is not read."""
@@ -93,10 +93,10 @@ def _header(file: IO[bytes], name: str) -> tuple[tuple[int, ...], bool, np.dtype
     begin = file.read(10)
     if begin[:8] != b"\x93NUMPY\x01\x00" or len(begin) < 10:
         raise ValueError(f"{name!r} is no array of numpy's format 1.0")
-    found = _HEAD.fullmatch(file.read(int.from_bytes(begin[8:], "little")).decode("latin-1"))
-    if found is None:
+    header = _HEAD.fullmatch(file.read(int.from_bytes(begin[8:], "little")).decode("latin-1"))
+    if header is None:
         raise ValueError(f"{name!r} has a header that numpy writes for no array of numbers or texts")
-    return tuple(map(int, re.findall("[0-9]+", found[3]))), found[2] == "True", np.dtype(found[1])
+    return tuple(map(int, re.findall("[0-9]+", header[3]))), header[2] == "True", np.dtype(header[1])
 
 
 @contextmanager

@@ -94,13 +94,13 @@ class AutoferrySource(Source):
         problems = [Problem("sensors", f"the tracker has no sensor {name!r}, only {_quoted(sensors)}") for name in absent]
         if not named:
             problems.append(Problem("sensors", f"the recording has {_quoted(OFFERED)}, the tracker {_quoted(sensors)}"))
-        found = {name: sensors[name].measurement for name in named if name in sensors}
-        for name, space in found.items():
+        spaces = {name: sensors[name].measurement for name in named if name in sensors}
+        for name, space in spaces.items():
             if any(axis not in OFFERED[name].axes for axis in space.axes):
                 problems.append(Problem(f"sensors.{name}", f"must measure axes of {OFFERED[name]}, measures {space}"))
         if problems:
             raise ConfigError(problems)
-        return found
+        return spaces
 
     def _scan(self, entry: Any, measured: Mapping[str, Space], place: str, refused: list[Problem]) -> Scan | None:
         """Return one entry as a scan, None if there is nothing to use; ValueError if it is not as documented.
@@ -129,11 +129,11 @@ class AutoferrySource(Source):
             refused[-1] = evolve(refused[-1], rows=1)
             return None
         if camera:
-            found = {"bearing": np.array(good).reshape(-1)}
+            columns = {"bearing": np.array(good).reshape(-1)}
         else:
             north, east = np.array(good).reshape(-1, 2).T
-            found = {"x": north + ferry[0], "y": east + ferry[1]} | polar(north, east)
-        return Scan(time, sensor, detections(found, measured[sensor]), Pose(ferry))
+            columns = {"x": north + ferry[0], "y": east + ferry[1]} | polar(north, east)
+        return Scan(time, sensor, detections(columns, measured[sensor]), Pose(ferry))
 
 
 def _check_name(name: str, text: str) -> None:

@@ -32,12 +32,12 @@ def entries(path: Path) -> Iterator[tuple[str, Any]]:
     if not text.strip():
         raise InputError(f"{path}: is empty. Wanted: {PUBLISHER}")
     try:
-        found = parse(text)
+        document = parse(text)
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
-    if not isinstance(found, list):
-        raise InputError(f"{path}: must be a list, got {short(found)}. Wanted: {PUBLISHER}")
-    return ((f"{path.name}[{i}]", entry) for i, entry in enumerate(found))
+    if not isinstance(document, list):
+        raise InputError(f"{path}: must be a list, got {short(document)}. Wanted: {PUBLISHER}")
+    return ((f"{path.name}[{i}]", entry) for i, entry in enumerate(document))
 
 
 def returns(measurement: Any) -> list[tuple[Any, ...]]:

@@ -49,4 +49,4 @@ def label(number: int) -> str:
 
 def labels(codes: Indices | None, count: int) -> list[str]:
     """Return the names of so many codes, "" where there are none."""
-    return [""] * count if codes is None else [label(each) for each in codes.tolist()]
+    return [""] * count if codes is None else [label(code) for code in codes.tolist()]

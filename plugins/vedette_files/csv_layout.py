@@ -59,11 +59,11 @@ class Layout:
 
     def columns(self, path: TablePath, read: Space, table: Named, place: str) -> dict[str, Column]:
         """Return a column for each axis that is read, and for the time if the table has one."""
-        found: dict[str, Column] = dict(numbers(read, table.time, table.columns, table.units, place))
-        time = found.get("time")
+        columns: dict[str, Column] = dict(numbers(read, table.time, table.columns, table.units, place))
+        time = columns.get("time")
         if isinstance(time, Number):
-            found["time"] = Times(time, self.form(path, table, place), self.first)
-        return found
+            columns["time"] = Times(time, self.form(path, table, place), self.first)
+        return columns
 
     def form(self, path: TablePath, table: Named, place: str) -> Form:
         """Return the form of a table's times: numbers if they have a unit, else what most of the first are."""

@@ -92,10 +92,10 @@ class PlatformColumns:
                     )
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
-        kept = {name: in_time_order(found, refused, sort=layout.sort) for name, found in at_times.items()}
+        kept = {name: in_time_order(samples, refused, sort=layout.sort) for name, samples in at_times.items()}
         states = into_plane(space, list(by_scan.values()), layout.origin, layout.frame)
         return Platforms(
-            tracks={name: trajectory("platform", space, found, layout) for name, found in kept.items()},
+            tracks={name: trajectory("platform", space, samples, layout) for name, samples in kept.items()},
             by_scan=dict(zip(by_scan, states, strict=True)),
             space=made(space),
             used=used + sum(map(len, kept.values())),

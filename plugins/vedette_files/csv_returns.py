@@ -121,22 +121,22 @@ class DetectionColumns:
             for name in given
             if name not in sensors
         ]
-        found = {}
+        columns = {}
         for name in names:
             if name in sensors:
                 measured = sensors[name].measurement
                 read, absent = axes_read(measured, self.columns)
                 position, lacking = axes_read(POSITION, self.columns)
                 if not absent:
-                    found[name] = Reading(measured, with_altitude(read, self.columns))
+                    columns[name] = Reading(measured, with_altitude(read, self.columns))
                 elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
-                    found[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
+                    columns[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
                 else:
                     text = f"sensor {name!r} measures {measured}: name a column for {', '.join(absent)}"
                     problems.append(Problem(f"{PLACE}.columns", text))
-        unread = [axis for axis in self.columns if not any(axis in reading.read for reading in found.values())]
+        unread = [axis for axis in self.columns if not any(axis in reading.read for reading in columns.values())]
         if unread and not problems:
-            measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in found.items())
+            measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in columns.items())
             problems = [Problem(f"{PLACE}.columns.{axis}", f"no sensor measures it: {measured_by}") for axis in unread]
         axes = [name for reading in found.values() for name in reading.read.names]
         if len(names) > 1 and not self.sensor_column and (problems or len(set(axes)) < len(axes)):
@@ -144,7 +144,7 @@ class DetectionColumns:
             problems = [Problem(f"{PLACE}.sensor", f"{text} `sensor_column` may tell, or columns that each has alone")]
         if problems:
             raise ConfigError(problems)
-        return found
+        return columns
 
     def read(
         self, path: TablePath, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
@@ -245,11 +245,11 @@ def _of_turns(turns: list[list[Sample[_Cells]]], refused: list[Problem], sort: b
     turns = sorted(turns, key=_middle) if sort else turns
     middles = [-inf, *map(_middle, turns), inf]
     looks = []
-    for before, own, after in zip(middles, turns, middles[2:], strict=False):
+    for before, turn, after in zip(middles, turns, middles[2:], strict=False):
         low, high = (before, after) if before <= after else (-inf, inf)  # if the scans are out of order, they are told
-        looks.append(_look(sorted((row for row in own if low <= row.time <= high), key=lambda row: row.time), own=True))
+        looks.append(_look(sorted((row for row in turn if low <= row.time <= high), key=lambda row: row.time), own=True))
         text = f"is not between the scans around its own, of {before!r} and {after!r} s"
-        refused += [Problem(row.place, f"time {row.time!r} s {text}") for row in own if not low <= row.time <= high]
+        refused += [Problem(row.place, f"time {row.time!r} s {text}") for row in turn if not low <= row.time <= high]
     return in_time_order(looks, refused, sort=sort)
 
 

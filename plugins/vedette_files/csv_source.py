@@ -246,10 +246,10 @@ def _scan(
             refused.append(Problem(look.place, text, look.rows))
             return None
     values = np.array(look.value.returns).reshape(-1, len(reading.placed)).T
-    found = dict(zip(reading.placed.names, values, strict=True))
+    measured = dict(zip(reading.placed.names, values, strict=True))
     if reading.relative and pose is not None:
         x, y = pose.position[:2]
-        found = polar(found["x"] - x, found["y"] - y, float(pose.heading))
-    seen = detections(found, reading.measured)
+        measured = polar(measured["x"] - x, measured["y"] - y, float(pose.heading))
+    seen = detections(measured, reading.measured)
     seen = evolve(seen, identity=np.array(look.value.codes, dtype=int)) if named else seen
     return Scan(look.time, name, evolve(seen, time=np.array(look.value.times)) if look.value.times else seen, pose)

@@ -51,10 +51,10 @@ class Dialect:
 
     def cells(self, line: str) -> list[str] | None:
         """Return the cells of a line, with decimal points; None as `cells_of` does."""
-        found = cells_of(line, self.delimiter)
-        if self.decimal == "." or found is None:
-            return found
-        return [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in found]
+        cells = cells_of(line, self.delimiter)
+        if self.decimal == "." or cells is None:
+            return cells
+        return [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in cells]
 
 
 COMMAS = Dialect()
@@ -124,7 +124,7 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
         for name in units
         if name not in known
     ]
-    found = {}
+    numbers = {}
     for axis in named:
         name, title = ("time", time) if axis.name == "time" else (f"columns.{axis.name}", columns[axis.name])
         try:
@@ -133,13 +133,13 @@ def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[s
             factor = in_unit(unit if multiple else f"1 {unit}", axis.unit)
             if factor <= 0:
                 raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
-            found[axis.name] = Number(name, title, factor, LARGEST.get(axis.name), LEAST.get(axis.name, -math.inf))
+            numbers[axis.name] = Number(name, title, factor, LARGEST.get(axis.name), LEAST.get(axis.name, -math.inf))
         except ValueError as error:
             text = str(error).replace(repr(f"1 {unit}"), repr(unit))
             problems.append(Problem(f"{place}.units.{axis.name}", text))
     if problems:
         raise ConfigError(problems)
-    return found
+    return numbers
 
 
 def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
@@ -254,7 +254,7 @@ def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], 
 
 def _delimiter(header: str) -> str:
     """Return which delimiter parts a header that has but one column."""
-    found = [each for each in (";", "\t", "|", ",") if each in header]
+    found = [mark for mark in (";", "\t", "|", ",") if mark in header]
     told = f"{found[0]!r} seems to stand between columns" if len(found) == 1 else "what stands between columns?"
     return f"; {told}: source.delimiter states it" + (", and it cannot be a blank" if not found and " " in header else "")
 

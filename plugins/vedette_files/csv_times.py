@@ -90,30 +90,30 @@ class Form:
 
 def form_of(cells: Iterable[str], pattern: str = "") -> Form:
     """Return the form that most of the first times have; that of numbers if none can be read."""
-    found: list[tuple[str, float]] = []
+    patterns: list[tuple[str, float]] = []
     for cell in islice(filter(None, cells), LOOKED_AT):
         try:
-            found.append(stamp(cell, pattern))
+            patterns.append(stamp(cell, pattern))
         except ValueError:
             continue
-    if not found:
+    if not patterns:
         return Form(UNZONED, 0.0, pattern) if pattern else Form(NUMBER)
-    most = Counter(name for name, _ in found).most_common(1)[0][0]
-    return Form(most, next(seconds for name, seconds in found if name == most), pattern)
+    most = Counter(name for name, _ in patterns).most_common(1)[0][0]
+    return Form(most, next(seconds for name, seconds in patterns if name == most), pattern)
 
 
 def _patterns(cell: str) -> str:
     """Return which patterns read a date that is not by ISO 8601, in words; "" if none does."""
     day, month = ("%d{0}%m{0}%Y", "%m{0}%d{0}%Y")
     between = next((mark for mark in "./-" if mark in cell), "/")
-    found = []
+    patterns = []
     for date in (day, month) if between == "/" else (day,):
         for clock in ("", " %H:%M:%S", " %H:%M", " %H:%M:%S.%f", " %I:%M:%S %p", " %I:%M %p"):
             with suppress(ValueError):
                 datetime.strptime(cell, pattern := date.format(between) + clock)
-                found.append(repr(pattern))
-    told = " or ".join(found)
-    return f"; dates = {told} in the source reads it, as --dates of `vedette new config` and `smooth`" if found else ""
+                patterns.append(repr(pattern))
+    told = " or ".join(patterns)
+    return f"; dates = {told} in the source reads it, as --dates of `vedette new config` and `smooth`" if patterns else ""
 
 
 @final

@@ -65,8 +65,8 @@ class TruthColumns:
                 continue
             objects.setdefault(row.cells.get("object", self.name), []).append(Sample(row.place, time, state))
         return tuple(
-            trajectory(name, space, in_time_order(found, refused, sort=layout.sort), layout)
-            for name, found in objects.items()
+            trajectory(name, space, in_time_order(samples, refused, sort=layout.sort), layout)
+            for name, samples in objects.items()
         )
 
 

@@ -59,9 +59,9 @@ class Origin:
 
     def on_ground(self, latitude: Array | float, longitude: Array | float) -> Array:
         """Return the distance (*b) in m along the ground, to 0.5 %, of latitudes and longitudes (*b) in deg."""
-        own, there = np.radians(self.latitude), np.radians(latitude)
+        latitude_here, there = np.radians(self.latitude), np.radians(latitude)
         across = np.radians(np.asarray(longitude) - self.longitude)
-        half = np.sin((there - own) / 2) ** 2 + np.cos(own) * np.cos(there) * np.sin(across / 2) ** 2
+        half = np.sin((there - latitude_here) / 2) ** 2 + np.cos(latitude_here) * np.cos(there) * np.sin(across / 2) ** 2
         return _floats(2 * RADIUS * np.arcsin(np.sqrt(np.minimum(half, 1.0))))
 
     def reaches(self, latitude: Array | float, longitude: Array | float) -> Mask:
@@ -77,18 +77,18 @@ class Origin:
 
     def to_plane(self, latitude: Array, longitude: Array, altitude: Array | float = 0.0) -> tuple[Array, Array, Array]:
         """Return east, north and up (*b) in m of latitudes and longitudes (*b) in deg, altitudes in m."""
-        own = (self.latitude, self.longitude, self.altitude)
-        east, north, up = _pymap3d("geodetic2enu")(latitude, longitude, altitude, *own)
+        origin = (self.latitude, self.longitude, self.altitude)
+        east, north, up = _pymap3d("geodetic2enu")(latitude, longitude, altitude, *origin)
         return _floats(east), _floats(north), _floats(up)
 
     def from_plane(self, east: Array, north: Array, up: Array | None) -> tuple[Array, Array, Array]:
         """Return latitude and longitude (*b) in deg and altitude in m; without `up`, of points at altitude 0."""
-        own, back = (self.latitude, self.longitude, self.altitude), _pymap3d("enu2geodetic")
+        origin, back = (self.latitude, self.longitude, self.altitude), _pymap3d("enu2geodetic")
         height = np.zeros(np.shape(east)) - self.altitude if up is None else up
-        latitude, longitude, altitude = back(east, north, height, *own)
+        latitude, longitude, altitude = back(east, north, height, *origin)
         for _ in range(4 if up is None else 0):  # the ground falls off from the plane: follow it down
             height = height - altitude
-            latitude, longitude, altitude = back(east, north, height, *own)
+            latitude, longitude, altitude = back(east, north, height, *origin)
         return _floats(latitude), _floats(longitude), _floats(altitude)
 
     def __str__(self) -> str:
@@ -117,16 +117,16 @@ def complaint(columns: Mapping[str, str]) -> str | None:
 def axes_read(wanted: Space, columns: Mapping[str, str]) -> tuple[Space, list[str]]:
     """Return the axes of a file that give those that are wanted, and the wanted ones that nothing gives."""
     known = {axis.name: axis for axis in (*GEODETIC.axes, *COURSE.axes)}
-    found: dict[str, Axis] = {}
+    axes: dict[str, Axis] = {}
     absent = []
     for axis in wanted.axes:
         if axis.name in columns:
-            found[axis.name] = axis
+            axes[axis.name] = axis
         elif all(name in columns for name in MADE.get(axis.name, ("",))):
-            found |= {name: known[name] for name in MADE[axis.name]}
+            axes |= {name: known[name] for name in MADE[axis.name]}
         else:
             absent.append(axis.name)
-    return Space(tuple(found.values())), absent
+    return Space(tuple(axes.values())), absent
 
 
 def check_place(read: Space, values: Sequence[float], origin: Origin | None) -> None:

@@ -49,18 +49,18 @@ class Terms:
 
     def values(self, track: Track) -> dict[str, Any]:
         """Return a track's values (s,) by those titles: names, dates by ISO 8601, deg, m."""
-        found = {"identity": labels(track.identity, len(track.times))} if self.named else {}
-        return found | self.table(track.times, track.space, track.mean)
+        names = {"identity": labels(track.identity, len(track.times))} if self.named else {}
+        return names | self.table(track.times, track.space, track.mean)
 
     def table(self, times: Array, space: Space, states: Array) -> dict[str, Any]:
         """Return the values of states (s, n) over `space` at `times` (s,)."""
-        found: dict[str, Any] = {"utc": [utc(time) for time in times.tolist()]} if self.dated else {}
+        columns: dict[str, Any] = {"utc": [utc(time) for time in times.tolist()]} if self.dated else {}
         if self.origin is not None and "x" in space and "y" in space:
             at = dict(zip(space.names, states.T, strict=True))
             east, north = ("y", "x") if self.north_east else ("x", "y")
             place = self.origin.from_plane(at[east], at[north], at.get("z"))
-            found |= dict(zip(("latitude", "longitude", "altitude"), place, strict=True))
-        return {title: found[title] for title in self.columns(space) if title != "identity"}
+            columns |= dict(zip(("latitude", "longitude", "altitude"), place, strict=True))
+        return {title: columns[title] for title in self.columns(space) if title != "identity"}
 
 
 NAMED = "identity"
@@ -112,11 +112,11 @@ def points_of(track: Track, terms: Terms, *, confirmed: bool = False) -> tuple[l
 
     `confirmed`: it was before these scans. A number that is not finite leaves its point out.
     """
-    found = terms.values(track)
-    points = np.stack([found[name] for name in ("longitude", "latitude", "altitude") if name in found], axis=-1)
+    columns = terms.values(track)
+    points = np.stack([columns[name] for name in ("longitude", "latitude", "altitude") if name in columns], axis=-1)
     shown = np.maximum.accumulate(track.confirmed) | confirmed
     chosen = np.flatnonzero(np.all(np.isfinite(points), axis=-1) & shown)
-    times = [found["utc"][i] for i in chosen] if terms.dated else track.times[chosen].tolist()
+    times = [columns["utc"][i] for i in chosen] if terms.dated else track.times[chosen].tolist()
     return [[round(number, 9) for number in point] for point in points[chosen].tolist()], times
 
 

@@ -116,10 +116,10 @@ class _Cut(io.RawIOBase):
         begin, whole = self._place, self._size + len(self._more)
         stop = whole if count is None or count < 0 else min(begin + count, whole)
         self._file.seek(begin)
-        found = self._file.read(max(min(stop, self._size) - begin, 0))
-        found += self._more[max(begin - self._size, 0) : max(stop - self._size, 0)]
-        self._place = begin + len(found)
-        return found
+        content = self._file.read(max(min(stop, self._size) - begin, 0))
+        content += self._more[max(begin - self._size, 0) : max(stop - self._size, 0)]
+        self._place = begin + len(content)
+        return content
 
 
 def _opened(target: Path | BinaryIO) -> AbstractContextManager[BinaryIO]:

@@ -73,9 +73,9 @@ def _tiff(file: BinaryIO, order: str) -> tuple[int, int]:
     file.seek(4)
     file.seek(struct.unpack(f"{order}I", file.read(4))[0])
     (count,) = struct.unpack(f"{order}H", file.read(2))
-    found = {}
+    sizes = {}
     for _ in range(count):
         tag, kind, _count, value = struct.unpack(f"{order}HHI4s", file.read(12))
         if tag in (256, 257):
-            found[tag] = struct.unpack(f"{order}{'H' if kind == 3 else 'I'}", value[: 2 if kind == 3 else 4])[0]
-    return found[256], found[257]
+            sizes[tag] = struct.unpack(f"{order}{'H' if kind == 3 else 'I'}", value[: 2 if kind == 3 else 4])[0]
+    return sizes[256], sizes[257]

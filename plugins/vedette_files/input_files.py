@@ -35,27 +35,27 @@ LARGEST_WHOLE = 2**28
 def user_path(path: str) -> Path:
     """Return the path that a user wrote, `~` and `~name` expanded; ValueError if it can be none."""
     try:
-        found = Path(path).expanduser()
-        found.exists()
+        file = Path(path).expanduser()
+        file.exists()
     except RuntimeError:
         raise ValueError(f"there is no home folder for {path.split('/')[0]!r}") from None
     except OSError as error:
         raise ValueError(f"{shown(path)} cannot be looked up: {error.strerror}") from None
-    return found
+    return file
 
 
 def inside(folder: Path, name: str) -> Path:
     """Return the file `name` in `folder`; ValueError if its name, or a link, leads out of the folder."""
     try:
-        found = folder / name
-        stays = found.resolve().is_relative_to(folder.resolve())
+        file = folder / name
+        stays = file.resolve().is_relative_to(folder.resolve())
     except (OSError, RuntimeError, ValueError) as error:
         raise ValueError(f"{shown(name)} cannot be looked up: {error}") from None
     if not stays:
         raise ValueError(
             f"{shown(name)} leads out of the folder {str(folder)!r}, which must hold all files of the recording"
         )
-    return found
+    return file
 
 
 def check_regular(path: Path) -> None:

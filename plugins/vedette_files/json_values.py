@@ -17,7 +17,7 @@ LARGEST_TABLE = 2**26
 def parse(text: str) -> Any:
     """Return what a JSON text says; ValueError with line, column and cause."""
     try:
-        found = json.loads(text)
+        value = json.loads(text)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
         raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
@@ -25,10 +25,10 @@ def parse(text: str) -> Any:
         raise ValueError(f"is nested deeper than {DEEPEST} levels") from None
     except ValueError as error:
         raise ValueError(f"is not JSON that can be read: {error}") from None
-    _check_depth(found)
+    _check_depth(value)
     if "\\u" in text:
-        _check_characters(found)
-    return found
+        _check_characters(value)
+    return value
 
 
 def read_table(path: Path, missing: str = "there is no such file") -> dict[str, Any]:
@@ -41,7 +41,7 @@ def read_table(path: Path, missing: str = "there is no such file") -> dict[str, 
             data = file.read(limit + 1)
         if len(data) > limit:
             raise InputError(f"{path}: is larger than {limit:,} bytes; --limits raises that")
-        found = parse(data.decode("utf-8"))
+        value = parse(data.decode("utf-8"))
     except (FileNotFoundError, NotADirectoryError):
         raise InputError(f"{path}: {missing}") from None
     except OSError as error:
@@ -52,9 +52,9 @@ def read_table(path: Path, missing: str = "there is no such file") -> dict[str, 
         raise
     except ValueError as error:
         raise InputError(f"{path}: {error}") from None
-    if not isinstance(found, dict):
-        raise InputError(f"{path}: must be a table of names, got {type(found).__name__}")
-    return found
+    if not isinstance(value, dict):
+        raise InputError(f"{path}: must be a table of names, got {type(value).__name__}")
+    return value
 
 
 def number(value: Any, what: str) -> float:

@@ -82,12 +82,12 @@ def scan_line(
     scan: Scan, sensors: Mapping[str, Space], frames: FrameFiles | None = None, *, arrived: float | None = None
 ) -> str:
     """Return the line of one scan, which came at `arrived`; its frame, if it has one, goes to `frames`."""
-    found = _scan_fields(scan, sensors)
+    fields = _scan_fields(scan, sensors)
     if scan.frame is not None and frames is not None:
-        found["frame"] = frames.keep(scan.frame)
+        fields["frame"] = frames.keep(scan.frame)
     if arrived is not None:
-        found["arrived"] = arrived
-    return line(found)
+        fields["arrived"] = arrived
+    return line(fields)
 
 
 def left_out_line(time: float, sensor: str, returns: int, arrived: float, why: str) -> str:
@@ -131,12 +131,12 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
                     scans[scan.sensor].append(Sample(place, scan.time, (i, scan)))
         except ValueError as error:
             refused.append(Problem(place, str(error)))
-    kept = [sample.value for own in scans.values() for sample in in_time_order(own, refused, sort=sort)]
+    kept = [sample.value for samples in scans.values() for sample in in_time_order(samples, refused, sort=sort)]
     in_order = sorted(kept, key=lambda numbered: (numbered[1].time, numbered[0]))
     truth = [
-        Trajectory(name, header.truth[name], *_columns(in_time_order(own, refused, sort=sort)))
-        for name, own in states.items()
-        if own
+        Trajectory(name, header.truth[name], *_columns(in_time_order(samples, refused, sort=sort)))
+        for name, samples in states.items()
+        if samples
     ]
     used = len(in_order) + sum(len(path.times) for path in truth)
     rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
@@ -164,19 +164,19 @@ def _scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
     seen, pose = scan.detections, scan.pose
     if scan.sensor not in sensors or seen.z.ndim != 2 or seen.z.shape[1] != len(sensors[scan.sensor]):
         raise ValueError(f"scan of {scan.sensor!r} at {scan.time} s: z {seen.z.shape} is not (returns, axes) of {sensors}")
-    found = {"time": float(scan.time), "sensor": scan.sensor, "z": seen.z[seen.valid].tolist()}
+    fields = {"time": float(scan.time), "sensor": scan.sensor, "z": seen.z[seen.valid].tolist()}
     if seen.noise is not None:
-        found["noise"] = seen.noise[seen.valid].tolist()
+        fields["noise"] = seen.noise[seen.valid].tolist()
     if seen.evidence is not None:
-        found["evidence"] = seen.evidence[seen.valid].tolist()
+        fields["evidence"] = seen.evidence[seen.valid].tolist()
     if seen.identity is not None:
-        found["identity"] = [identity_value(one) for one in seen.identity[seen.valid].tolist()]
+        fields["identity"] = [identity_value(one) for one in seen.identity[seen.valid].tolist()]
     if seen.time is not None:
-        found["times"] = seen.time[seen.valid].tolist()
+        fields["times"] = seen.time[seen.valid].tolist()
     if pose is not None:
         velocity = {} if pose.velocity is None else {"velocity": pose.velocity.tolist()}
-        found["pose"] = {"position": pose.position.tolist(), **velocity, "heading": float(pose.heading)}
-    return found
+        fields["pose"] = {"position": pose.position.tolist(), **velocity, "heading": float(pose.heading)}
+    return fields
 
 
 def _header(given: Any) -> Header:
@@ -265,10 +265,10 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
             noise = _matrix(columns["noise"][i], f"noise[{i}]", m) if "noise" in columns else []
             evidence = number(columns["evidence"][i], f"evidence[{i}]") if "evidence" in columns else 0.0
             code = identity_code(columns["identity"][i]) if "identity" in columns else -1
-            own = number(columns["times"][i], f"times[{i}]") if "times" in columns else time
-            if own > time:
-                raise ValueError(f"times[{i}] must be until the scan's time, {time!r} s, got {own!r}")
-            good.append((z, noise, evidence, code, own))
+            own_time = number(columns["times"][i], f"times[{i}]") if "times" in columns else time
+            if own_time > time:
+                raise ValueError(f"times[{i}] must be until the scan's time, {time!r} s, got {own_time!r}")
+            good.append((z, noise, evidence, code, own_time))
         except ValueError as error:
             problems.append(str(error))
     if k and not good:
@@ -279,7 +279,7 @@ def _scan(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan 
         np.array([evidence for _, _, evidence, *_ in good]) if "evidence" in columns else None,
         np.array([noise for _, noise, *_ in good]).reshape(-1, m, m) if "noise" in columns else None,
         identity=np.array([code for *_, code, _ in good], dtype=np.int64) if "identity" in columns else None,
-        time=np.array([own for *_, own in good]) if "times" in columns else None,
+        time=np.array([own_time for *_, own_time in good]) if "times" in columns else None,
     )
     return Scan(time, name, detections, pose, frame), problems
 

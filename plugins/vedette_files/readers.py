@@ -32,14 +32,14 @@ def find(path: str, wanted: str) -> Path:
     if not path:
         raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
     try:
-        found = user_path(path)
+        file = user_path(path)
     except ValueError as error:
         raise ConfigError([Problem("path", f"{error}. Wanted: {wanted}")]) from None
-    if not found.exists():
+    if not file.exists():
         raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}. Wanted: {wanted}")])
-    if not found.is_file() and not found.is_dir():
+    if not file.is_file() and not file.is_dir():
         raise ConfigError([Problem("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")])
-    return found
+    return file
 
 
 def check_files(folder: Path, files: Sequence[tuple[str, str]], wanted: str) -> None:

@@ -79,11 +79,11 @@ def _flat(place: str, record: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
     for name, value in record.items():
         if isinstance(value, Mapping) and depth < DEEPEST:
             for inner in _flat(place, value, depth + 1):
-                row |= {f"{name}.{title}": each for title, each in inner.items()}
-        elif isinstance(value, list) and value and all(isinstance(each, Mapping) for each in value) and depth < DEEPEST:
-            rows = [inner for each in value for inner in _flat(place, each, depth + 1)]
+                row |= {f"{name}.{title}": part for title, part in inner.items()}
+        elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value) and depth < DEEPEST:
+            rows = [inner for part in value for inner in _flat(place, part, depth + 1)]
         elif isinstance(value, list):
-            row |= {f"{name}.{i}": each for i, each in enumerate(value) if not isinstance(each, list | Mapping)}
+            row |= {f"{name}.{i}": part for i, part in enumerate(value) if not isinstance(part, list | Mapping)}
         else:
             row[name] = value
     yield from [row] if rows is None else ({**row, **inner} for inner in rows)

@@ -95,21 +95,21 @@ class Series:
 
 def read_about(path: Path | str) -> dict[str, Any]:
     """Read what is the same in all of a run's series; InputError as from `read_series`."""
-    with open_series(path) as found:
-        return found.about
+    with open_series(path) as arrays:
+        return arrays.about
 
 
 def read_series(path: Path | str | BinaryIO) -> Series:
     """Read the series that a run wrote, its blocks joined. InputError if it is missing, cut off or of another format."""
-    with open_series(path) as found:
+    with open_series(path) as arrays:
         parts: dict[str, dict[str, list[Column]]] = {}
-        for block in found.blocks():
+        for block in arrays.blocks():
             for table, columns in block.items():
                 for name, values in columns.items():
                     parts.setdefault(table, {}).setdefault(name, []).append(values)
         return Series(
-            found.about,
-            {table: {name: np.concatenate(own) for name, own in columns.items()} for table, columns in parts.items()},
+            arrays.about,
+            {table: {name: np.concatenate(blocks) for name, blocks in columns.items()} for table, columns in parts.items()},
         )
 
 

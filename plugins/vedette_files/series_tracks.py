@@ -76,8 +76,8 @@ class SeriesTracks:
             rows = evolve(rows, identity=np.maximum(codes, -1))
         sure = np.isin(rows.track, [*self._told, *np.unique(rows.track[rows.confirmed]).tolist()])
         told = np.flatnonzero(sure)
-        found = rows.take(told[np.argsort(rows.track[told], kind="stable")])
-        numbers = set(found.track.tolist())
+        confirmed = rows.take(told[np.argsort(rows.track[told], kind="stable")])
+        numbers = set(confirmed.track.tolist())
         parents = {number: self._parents[number] for number in numbers - self._told if number in self._parents}
         merged = {number: end[1:] for number, end in self._merged.items() if number in numbers or number in self._told}
         alive, known = set(self._alive.tolist()), self._told | numbers
@@ -86,4 +86,4 @@ class SeriesTracks:
         self._parts = [rows.take(np.flatnonzero(np.isin(rows.track, list(waiting))))]
         self._parents = {number: self._parents[number] for number in waiting if number in self._parents}
         self._merged = {}
-        return evolve(found, identity=found.identity if named else None, parents=parents, merged=merged)
+        return evolve(confirmed, identity=confirmed.identity if named else None, parents=parents, merged=merged)

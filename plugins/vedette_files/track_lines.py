@@ -138,12 +138,12 @@ class Chunk:
         misses = chain.from_iterable(self._texts(rows.miss[:, None]))
         keys, edges = rows.weights.key.tolist(), rows.weights.edges(len(rows.track))
         for i, (miss, count) in enumerate(zip(misses, rows.columns.tolist(), strict=True)):
-            own, returns = texts[edges[i] : edges[i + 1]], keys[edges[i] : edges[i + 1]]
+            weights, returns = texts[edges[i] : edges[i + 1]], keys[edges[i] : edges[i + 1]]
             if count == WITHIN:
-                yield f"[{', '.join([miss, *own])}]", f', "returns": {returns}'
+                yield f"[{', '.join([miss, *weights])}]", f', "returns": {returns}'
                 continue
             row = ["0.0"] * count
-            for key, text in zip(returns, own, strict=True):
+            for key, text in zip(returns, weights, strict=True):
                 row[key] = text
             yield f"[{', '.join([miss, *row])}]", ""
 

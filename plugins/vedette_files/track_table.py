@@ -43,8 +43,8 @@ def table_of(tracks: Sequence[Track], space: Space, terms: Terms = PLAIN) -> dic
     parts = []
     for track in tracks:
         before, after = numbers_of(track)
-        own = [np.full(len(track.times), track.id), *before.T, track.confirmed, *after.T]
-        parts.append([*own, *(np.asarray(values) for values in terms.values(track).values())])
+        columns = [np.full(len(track.times), track.id), *before.T, track.confirmed, *after.T]
+        parts.append([*columns, *(np.asarray(values) for values in terms.values(track).values())])
     extra = [name for name in EXTRA if any(getattr(track, name) is not None for track in tracks)]
     titles = columns_of(space, mode_count(tracks, space), terms, extra)
     if not parts:

@@ -120,30 +120,30 @@ def _fields(given: Any, n: int) -> dict[str, Any]:
         "returns": (None,),
         **dict.fromkeys(EXTRA, ()),
     }
-    found = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
+    fields = {"track": given["track"], "confirmed": given["confirmed"], "times": number(given.get("time"), "time")}
     known = ("track", "time", "confirmed", *shapes, "parents", "identity")
     for name in given:
         if name not in known:
             raise ValueError(f"unknown field {shown(name)}; known are {', '.join(known)}")
     for name, shape in shapes.items():
         absent = name in ("mode_prob", "returns", *EXTRA) and name not in given
-        found[name] = None if absent else _array(given.get(name), shape, name)
-    found["identity"] = identity_code(given["identity"]) if "identity" in given else None
-    found["parents"] = given.get("parents", [])
-    if not isinstance(found["parents"], list) or any(type(one) is not int for one in found["parents"]):
-        raise ValueError(f"parents must be a list of whole numbers, got {short(found['parents'])}")
-    return found
+        fields[name] = None if absent else _array(given.get(name), shape, name)
+    fields["identity"] = identity_code(given["identity"]) if "identity" in given else None
+    fields["parents"] = given.get("parents", [])
+    if not isinstance(fields["parents"], list) or any(type(one) is not int for one in fields["parents"]):
+        raise ValueError(f"parents must be a list of whole numbers, got {short(fields['parents'])}")
+    return fields
 
 
 def _array(value: Any, shape: tuple[int | None, ...], what: str) -> Array:
     try:
-        found = np.array(_numbers(value), dtype=float)
+        numbers = np.array(_numbers(value), dtype=float)
     except (TypeError, ValueError, OverflowError):
         raise ValueError(f"{what} must be numbers or null, got {short(value)}") from None
-    if len(shape) != found.ndim or any(want not in (None, got) for want, got in zip(shape, found.shape, strict=True)):
+    if len(shape) != numbers.ndim or any(want not in (None, got) for want, got in zip(shape, numbers.shape, strict=True)):
         wanted = "(any,)" if None in shape else str(shape)
         raise ValueError(f"{what} must have shape {wanted}, got {short(value)}")
-    return found
+    return numbers
 
 
 def _numbers(value: Any) -> Any:

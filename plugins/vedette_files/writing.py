@@ -60,8 +60,8 @@ class Inputs:
             with suppress(OSError, ValueError, RuntimeError):  # a text that is no path
                 known = path.expanduser()
                 if known.is_file():
-                    found = known.stat()
-                    names.setdefault((found.st_dev, found.st_ino), str(path))
+                    status = known.stat()
+                    names.setdefault((status.st_dev, status.st_ino), str(path))
                 elif in_full and known.is_dir():  # by their numbers in the folder: one of frames holds very many
                     device = known.stat().st_dev
                     with os.scandir(known) as entries:
@@ -105,10 +105,10 @@ def _paths(given: Any, folder: Path | None = None) -> Iterator[tuple[Path, bool]
 def _number(path: Path) -> tuple[int, int] | None:
     """Return device and number of the file that a path leads to; None if there is none."""
     try:
-        found = path.stat()
+        status = path.stat()
     except OSError:
         return None
-    return found.st_dev, found.st_ino
+    return status.st_dev, status.st_ino
 
 
 @contextmanager

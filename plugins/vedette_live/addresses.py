@@ -44,12 +44,12 @@ class Security:
             return None
         try:
             with _path(self.token_file).open("rb") as file:
-                found = file.read(4097).strip()
+                content = file.read(4097).strip()
         except OSError as error:
             raise InputError(f"token_file: {self.token_file}: cannot be read: {error.strerror}") from None
-        if not 16 <= len(found) <= 4096 or b"\n" in found:
+        if not 16 <= len(content) <= 4096 or b"\n" in content:
             raise InputError(f"token_file: {self.token_file}: must hold one line of 16 to 4,096 bytes")
-        return found
+        return content
 
     def allows(self, line: bytes) -> bool:
         """Return whether a client's first line is the token."""

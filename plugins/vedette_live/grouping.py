@@ -187,12 +187,12 @@ def _formed(name: str, pieces: list[_Piece], arrived: float, grouping: Grouping)
 
 def _times(pieces: list[_Piece], length: float) -> Array:
     """Return when each return was measured, by the clock of the messages; at most `length` s from its message."""
-    found = []
+    scans = []
     for message, z, time, _ in pieces:
         known = message.times is not None and message.time is not None
         apart = message.times - message.time if known else np.zeros(len(z))  # type: ignore[operator]
-        found.append(time + np.clip(apart, -length, length))
-    return np.concatenate(found)
+        scans.append(time + np.clip(apart, -length, length))
+    return np.concatenate(scans)
 
 
 def _identities(messages: list[Message]) -> Indices | None:

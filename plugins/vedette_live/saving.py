@@ -75,12 +75,12 @@ def scan_data(scan: Scan) -> dict[str, Any]:
 def scan_from(given: Mapping[str, Any]) -> Scan:
     """Return the scan of `scan_data`."""
     z = np.array(given["z"], dtype=float).reshape(-1, given["axes"])
-    own = {name: np.array(given[key]) for key, name in _ARRAYS.items() if given.get(key) is not None}
+    arrays = {name: np.array(given[key]) for key, name in _ARRAYS.items() if given.get(key) is not None}
     pose = None
     if given["pose"] is not None:
         position, velocity, heading = given["pose"]
         pose = Pose(np.array(position), None if velocity is None else np.array(velocity), heading)
-    return Scan(given["time"], given["sensor"], Detections(z, np.ones(len(z), dtype=bool), **own), pose)
+    return Scan(given["time"], given["sensor"], Detections(z, np.ones(len(z), dtype=bool), **arrays), pose)
 
 
 def formed_data(formed: Formed) -> dict[str, Any]:

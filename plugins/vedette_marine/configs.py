@@ -130,12 +130,12 @@ def tracker(
     }
     spread = {"vx": 1.0, "vy": 1.0, "turn_rate": 0.01}
     announced = {"kind": "announced", "spread": {"x": start, "y": start} | spread}
-    found = {"kind": "from_returns", "spread": {"vx": 6.0, "vy": 6.0, "turn_rate": 0.01}}
+    birth = {"kind": "from_returns", "spread": {"vx": 6.0, "vy": 6.0, "turn_rate": 0.01}}
     return {
         "estimator": estimator,
         "sensors": {"radar": sensor},
         "gate": {"probability": 0.99, "clutter": "nonparametric" if clutter_density is None else "sensor"},
         "associator": {"kind": "pda"},
-        "birth": found if automatic else announced,
+        "birth": birth if automatic else announced,
         "lifecycle": {"kind": "existence" if automatic else "announced"},
     }

@@ -120,7 +120,7 @@ class PictureGeometry:
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields as JSON holds them."""
-        named = {each.name: getattr(self, each.name) for each in attributes(PictureGeometry)}
+        named = {part.name: getattr(self, part.name) for part in attributes(PictureGeometry)}
         return {name: value.tolist() if isinstance(value, np.ndarray) else value for name, value in named.items()}
 
     @classmethod
@@ -128,7 +128,7 @@ class PictureGeometry:
         """Build it from what `as_json` returns; ValueError that names the field if `data` is anything else."""
         if not isinstance(data, Mapping):
             raise ValueError(f"must be an object with the fields of a geometry, got {short(data)}")
-        known = [each.name for each in attributes(cls)]
+        known = [part.name for part in attributes(cls)]
         for name in ("metres_per_pixel", "centre", "width", "height"):
             if name not in data:
                 raise ValueError(f"{name}: is missing")

@@ -49,10 +49,10 @@ Found = Mapping[tuple[str, str], Mapping[str, Record]]
 """(target, parameters) to filter to record."""
 
 
-def error_table(title: str, parameters: str, found: Found, note: str) -> Table:
+def error_table(title: str, parameters: str, records_by: Found, note: str) -> Table:
     """Return the errors of all targets with one set of parameters: against AIS, against the centre, and the runs lost."""
     rows = []
-    for (target, each), records in found.items():
+    for (target, each), records in records_by.items():
         if each != parameters:
             continue
         printed = PUBLISHED.get(target, (None,) * 3)
@@ -64,15 +64,15 @@ def error_table(title: str, parameters: str, found: Found, note: str) -> Table:
     return Table(title, columns, tuple(rows), note)
 
 
-def ratio_table(found: Found) -> Table:
+def ratio_table(records_by: Found) -> Table:
     """Return IMM over CV and over CT, on the runs that neither lost."""
     rows = []
-    for (target, parameters), records in found.items():
+    for (target, parameters), records in records_by.items():
         cells = [ratio(records, other, what) for what in ("ais", "centre") for other in ("CV-PDAF", "CT-PDAF")]
         nis = [mean_cell(np.mean(records[name].nis, axis=1)) for name in FILTERS]
         modes = records["IMM-PDAF"].modes
         turning = Cell(None if modes is None else float(np.mean(modes[:, 1])))
-        lost = share_cell(np.any([each.lost for each in records.values()], axis=0))
+        lost = share_cell(np.any([record.lost for record in records.values()], axis=0))
         rows.append((f"{target}, {parameters}", (*cells, *nis, turning, lost)))
     return Table(
         "Ratios of RMSE, and consistency",
@@ -127,7 +127,7 @@ def charts(
     times: Mapping[str, Array],
     centres: Mapping[str, Array],
     returns: Mapping[str, Array],
-    found: Found,
+    records_by: Found,
     errors: Table,
     claims: tuple[Claim, ...],
 ) -> tuple[Chart, ...]:
@@ -136,7 +136,7 @@ def charts(
     `returns`: those of the first run near each target, (n, 2).
     """
     paths, against, modes = [], [], []
-    for (target, parameters), records in found.items():
+    for (target, parameters), records in records_by.items():
         if parameters != "tuned":
             continue
         centre = centres[target]
@@ -151,9 +151,9 @@ def charts(
             root, doubt = over_runs(in_blocks(some if len(some) else records[name].ais))
             error.append(Curve(name, in_blocks(times[target]), root, doubt=doubt))
         against.append(Panel(target, "time [s]", "RMS error against AIS [m]", tuple(error)))
-        own, names = records["IMM-PDAF"], ("constant velocity", "coordinated turn")
-        if own.modes is not None:
-            modes.append(mode_panel(target, "time [s]", times[target], own.modes, names, own.modes_doubt))
+        proposed, names = records["IMM-PDAF"], ("constant velocity", "coordinated turn")
+        if proposed.modes is not None:
+            modes.append(mode_panel(target, "time [s]", times[target], proposed.modes, names, proposed.modes_doubt))
     columns = [column for column in errors.columns if column.endswith("AIS")]
     table = comparison(errors, columns, "RMS error [m]", title="Against AIS, each filter tuned", log=True)
     return (

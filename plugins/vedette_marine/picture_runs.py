@@ -32,22 +32,24 @@ class MarinePicturesReproduction(Reproduction):
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same pictures."""
-        found: dict[tuple[str, str], dict[str, Record]] = {}
+        records: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres, returns = {}, {}, {}
         for i, scene in enumerate(SCENES):
             points = seen(scene, runs, seed, progress, keep)
             filters = tuned(scene, seed, i, keep)
             for target, name in enumerate(points.names):
                 key = f"{scene} {name}"
-                found[key, "tuned"] = {each: record(scene, points, target, filters[each], SIGMA[scene]) for each in FILTERS}
+                records[key, "tuned"] = {
+                    each: record(scene, points, target, filters[each], SIGMA[scene]) for each in FILTERS
+                }
                 times[key], centres[key], returns[key] = points.times, points.centres[target], near(points, target)
         note = "m; RMSE of the runs that were not lost, AIS: against interpolated reports, centre: against the hull's centre"
         tables = (
-            outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", found, note),
-            outcome.ratio_table(found),
+            outcome.error_table("Table 4 from pictures, each filter tuned", "tuned", records, note),
+            outcome.ratio_table(records),
         )
-        claims = verdicts.claims(verdicts.figures(found, {}), runs, pictures=True)
-        charts = outcome.charts(times, centres, returns, found, tables[0], claims)
+        claims = verdicts.claims(verdicts.figures(records, {}), runs, pictures=True)
+        charts = outcome.charts(times, centres, returns, records, tables[0], claims)
         return Findings(self.title, runs, seed, tables, claims, charts)
 
 

@@ -57,7 +57,7 @@ class Returns:
         """Return those of the k-th picture."""
         first = int(np.sum(self.counts[:k]))
         part = slice(first, first + int(self.counts[k]))
-        rest = [None if each is None else each[part] for each in (self.evidence, self.noise)]
+        rest = [None if column is None else column[part] for column in (self.evidence, self.noise)]
         return Detections(self.z[part], np.ones(int(self.counts[k]), dtype=bool), *rest)
 
 
@@ -77,11 +77,11 @@ def see(
     experiment = load(_TRACKER | {"source": scene, "preprocessors": {"radar": detector}})
 
     def look(run: int) -> Returns:
-        painter, found = made.painter(seeds[run]), []
+        painter, looks = made.painter(seeds[run]), []
         for time in progress(times.tolist(), f"{about}, run {run + 1} of {runs}"):
             (scan,) = preprocessed([painter.scan(time, "screen")], experiment.preprocessors)
-            found.append(scan.detections)
-        return gathered(found)
+            looks.append(scan.detections)
+        return gathered(looks)
 
     looked = [keep(f"{about}, pictures of run {run + 1}", Returns, partial(look, run)) for run in range(runs)]
     scans = tuple(
@@ -90,14 +90,14 @@ def see(
     return assembled(made, times, [made.ais(seed) for seed in seeds], scans)
 
 
-def gathered(found: Sequence[Detections]) -> Returns:
+def gathered(pictures: Sequence[Detections]) -> Returns:
     """Gather the returns of one run's pictures, all of them valid."""
     rest = [
-        None if getattr(found[0], name) is None else np.concatenate([getattr(one, name) for one in found])
+        None if getattr(pictures[0], name) is None else np.concatenate([getattr(one, name) for one in pictures])
         for name in ("evidence", "noise")
     ]
-    counts = np.array([float(len(one.z)) for one in found])
-    return Returns(counts, np.concatenate([one.z for one in found]), *rest)
+    counts = np.array([float(len(one.z)) for one in pictures])
+    return Returns(counts, np.concatenate([one.z for one in pictures]), *rest)
 
 
 _TRACKER = configs.tracker(configs.TABLE_6["CV-PDAF"], 10.0)
@@ -108,16 +108,16 @@ def source(scene: dict[str, Any]) -> Any:
     return load(_TRACKER | {"source": scene}).source
 
 
-def together(each: Sequence[Detections]) -> Detections:
+def together(targets: Sequence[Detections]) -> Detections:
     """Stack the returns of runs (r,): (r, k, 2), padded; without noise or evidence if they have none."""
-    counts = np.array([[len(one.z)] for one in each])
+    counts = np.array([[len(one.z)] for one in targets])
     valid: Mask = np.arange(max(1, int(counts.max()))) < counts
 
     def padded(name: str, fill: Array) -> Any:
-        if getattr(each[0], name) is None:
+        if getattr(targets[0], name) is None:
             return None
         whole = np.broadcast_to(fill, valid.shape + fill.shape).copy()
-        whole[valid] = np.concatenate([getattr(one, name) for one in each])
+        whole[valid] = np.concatenate([getattr(one, name) for one in targets])
         return whole
 
     return Detections(padded("z", np.zeros(2)), valid, padded("evidence", np.zeros(())), padded("noise", np.eye(2)))
@@ -159,7 +159,8 @@ def _within(scan: Scan, low: Array, high: Array) -> Scan:
         return None if values is None else values[np.arange(len(order))[:, None], order]
 
     return evolve(
-        scan, detections=Detections(*(kept(each) for each in (detections.z, valid, detections.evidence, detections.noise)))
+        scan,
+        detections=Detections(*(kept(column) for column in (detections.z, valid, detections.evidence, detections.noise))),
     )
 
 

@@ -69,7 +69,7 @@ class MarineReproduction(Reproduction):
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all filters on the same draws; the process noises of CV-PDAF and CT-PDAF are chosen on other draws."""
-        found: dict[tuple[str, str], dict[str, Record]] = {}
+        records: dict[tuple[str, str], dict[str, Record]] = {}
         numbered: dict[tuple[str, str], dict[str, Record]] = {}
         late: dict[tuple[str, str], dict[str, Record]] = {}
         times, centres, returns, seconds = {}, {}, {}, {}
@@ -77,27 +77,27 @@ class MarineReproduction(Reproduction):
             points = draw(SCENES[scene](), runs, CLUTTER, np.random.default_rng([seed, i]))
             best = tuned(scene, seed, i, keep)
             sets = {"Table 6": (configs.TABLE_6, 10.0), "tuned": (best, SIGMA[scene])}
-            work = [(name, target, each) for name in sets for target in range(len(points.names)) for each in FILTERS]
-            for name, target, each in progress(work, scene):
-                judge = partial(record, scene, points, target, sets[name][0][each], sets[name][1])
+            work = [(name, target, tried) for name in sets for target in range(len(points.names)) for tried in FILTERS]
+            for name, target, tried in progress(work, scene):
+                judge = partial(record, scene, points, target, sets[name][0][tried], sets[name][1])
                 key = (f"{scene} {points.names[target]}", name)
-                found.setdefault(key, {})[each] = keep(f"{key[0]}, {name}, {each}", Record, judge)
+                records.setdefault(key, {})[tried] = keep(f"{key[0]}, {name}, {tried}", Record, judge)
                 if name == "Table 6":
-                    judge = partial(record, scene, first_late(points, COAST), target, configs.TABLE_6[each], sets[name][1])
-                    late.setdefault((key[0], "late"), {})[each] = keep(f"{key[0]}, late, {each}", Record, judge)
+                    judge = partial(record, scene, first_late(points, COAST), target, configs.TABLE_6[tried], sets[name][1])
+                    late.setdefault((key[0], "late"), {})[tried] = keep(f"{key[0]}, late, {tried}", Record, judge)
                 if name == "tuned":
-                    judge = partial(record, scene, by_frame_number(points), target, best[each], SIGMA[scene], lost=np.inf)
-                    by_number = keep(f"{key[0]}, by number, {each}", Record, judge)
-                    numbered.setdefault((key[0], "by number"), {})[each] = by_number
+                    judge = partial(record, scene, by_frame_number(points), target, best[tried], SIGMA[scene], lost=np.inf)
+                    by_number = keep(f"{key[0]}, by number, {tried}", Record, judge)
+                    numbered.setdefault((key[0], "by number"), {})[tried] = by_number
                 times[key[0]], centres[key[0]], returns[key[0]] = points.times, points.centres[target], near(points, target)
             seconds[scene] = run_times(scene, points, best, SIGMA[scene])
         notes = (
             "m; RMSE of the runs that were not lost, AIS: against interpolated reports, centre: against the hull's centre"
         )
         tables = (
-            outcome.error_table("Table 4, parameters of Table 6 corrected", "Table 6", found, notes),
-            outcome.error_table("Table 4, each filter tuned", "tuned", found, notes),
-            outcome.ratio_table(found),
+            outcome.error_table("Table 4, parameters of Table 6 corrected", "Table 6", records, notes),
+            outcome.error_table("Table 4, each filter tuned", "tuned", records, notes),
+            outcome.ratio_table(records),
             outcome.error_table(
                 f"Table 4 with an initial coast of {COAST:g} s", "late", late, f"{notes}; parameters of table 6 corrected"
             ),
@@ -105,14 +105,14 @@ class MarineReproduction(Reproduction):
                 "Table 4 with the frame's number taken for its time", "by number", numbered, f"{notes}; each filter tuned"
             ),
         )
-        claims = verdicts.claims(verdicts.figures(found, numbered, late), runs)
-        charts = outcome.charts(times, centres, returns, found, tables[1], claims)
+        claims = verdicts.claims(verdicts.figures(records, numbered, late), runs)
+        charts = outcome.charts(times, centres, returns, records, tables[1], claims)
         return Findings(self.title, runs, seed, tables, claims, charts, (outcome.times_table(seconds),))
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""
         clutter, gap = (values[point[name]] for name, values in UNSAID.items())
-        found: dict[tuple[str, str], dict[str, Record]] = {}
+        records: dict[tuple[str, str], dict[str, Record]] = {}
         numbered: dict[tuple[str, str], dict[str, Record]] = {}
         late: dict[tuple[str, str], dict[str, Record]] = {}
         for i, scene in enumerate(SCENES):
@@ -120,12 +120,12 @@ class MarineReproduction(Reproduction):
             points, best = first_late(whole, gap), _tuned(scene, seed, i)
             for target, name in enumerate(points.names):
                 key = f"{scene} {name}"
-                found[key, "tuned"] = {each: record(scene, points, target, best[each], SIGMA[scene]) for each in FILTERS}
+                records[key, "tuned"] = {each: record(scene, points, target, best[each], SIGMA[scene]) for each in FILTERS}
                 counted = record(scene, by_frame_number(points), target, best[FILTERS[0]], SIGMA[scene], lost=np.inf)
                 numbered[key, "by number"] = {FILTERS[0]: counted}
                 coasting = first_late(whole, max(gap, COAST))
                 late[key, "late"] = {each: record(scene, coasting, target, configs.TABLE_6[each], 10.0) for each in FILTERS}
-        return verdicts.claims(verdicts.figures(found, numbered, late), runs)
+        return verdicts.claims(verdicts.figures(records, numbered, late), runs)
 
 
 @cache  # on runs of its own, at every point of the grid the same
@@ -168,14 +168,14 @@ def record(
     """Run one filter on one target of all runs, started by its AIS; over `lost` m off for long is lost."""
     tracker = build(configs.tracker(estimator, sigma))
     given = prior(points, target, START[scene], tracker.state)
-    found = run_together(tracker, given, float(points.times[0]), points.scans)
-    spot = found.mean[..., :2]
+    tracks = run_together(tracker, given, float(points.times[0]), points.scans)
+    spot = tracks.mean[..., :2]
     centre = _squares(spot - points.centres[target])
-    modes = (None, None) if found.mode_prob is None else mean_over_runs(found.mode_prob)
+    modes = (None, None) if tracks.mode_prob is None else mean_over_runs(tracks.mode_prob)
     return Record(
         ais=_squares(spot - points.ais[:, target]),
         centre=centre,
-        nis=found.nis / 2,
+        nis=tracks.nis / 2,
         lost=_lost(centre, LOST[scene] if lost is None else lost),
         modes=modes[0],
         path=spot[0],
@@ -202,8 +202,8 @@ def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: flo
 def _lost(squares: Array, limit: float) -> Mask:
     """Return the runs (r,) that err by more than `limit` in `IN_A_ROW` successive scans; squares (r, s)."""
     far = np.lib.stride_tricks.sliding_window_view(squares > limit**2, IN_A_ROW, axis=-1)
-    found: Mask = np.any(np.all(far, axis=-1), axis=-1)
-    return found
+    lost: Mask = np.any(np.all(far, axis=-1), axis=-1)
+    return lost
 
 
 def _squares(error: Array) -> Array:

@@ -51,39 +51,39 @@ def figures(found: Found, numbered: Found, late: Found | None = None) -> dict[tu
     return made
 
 
-def claims(found: Figures, runs: int, *, pictures: bool = False) -> tuple[Claim, ...]:
+def claims(cells: Figures, runs: int, *, pictures: bool = False) -> tuple[Claim, ...]:
     """Return the claims with their verdicts, over so many runs, on returns from `pictures` or drawn ones."""
-    targets = [key[1] for key in found if key[0] == "error"]
+    targets = [key[1] for key in cells if key[0] == "error"]
     boats, ships = ([target for target in targets if target.startswith(scene)] for scene in (BOATS, SHIPS))
 
     def against(what: str, target: str, one: str, other: str, most: float, strict: bool = False) -> Condition:
         against = "AIS" if what == "ais" else "the hull's centre"
         words = f"{target}: RMSE of {one} over that of {other}, against {against}"
-        return Condition(words, found[what, target, one, other], most=most, strict=strict)
+        return Condition(words, cells[what, target, one, other], most=most, strict=strict)
 
     def stable(scene: str) -> Condition:
-        return Condition(f"{scene}-like: tracks that {IMM} loses, %", found["lost", scene, IMM], most=STABLE)
+        return Condition(f"{scene}-like: tracks that {IMM} loses, %", cells["lost", scene, IMM], most=STABLE)
 
     return (
         judged(
             "IMM-PDAF is more accurate than CV-PDAF where targets manoeuvre (table 4, MANV)",
             [
                 *(against(what, target, IMM, CV, BETTER) for target in boats for what in ("ais", "centre")),
-                *(Condition(f"{target}: RMSE of {IMM}, m", found["error", target], most=10.0) for target in boats),
+                *(Condition(f"{target}: RMSE of {IMM}, m", cells["error", target], most=10.0) for target in boats),
                 stable(BOATS),
             ],
             runs,
             "the process noise of CV-PDAF is the best of a grid, on runs of its own",
         ),
         _over_ct(
-            found, boats, [*(against("ais", each, IMM, CT, 1.0, True) for each in boats), stable(BOATS)], runs, pictures
+            cells, boats, [*(against("ais", each, IMM, CT, 1.0, True) for each in boats), stable(BOATS)], runs, pictures
         ),
         judged(
             "IMM-PDAF is more accurate than CV-PDAF on the large ship, 423 m against 525 m (table 4, DARC)",
             [against("ais", target, IMM, CV, 0.98) for target in ships],
             runs,
             "what is seen is not the antenna, 65 m from the hull's centre, and that is the same for all filters. Against "
-            f"the hull's centre the ratio is {_several(found, ships, 'centre', IMM, CV)}",
+            f"the hull's centre the ratio is {_several(cells, ships, 'centre', IMM, CV)}",
         ),
         judged(
             "The errors are in the order IMM, CV, CT for all three targets (table 4)",
@@ -98,12 +98,12 @@ def claims(found: Figures, runs: int, *, pictures: bool = False) -> tuple[Claim,
         ),
         judged(
             "Errors of 98 to 117 m (MANV) and of 423 m (DARC) with IMM-PDAF (table 4)",
-            [_size("RMSE", found["error", target], target) for target in targets],
+            [_size("RMSE", cells["error", target], target) for target in targets],
             runs,
             "the recordings can be had from the DLR (Fowdur and others, Sensors 21(14), 4641, 2021) and are not at hand. "
-            f"{_by_number(found)}",
+            f"{_by_number(cells)}",
         ),
-        *_late(found, runs),
+        *_late(cells, runs),
         remark(
             "A gate of 13.074 has a probability of .99 (table 6)",
             f"in two axes it has {1 - math.exp(-13.074 / 2):.5f}, and 9.2103 has .99; no number of axes up to 6 gives it",
@@ -115,7 +115,7 @@ def claims(found: Figures, runs: int, *, pictures: bool = False) -> tuple[Claim,
     )
 
 
-def _over_ct(found: Figures, boats: list[str], conditions: list[Condition], runs: int, pictures: bool) -> Claim:
+def _over_ct(cells: Figures, boats: list[str], conditions: list[Condition], runs: int, pictures: bool) -> Claim:
     text = "IMM-PDAF is more accurate than CT-PDAF where targets manoeuvre (table 4, MANV)"
     tuned = "the process noise of CT-PDAF is the best of a grid, on runs of its own"
     if pictures:
@@ -123,20 +123,20 @@ def _over_ct(found: Figures, boats: list[str], conditions: list[Condition], runs
     return remark(
         text,
         "the paper's returns are from pictures, and `marine-pictures` judges it there. On returns drawn without the bias "
-        f"of an echo's middle its RMSE is {_several(found, boats, 'ais', IMM, CT)} times that of CT-PDAF; {tuned}",
+        f"of an echo's middle its RMSE is {_several(cells, boats, 'ais', IMM, CT)} times that of CT-PDAF; {tuned}",
     )
 
 
-def _late(found: Figures, runs: int) -> tuple[Claim, ...]:
+def _late(cells: Figures, runs: int) -> tuple[Claim, ...]:
     """Return what is claimed of a track that begins before its first return."""
-    if ("late lost",) not in found:
+    if ("late lost",) not in cells:
         return ()
-    boats = list(dict.fromkeys(key[1] for key in found if key[0] == "late" and key[1].startswith(BOATS)))
-    order = ", ".join(f"{one[:3]}/{other[:2]} {_several(found, boats, 'late', one, other)}" for one, other in PAIRS)
+    boats = list(dict.fromkeys(key[1] for key in cells if key[0] == "late" and key[1].startswith(BOATS)))
+    order = ", ".join(f"{one[:3]}/{other[:2]} {_several(cells, boats, 'late', one, other)}" for one, other in PAIRS)
     return (
         judged(
             "A track that begins before its first return is predicted until one comes, and then follows (figure 7 d)",
-            [Condition(f"tracks that {IMM} loses, %", found["late lost",], most=STABLE)],
+            [Condition(f"tracks that {IMM} loses, %", cells["late lost",], most=STABLE)],
             runs,
             f"{COAST:g} s without returns, parameters of table 6 corrected. The ratios of RMSE against AIS are then, on the "
             f"boats, {order}: such a coast alone does not make the published order. One of 90 s, into the boats' first "
@@ -150,9 +150,9 @@ def _size(what: str, cell: Cell, target: str) -> Condition:
     return Condition(f"{target}: {what} of {IMM}, m", cell, round((1 - SIZE) * printed, 1), round((1 + SIZE) * printed, 1))
 
 
-def _by_number(found: Figures) -> str:
+def _by_number(cells: Figures) -> str:
     """Say what a frame's number taken for its time makes of the errors, and where that is not what was published."""
-    numbered = {key[1]: cell for key, cell in found.items() if key[0] == "by number"}
+    numbered = {key[1]: cell for key, cell in cells.items() if key[0] == "by number"}
     if not numbered:
         return "Healthy tracks err by far less"
     parts = []
@@ -162,8 +162,8 @@ def _by_number(found: Figures) -> str:
     return f"With a frame's number taken for its time (frames are lost) the errors are {'; '.join(parts)}"
 
 
-def _several(found: Figures, targets: list[str], what: str, one: str, other: str) -> str:
-    return " and ".join(_told(found[what, target, one, other], 3) for target in targets)
+def _several(cells: Figures, targets: list[str], what: str, one: str, other: str) -> str:
+    return " and ".join(_told(cells[what, target, one, other], 3) for target in targets)
 
 
 def _told(cell: Cell, digits: int = 0) -> str:

@@ -64,17 +64,17 @@ class Parts:
 
 
 def _write(path: Path, name: str, part: Any) -> None:
-    fields = {each.name: getattr(part, each.name) for each in attrs.fields(type(part))}
+    fields = {part_field.name: getattr(part, part_field.name) for part_field in attrs.fields(type(part))}
     arrays: dict[str, Any] = {field: value for field, value in fields.items() if value is not None} | {"its name": name}
     write_arrays(path, arrays)
 
 
 def _read(path: Path, name: str, kind: type[R]) -> R:
     try:
-        with open_arrays(path) as found:
-            if str(found["its name"]) != name:
-                raise ValueError(f"it is {str(found['its name'])!r}")
-            stored = {each: found[each] for each in found.names}
+        with open_arrays(path) as arrays:
+            if str(arrays["its name"]) != name:
+                raise ValueError(f"it is {str(arrays['its name'])!r}")
+            stored = {each: arrays[each] for each in arrays.names}
         fields = [each.name for each in attrs.fields(kind)]  # type: ignore[arg-type]
         return kind(**{field: stored.get(field) for field in fields})
     except (InputError, ValueError, TypeError) as error:

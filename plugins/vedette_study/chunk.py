@@ -106,17 +106,18 @@ def _together(experiment: Experiment, seeds: RunSeeds) -> Chunk:
     (given, scenes), tracker, judged = _opened(experiment, seeds), experiment.tracker, experiment.judge
     runs = run_together(tracker, given, scenes.scans[0].time, scenes.scans, seeds.child(1))
     common = [name for name in scenes.space.names if name in runs.space]
-    own = [runs.space.names.index(name) for name in common]
-    space = Space(tuple(runs.space.axes[i] for i in own))
-    error = space.difference(scenes.states[..., [scenes.space.names.index(name) for name in common]], runs.mean[..., own])
+    columns = [runs.space.names.index(name) for name in common]
+    space = Space(tuple(runs.space.axes[i] for i in columns))
+    true = scenes.states[..., [scenes.space.names.index(name) for name in common]]
+    error = space.difference(true, runs.mean[..., columns])
     spot, speed = positions(space), velocities(space)
     square, fast = (np.sum(error[..., axes] ** 2, axis=-1) if axes else error[..., 0] * np.nan for axes in (spot, speed))
     axes = np.array([scan.detections.z.shape[-1] for scan in scenes.scans])
     expected = (
         runs.hit * axes * gate_truncation(axes, np.array([gate_of(scan, tracker.gate.probability) for scan in scenes.scans]))
     )
-    cov = runs.cov if len(own) == len(runs.space) else runs.cov[..., own, :][..., own]
-    squares = _nees(error, cov) / max(len(own), 1)
+    cov = runs.cov if len(columns) == len(runs.space) else runs.cov[..., columns, :][..., columns]
+    squares = _nees(error, cov) / max(len(columns), 1)
     figures = {
         "position_rmse": np.mean(square, axis=1),
         "velocity_rmse": np.mean(fast, axis=1),

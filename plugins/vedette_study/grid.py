@@ -72,7 +72,7 @@ class Grid:
         if count > MOST_POINTS:
             raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
         choices = itertools.product(self.trackers or [None], *self.sweep.values())
-        return tuple(self._chosen(*each) for each in choices) if self.trackers or self.sweep else (alone,)
+        return tuple(self._chosen(*choice) for choice in choices) if self.trackers or self.sweep else (alone,)
 
     def _chosen(self, tracker: str | None, *values: Any) -> Point:
         config, place = self.base, "sweep" if self.sweep else f"trackers.{tracker}"
@@ -142,7 +142,7 @@ def unit_at(experiment: Experiment, path: str) -> str:
             return ""
     if not attrs.has(type(part)):
         return ""
-    unit = next((each.unit for each in parameters(type(part)) if each.name == last), "")
+    unit = next((parameter.unit for parameter in parameters(type(part)) if parameter.name == last), "")
     return "" if unit == "1" else unit
 
 
@@ -153,7 +153,7 @@ def spaced_evenly_in_log(values: Sequence[Any]) -> bool:
         return False
     if len(given) == 2:
         return given[1] >= 10 * given[0]
-    return _unevenness([math.log(each) for each in given]) < _unevenness(given)
+    return _unevenness([math.log(value) for value in given]) < _unevenness(given)
 
 
 def _unevenness(values: Sequence[float]) -> float:

@@ -58,7 +58,7 @@ def _told(value: float | None) -> str:
     return "none" if value is None else f"{value:.5g}"
 
 
-def judgement(found: Outcome, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
+def judgement(outcome: Outcome, before: Mapping[str, Any] | None = None) -> dict[str, Any]:
     """Return what is kept of a study: runs, seed, and each point's figures run by run.
 
     For each figure it says what is better, and from which part of it on a change counts: as `before` did, where it did.
@@ -66,14 +66,14 @@ def judgement(found: Outcome, before: Mapping[str, Any] | None = None) -> dict[s
     kept = (before or {}).get("figures", {})
     known = study_figures()
     rules = {}
-    for name in found.figures:
+    for name in outcome.figures:
         usual = "more" if name in MORE else "less" if known[name].expected is None else "expected"
         rules[name] = kept.get(name, {"better": usual, "least": LEAST})
     points = [
-        {"labels": _labels(at.labels), "figures": {name: _plain(values[i]) for name, values in found.figures.items()}}
-        for i, at in enumerate(found.plan.points)
+        {"labels": _labels(at.labels), "figures": {name: _plain(values[i]) for name, values in outcome.figures.items()}}
+        for i, at in enumerate(outcome.plan.points)
     ]
-    return {"made": made_by(), "runs": found.runs, "seed": found.plan.seed, "figures": rules, "points": points}
+    return {"made": made_by(), "runs": outcome.runs, "seed": outcome.plan.seed, "figures": rules, "points": points}
 
 
 def _labels(labels: Mapping[str, Any]) -> dict[str, str]:
@@ -109,8 +109,8 @@ def read_judgement(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read: {error}") from None
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: is no judgement, as `vedette study --write` writes: {error}") from None
-    found: dict[str, Any] = kept
-    return found
+    stored: dict[str, Any] = kept
+    return stored
 
 
 def _array(values: list[Any]) -> tuple[Array, Array]:
@@ -128,9 +128,9 @@ def demand_points(planned: Plan, kept: Mapping[str, Any]) -> None:
             raise ConfigError([Problem("--against", text)])
 
 
-def verdicts(found: Outcome, kept: Mapping[str, Any]) -> list[Verdict]:
+def verdicts(outcome: Outcome, kept: Mapping[str, Any]) -> list[Verdict]:
     """Return the verdict on each figure that was kept, the worse ones first."""
-    now = [_labels(at.labels) for at in found.plan.points]
+    now = [_labels(at.labels) for at in outcome.plan.points]
     tests: list[Verdict] = []
     for point in kept["points"]:
         i = now.index(point["labels"])
@@ -138,7 +138,7 @@ def verdicts(found: Outcome, kept: Mapping[str, Any]) -> list[Verdict]:
         for name, values in point["figures"].items():
             if name not in UNJUDGED and name in study_figures():
                 before, there = _array(values)
-                current = found.figures[name][i] if name in found.figures else np.full(len(before), np.nan)
+                current = outcome.figures[name][i] if name in outcome.figures else np.full(len(before), np.nan)
                 if len(there):
                     tests.append(_compared(told, name, before, current, kept["figures"][name]))
     return _holm(tests)

@@ -56,10 +56,10 @@ class Outcome:
         title = f"{self.plan.title or 'Study'}: {self.runs} runs at each of {len(self.plan.points)} points"
         tables = []
         for i, at in enumerate(self.plan.points):
-            found = {name: each for name, each in self.means(i).items() if each.value is not None}
+            means = {name: each for name, each in self.means(i).items() if each.value is not None}
             rows = {
                 name: f"{each.value:.4g} +- {each.error:.2g}" if each.error else f"{each.value:.4g}"
-                for name, each in found.items()
+                for name, each in means.items()
             }
             tables.append(figures_html(", ".join(map(str, at.labels.values())) or "all", rows))
         return figures_html(title, {}) + "".join(tables)
@@ -100,18 +100,18 @@ class Outcome:
         names = tuple(short_names(axes, {"run", "step", "time", *study_figures()}).values())
         arrays: dict[str, Any] = {}
         for name, values in self.figures.items():
-            each = np.sqrt(values) if study_figures()[name].squared else values
-            arrays[f"run_{name}"] = ((*names, "run"), by_point(each, axes), {"units": study_figures()[name].unit})
+            series = np.sqrt(values) if study_figures()[name].squared else values
+            arrays[f"run_{name}"] = ((*names, "run"), by_point(series, axes), {"units": study_figures()[name].unit})
             for part in ("value", "error"):
                 column = np.array([getattr(self.means(i)[name], part) for i in range(len(values))], dtype=float)
                 shown = name if part == "value" else f"{name}_error"
                 arrays[shown] = (names, by_point(column, axes), {"units": study_figures()[name].unit})
-        steps = max(len(each.times) for each in self.against)
+        steps = max(len(series.times) for series in self.against)
         if steps:
-            arrays["time"] = ((*names, "step"), by_point(_padded([each.times for each in self.against], steps), axes))
+            arrays["time"] = ((*names, "step"), by_point(_padded([series.times for series in self.against], steps), axes))
             for name in self.against[0].values:
                 for shown, part in ((f"{name}_at", "values"), (f"{name}_at_error", "errors")):
-                    rows = [getattr(each, part)[name] for each in self.against]
+                    rows = [getattr(series, part)[name] for series in self.against]
                     arrays[shown] = ((*names, "step"), by_point(_padded(rows, steps), axes))
         coordinates = {shown: _coordinate(values) for shown, values in zip(names, axes.values(), strict=True)}
         made = {"title": self.plan.title, "seed": self.plan.seed, "chunk": self.plan.chunk, **made_by()}
@@ -123,20 +123,20 @@ def outcome(plan: Plan, chunks: Chunks, *, interrupted: bool) -> Outcome:
     points = range(len(plan.points))
     names = [name for name in study_figures() if all(name in chunks[0][i].figures for i in points)]
     figures = {name: np.stack([gathered(chunks, name, i) for i in points]) for name in names}
-    found = Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
+    outcome = Outcome(plan, figures, tuple(_against(chunks, i) for i in points), interrupted)
     if not plan.average:
-        return found
+        return outcome
     means = {name: averaged(values, plan.axes, plan.average) for name, values in figures.items()}
     fewer = averaged_plan(plan)
     nothing = Against(np.zeros(0), {}, {})
-    return Outcome(fewer, means, (nothing,) * len(fewer.points), interrupted, found)
+    return Outcome(fewer, means, (nothing,) * len(fewer.points), interrupted, outcome)
 
 
 def _against(chunks: Chunks, point: int) -> Against:
-    runs = sum(len(next(iter(each[point].figures.values()))) for each in chunks)
+    runs = sum(len(next(iter(chunk[point].figures.values()))) for chunk in chunks)
     total = np.zeros_like(chunks[0][point].sums)
-    for each in chunks:
-        total = total + each[point].sums
+    for chunk in chunks:
+        total = total + chunk[point].sums
     value, error = ratios(total, runs)
     values, errors = dict(zip(SERIES, value, strict=True)), dict(zip(SERIES, error, strict=True))
     root = np.sqrt(values.pop("square"))
@@ -145,7 +145,7 @@ def _against(chunks: Chunks, point: int) -> Against:
 
 
 def _plain(means: dict[str, Mean]) -> dict[str, Any]:
-    return {name: {"value": each.value, "error": each.error, "runs": each.runs} for name, each in means.items()}
+    return {name: {"value": mean.value, "error": mean.error, "runs": mean.runs} for name, mean in means.items()}
 
 
 def _coordinate(values: tuple[Any, ...]) -> list[Any]:

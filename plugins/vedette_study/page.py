@@ -54,8 +54,8 @@ def _worst(folder: Path, outcome: Outcome, target: Path) -> dict[str, Any]:
 
 
 def _bad(folder: Path, bad: Bad, target: Path) -> dict[str, Any]:
-    own = folder / FOLDER / bad.name / "report.html"
-    link = Path(os.path.relpath(own, target.parent)).as_posix() if own.exists() else None
+    page = folder / FOLDER / bad.name / "report.html"
+    link = Path(os.path.relpath(page, target.parent)).as_posix() if page.exists() else None
     return {
         "run": bad.run,
         "value": bad.value,

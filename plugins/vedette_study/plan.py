@@ -118,7 +118,7 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     assert isinstance(experiment, Mapping)
     sweep, trackers = _sweep(table.get("sweep", {})), _trackers(table.get("trackers", {}))
     registry = Registry.installed()
-    changes = {"sweep": sweep, **{f"trackers.{name}": each for name, each in trackers.items()}}
+    changes = {"sweep": sweep, **{f"trackers.{name}": changes_of for name, changes_of in trackers.items()}}
     base = overridden(experiment, overrides, changes, registry)
     grid = Grid(base, trackers, sweep, registry)
     alone = grid.alone()
@@ -258,4 +258,4 @@ def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
 
 def by_point(values: Array, axes: Mapping[str, tuple[Any, ...]]) -> Array:
     """Reshape an array that leads with the points to one that leads with the axes of the grid."""
-    return values.reshape((*(len(each) for each in axes.values()), *values.shape[1:]))
+    return values.reshape((*(len(values_of) for values_of in axes.values()), *values.shape[1:]))

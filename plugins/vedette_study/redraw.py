@@ -59,7 +59,7 @@ class Redraw:
         """Return the given tracks (t, n) over `space`, each mean drawn from its prior; without a truth on all axes."""
         if given is None or not self.starts:
             return given
-        known = [i for i, name in enumerate(space.names) if not truth or any(name in each.space for each in truth)]
+        known = [i for i, name in enumerate(space.names) if not truth or any(name in path.space for path in truth)]
         step = np.zeros(given.mean.shape)
         standard = _stream(seeds, _STARTS).standard_normal(given.mean.shape)[..., known]
         step[..., known] = (psd_root(given.cov[..., known, :][..., known]) @ standard[..., None])[..., 0]

@@ -51,9 +51,9 @@ def _map(places: Sequence[Place]) -> Iterator[str]:
         return
     *down, across = places[0].values
     columns = list(dict.fromkeys(place.values[across] for place in places))
-    found = {tuple(place.values.values()): place.verdict for place in places}
+    verdicts = {tuple(place.values.values()): place.verdict for place in places}
     rows = dict.fromkeys(tuple(place.values[name] for name in down) for place in places)
-    marks = [(", ".join(row), "", *(_MARKS.get(found.get((*row, each), ""), "") for each in columns)) for row in rows]
+    marks = [(", ".join(row), "", *(_MARKS.get(verdicts.get((*row, column), ""), "") for column in columns)) for row in rows]
     yield from (f"    {line}" for line in aligned([(", ".join(down), across, *columns), *marks]))
 
 

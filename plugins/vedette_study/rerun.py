@@ -44,12 +44,12 @@ def _alone(scan: Scan) -> Scan:
     """Return the scan of the first run, without what pads it."""
     seen = scan.detections
     kept = seen.valid[0]
-    own = {name: getattr(seen, name) for name in ("evidence", "noise", "missing", "identity")}
+    columns = {name: getattr(seen, name) for name in ("evidence", "noise", "missing", "identity")}
     return evolve(
         scan,
         detections=Detections(
             seen.z[0][kept],
             np.ones(int(kept.sum()), dtype=bool),
-            **{name: None if values is None else values[0][kept] for name, values in own.items()},
+            **{name: None if values is None else values[0][kept] for name, values in columns.items()},
         ),
     )

@@ -56,7 +56,7 @@ def difference(name: str, a: Array, b: Array) -> Mean:
 
 def gathered(chunks: Sequence[Sequence[Chunk]], name: str, point: int) -> Array:
     """Gather one figure of all runs at a point (r,)."""
-    return np.concatenate([each[point].figures[name] for each in chunks])
+    return np.concatenate([chunk[point].figures[name] for chunk in chunks])
 
 
 def precise(chunks: Sequence[Sequence[Chunk]], wanted: Mapping[str, float]) -> bool:

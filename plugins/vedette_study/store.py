@@ -67,8 +67,8 @@ def told(folder: Path) -> Iterator[None]:
 
 def made_by() -> dict[str, str]:
     """Return what else determines the last bits of a run."""
-    found = {name: version(name) for name in ("vedette", "numpy", "scipy")}
-    return found | {"python": platform.python_version(), "machine": platform.machine(), "kernels": kernels.RUNNING}
+    versions = {name: version(name) for name in ("vedette", "numpy", "scipy")}
+    return versions | {"python": platform.python_version(), "machine": platform.machine(), "kernels": kernels.RUNNING}
 
 
 def manifest(plan: Plan, code: Code) -> dict[str, Any]:

@@ -120,8 +120,8 @@ def charts(outcome: Outcome) -> Iterator[Chart]:
         for name in _SERIES:
             curves = []
             for i in shown:
-                each = outcome.against[i]
-                curves.append(Curve(points[i].name, each.times, each.values[name], doubt=2 * each.errors[name]))
+                series = outcome.against[i]
+                curves.append(Curve(points[i].name, series.times, series.values[name], doubt=2 * series.errors[name]))
             panels.append(_panel(outcome, name, "time [s]", curves, first=not panels))
         yield Chart("time", f"Errors against time: {title}", tuple(panels))
     swept = tuple(numeric_axes(outcome.plan))
@@ -207,8 +207,8 @@ def _along(outcome: Outcome, path: str, name: str) -> list[Curve]:
 
 def _numbers(outcome: Outcome, i: int, name: str) -> tuple[float, float]:
     """Return the mean of a figure at a point, and its error; NaN where there is none."""
-    found = outcome.means(i).get(name, Mean(None, None, 0))
-    return np.nan if found.value is None else found.value, np.nan if found.error is None else found.error
+    mean = outcome.means(i).get(name, Mean(None, None, 0))
+    return np.nan if mean.value is None else mean.value, np.nan if mean.error is None else mean.error
 
 
 def _expected(begin: float, end: float) -> Curve:

@@ -31,7 +31,7 @@ def pieces(count: int, rng: np.random.Generator, seconds: float = 10.0) -> Array
     for row in walks.reshape(-1, SECONDS):
         lengths = rng.poisson(seconds, size=int(2.5 * SECONDS / seconds))
         begin = np.cumsum(lengths) - lengths
-        on, first = (np.repeat(each, lengths)[:SECONDS] for each in (np.arange(len(lengths)) % 2 == 0, begin))
+        on, first = (np.repeat(values, lengths)[:SECONDS] for values in (np.arange(len(lengths)) % 2 == 0, begin))
         steps = np.where(on, rng.standard_normal(SECONDS), 0.0)
         total = np.cumsum(steps)
         row[:] = np.where(on, total - total[first] + steps[first], 0.0)

@@ -67,8 +67,8 @@ SUDDEN = 5
 
 def _after(*times: float, past: float = SUDDEN) -> Mask:
     within = [(time < _TIMES) & (time + past >= _TIMES) for time in times]
-    found: Mask = np.any(within, axis=0)
-    return found
+    kept: Mask = np.any(within, axis=0)
+    return kept
 
 
 PARTS: dict[str, Mask] = {

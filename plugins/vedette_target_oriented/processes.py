@@ -19,13 +19,13 @@ CLEARLY = 0.95
 Figures = Mapping[tuple[str, ...], Cell]
 
 
-def tables(found: Mapping[str, Measured]) -> tuple[Table, ...]:
+def tables(measured: Mapping[str, Measured]) -> tuple[Table, ...]:
     """Return correlations, variances and kurtoses."""
-    both = {name: part for name, part in found.items() if name != "white noise"}
+    both = {name: part for name, part in measured.items() if name != "white noise"}
     correlations = Table(
         "Section 4.1: cross-correlation of the acceleration's two components",
         ("x and y", "forward and aside", "ratio"),
-        tuple((name, _correlations(part)) for name, part in found.items()),
+        tuple((name, _correlations(part)) for name, part in measured.items()),
         f"root mean square over lags of up to {LAGS} s; 0 if independent, .01 for 10,000 samples of white noise",
     )
     variances = Table(
@@ -44,8 +44,8 @@ def tables(found: Mapping[str, Measured]) -> tuple[Table, ...]:
 
 
 def _correlations(part: Measured) -> tuple[Cell, Cell, Cell]:
-    fixed, own = part.across_axes**2, part.across_own**2
-    return mean_cell(np.sqrt(np.mean(fixed, axis=1))), mean_cell(np.sqrt(np.mean(own, axis=1))), ratio_cell(own, fixed)
+    fixed, turned = part.across_axes**2, part.across_own**2
+    return mean_cell(np.sqrt(np.mean(fixed, axis=1))), mean_cell(np.sqrt(np.mean(turned, axis=1))), ratio_cell(turned, fixed)
 
 
 def _geometric(values: Array, published: float | None = None) -> Cell:
@@ -56,11 +56,11 @@ def _geometric(values: Array, published: float | None = None) -> Cell:
     return Cell(middle, None if log.error is None else middle * log.error, published, trimmed)
 
 
-def figures(found: Mapping[str, Measured]) -> dict[tuple[str, ...], Cell]:
+def figures(measured: Mapping[str, Measured]) -> dict[tuple[str, ...], Cell]:
     """Return the figures that the claims are judged by."""
     made: dict[tuple[str, ...], Cell] = {}
     for name in STEPS:
-        part = found[name]
+        part = measured[name]
         made["correlation", name] = ratio_cell(part.across_own**2, part.across_axes**2)
         made["x over forward", name] = mean_cell(part.kurtosis[:, 0] - part.kurtosis[:, 2])
         made["y over aside", name] = mean_cell(part.kurtosis[:, 1] - part.kurtosis[:, 3])
@@ -70,16 +70,16 @@ def figures(found: Mapping[str, Measured]) -> dict[tuple[str, ...], Cell]:
     return made
 
 
-def claims(found: Figures, count: int) -> tuple[Claim, ...]:
+def claims(cells: Figures, count: int) -> tuple[Claim, ...]:
     """Return the claims of section 4.1 with their verdicts, over so many trajectories."""
     first, second = STEPS
-    aside = evolve(found["forward over aside", second], published=0.009)
+    aside = evolve(cells["forward over aside", second], published=0.009)
 
     def verdict(text: str, why: str, *conditions: Condition) -> Claim:
         return judged(text, conditions, count, why, "trajectories")
 
     def less(name: str) -> Condition:
-        return Condition("correlation forward and aside over that of x and y", found["correlation", name], most=CLEARLY)
+        return Condition("correlation forward and aside over that of x and y", cells["correlation", name], most=CLEARLY)
 
     return (
         verdict(
@@ -95,24 +95,24 @@ def claims(found: Figures, count: int) -> tuple[Claim, ...]:
         verdict(
             "Scenario 1: the forward acceleration is closer to a Gaussian than that along x (figure 4 a, b)",
             "by the kurtosis, 3 for a Gaussian; each axis accelerates and rests at times of its own",
-            Condition("kurtosis along x less that forward", found["x over forward", first], least=0.0, strict=True),
+            Condition("kurtosis along x less that forward", cells["x over forward", first], least=0.0, strict=True),
         ),
         verdict(
             "Scenario 2: forward and aside the acceleration is closer to a Gaussian than along x and y (figure 4 c-f)",
             "",
-            Condition("kurtosis along x less that forward", found["x over forward", second], least=0.0, strict=True),
-            Condition("kurtosis along y less that aside", found["y over aside", second], least=0.0, strict=True),
+            Condition("kurtosis along x less that forward", cells["x over forward", second], least=0.0, strict=True),
+            Condition("kurtosis along y less that aside", cells["y over aside", second], least=0.0, strict=True),
         ),
         verdict(
             "The forward acceleration is nearly Gaussian (figure 4 b, e)",
             "rests and restarts make it peaked",
-            *(Condition(f"its kurtosis, {name}", found["forward", name], most=3.5) for name in STEPS),
+            *(Condition(f"its kurtosis, {name}", cells["forward", name], most=3.5) for name in STEPS),
         ),
         verdict(
             "Along the velocity the variance is far smaller than across, while x and y are alike (scenario 2)",
             "geometric means over trajectories",
             Condition("variance forward over that aside", aside, most=0.1),
-            Condition("variance along x over that along y", evolve(found["x over y", second], published=0.83), 0.5, 2.0),
+            Condition("variance along x over that along y", evolve(cells["x over y", second], published=0.83), 0.5, 2.0),
         ),
         remark(
             "The four variances are 14, 1477, 1115 and 1337 (m/s^2)^2",
@@ -122,11 +122,11 @@ def claims(found: Figures, count: int) -> tuple[Claim, ...]:
     )
 
 
-def charts(found: Mapping[str, Measured], claims: tuple[Claim, ...]) -> tuple[Chart, ...]:
+def charts(measured: Mapping[str, Measured], claims: tuple[Claim, ...]) -> tuple[Chart, ...]:
     """Return figures 3 and 4: the first trajectory's correlations with the spread over all, and its histograms."""
     lags = np.arange(-LAGS, LAGS + 1.0)
     panels = []
-    for name, part in found.items():
+    for name, part in measured.items():
         for words, rho in (("x and y", part.across_axes), ("forward and aside", part.across_own)):
             if not (name == "white noise" and words != "x and y"):
                 usual = 2 * np.sqrt(np.mean(rho**2, axis=0))
@@ -137,7 +137,7 @@ def charts(found: Mapping[str, Measured], claims: tuple[Claim, ...]) -> tuple[Ch
                     ),
                 )
                 panels.append(Panel(f"{name}: {words}", "lag [s]", "correlation coefficient", curves))
-    shapes = [_histogram(name, found[name].first[:, j], NAMES[j]) for name in STEPS for j in range(4)]
+    shapes = [_histogram(name, measured[name].first[:, j], NAMES[j]) for name in STEPS for j in range(4)]
     title = "Cross-correlation of the acceleration's components (figure 3)"
     return (
         Chart("correlation", title, tuple(panels), claims[:2], shared=True),

@@ -40,32 +40,32 @@ def indefinite() -> Cell:
 
 def figures(records: Mapping[str, Record]) -> dict[tuple[str, ...], Cell]:
     """Return the figures that the claims are judged by; errors in m, fails in %."""
-    found: dict[tuple[str, ...], Cell] = {("indefinite",): indefinite()}
+    cells: dict[tuple[str, ...], Cell] = {("indefinite",): indefinite()}
     for name, other in PAIRS:
         for phase in PHASES:
-            found[phase, name, other] = against(records, name, other, phase)
+            cells[phase, name, other] = against(records, name, other, phase)
     for name, record in records.items():
         kept, printed = ~record.failed, PUBLISHED.get(name, (None,) * 4)
         for phase, was in zip(PHASES, printed, strict=False):
-            found[phase, name] = rms_cell(record.squares[kept][:, PHASES[phase]], was)
-        found["fails", name] = share_cell(record.failed, printed[3], scale=100)
-    own, singer = records["TOM literal"], records["Singer"]
-    found["fails", "TOM literal", "Singer"] = less_often_cell(own.failed, singer.failed, scale=100)
+            cells[phase, name] = rms_cell(record.squares[kept][:, PHASES[phase]], was)
+        cells["fails", name] = share_cell(record.failed, printed[3], scale=100)
+    literal, singer = records["TOM literal"], records["Singer"]
+    cells["fails", "TOM literal", "Singer"] = less_often_cell(literal.failed, singer.failed, scale=100)
     for name in ("Singer", "TOM literal"):
-        found["begin over rest", name] = against(records, name, name, "begin", "rest")
-        found["begin over calm", name] = against(records, name, name, "begin", "calm")
-        found["rest over calm", name] = against(records, name, name, "rest", "calm")
-    found["after", "Singer"] = against(records, "TOM literal", "Singer", "after")
+        cells["begin over rest", name] = against(records, name, name, "begin", "rest")
+        cells["begin over calm", name] = against(records, name, name, "begin", "calm")
+        cells["rest over calm", name] = against(records, name, name, "rest", "calm")
+    cells["after", "Singer"] = against(records, "TOM literal", "Singer", "after")
     for phase in ("begin", "after", "calm"):
-        found[phase, "TOM smoothed"] = against(records, "TOM smoothed", "TOM literal", phase)
-    return found
+        cells[phase, "TOM smoothed"] = against(records, "TOM smoothed", "TOM literal", phase)
+    return cells
 
 
-def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
+def claims(cells: Figures, runs: int) -> tuple[Claim, ...]:
     """Return the claims with their verdicts, over so many runs."""
-    turning = found["manoeuvres", "TOM literal", "CAR"]
-    literal = {phase: found[phase, "TOM literal", "Singer"] for phase in PHASES}
-    few = Condition("runs that it fails, which no error counts, %", found["fails", "TOM literal"], most=2.0)
+    turning = cells["manoeuvres", "TOM literal", "CAR"]
+    literal = {phase: cells[phase, "TOM literal", "Singer"] for phase in PHASES}
+    few = Condition("runs that it fails, which no error counts, %", cells["fails", "TOM literal"], most=2.0)
     return (
         judged(
             "In manoeuvres the target-oriented model's error is about 30 % below Singer's",
@@ -77,8 +77,8 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
             ],
             runs,
             "as printed, the covariance kept at the reset; "
-            f"{_percent(found['manoeuvres', 'TOM certain', 'Singer'])} with the side speed known, "
-            f"{_percent(found['manoeuvres', 'TOM', 'Singer'])} in the consistent form. Part of it is a few nearly lost "
+            f"{_percent(cells['manoeuvres', 'TOM certain', 'Singer'])} with the side speed known, "
+            f"{_percent(cells['manoeuvres', 'TOM', 'Singer'])} in the consistent form. Part of it is a few nearly lost "
             "runs of Singer's",
         ),
         judged(
@@ -91,14 +91,14 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
                 )
             ],
             runs,
-            f"{_percent(found['manoeuvres', 'TOM', 'CAR'])} in the consistent form: any model that turns gains as much over "
+            f"{_percent(cells['manoeuvres', 'TOM', 'CAR'])} in the consistent form: any model that turns gains as much over "
             "Singer",
         ),
         judged(
             "Over the whole flight the error is 20 % below Singer's or more",
             [Condition("error over Singer's", evolve(literal["total"], published=0.8), most=0.8)],
             runs,
-            f"{_percent(found['total', 'TOM', 'Singer'])} in the consistent form; the text swaps the two phases, see "
+            f"{_percent(cells['total', 'TOM', 'Singer'])} in the consistent form; the text swaps the two phases, see "
             "docs/papers.md",
         ),
         judged(
@@ -111,21 +111,21 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
             "It loses the target less often than Singer",
             [
                 few,
-                Condition("fails less those of Singer, %", found["fails", "TOM literal", "Singer"], most=0.0, strict=True),
+                Condition("fails less those of Singer, %", cells["fails", "TOM literal", "Singer"], most=0.0, strict=True),
             ],
             runs,
-            f"CAR fails in {found['fails', 'CAR'].said} %, the consistent form in {found['fails', 'TOM'].said} %",
+            f"CAR fails in {cells['fails', 'CAR'].said} %, the consistent form in {cells['fails', 'TOM'].said} %",
         ),
         judged(
             "Singer fails in 11.4 % of the runs, the target-oriented model in 0.1 % (text of section 4.3)",
-            [Condition("fails of Singer, %", evolve(found["fails", "Singer"], published=11.4), least=9.0)],
+            [Condition("fails of Singer, %", evolve(cells["fails", "Singer"], published=11.4), least=9.0)],
             runs,
             "table 1 has 3.3 and 0 %. P_D, gate and the rule for a fail are not given; with a P_D of .95 to .98 Singer "
             "comes to 11 %, but then the target-oriented model fails in 3 to 6 %",
         ),
         judged(
             "RMS errors in metres (table 1)",
-            [_within(found["manoeuvres", name], name) for name in PUBLISHED],
+            [_within(cells["manoeuvres", name], name) for name in PUBLISHED],
             runs,
             "process noises, transition probabilities, clutter's extent and start are not given; ours are chosen, and none "
             "of 220 draws of them came near the target-oriented model's 17.8 m",
@@ -133,8 +133,8 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
         judged(
             "Singer's error is larger all through manoeuvres, most of all where they begin (figure 5)",
             [
-                _more("its error in the rest of manoeuvres over that else", found["rest over calm", "Singer"]),
-                _more("its error where they begin over that in the rest", found["begin over rest", "Singer"]),
+                _more("its error in the rest of manoeuvres over that else", cells["rest over calm", "Singer"]),
+                _more("its error where they begin over that in the rest", cells["begin over rest", "Singer"]),
             ],
             runs,
         ),
@@ -142,29 +142,29 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
             "The target-oriented model errs sharply where manoeuvres begin, and recovers after them sooner than Singer "
             "(figure 5)",
             [
-                _more("its error where they begin over that in the rest", found["begin over rest", "TOM literal"]),
-                _less("its error after manoeuvres over Singer's", found["after", "Singer"]),
+                _more("its error where they begin over that in the rest", cells["begin over rest", "TOM literal"]),
+                _less("its error after manoeuvres over Singer's", cells["after", "Singer"]),
             ],
             runs,
         ),
         judged(
             "A filtered heading errs less in straight flight, but lags where manoeuvres begin and end (section 3.1)",
             [
-                _less("error else over that of the last two positions", found["calm", "TOM smoothed"]),
-                _more("error where manoeuvres begin over that", found["begin", "TOM smoothed"]),
-                _more("error after manoeuvres over that", found["after", "TOM smoothed"]),
+                _less("error else over that of the last two positions", cells["calm", "TOM smoothed"]),
+                _more("error where manoeuvres begin over that", cells["begin", "TOM smoothed"]),
+                _more("error after manoeuvres over that", cells["after", "TOM smoothed"]),
             ],
             runs,
             "the gain of the heading's filter, .5, is chosen",
         ),
         remark(
             "Equation 7 is the covariance of the process noise",
-            f"as printed it is indefinite at {found['indefinite',].measured:.0f} % of 360 headings: q12 is misprinted, and "
+            f"as printed it is indefinite at {cells['indefinite',].measured:.0f} % of 360 headings: q12 is misprinted, and "
             "the models here have the derived one. No component enters that figure, and RMS errors do not show it",
         ),
         remark(
             "Fails are 3.3 % against 0.0 % (table 1)",
-            f"the order is judged above; here {found['fails', 'Singer'].said} and {found['fails', 'TOM literal'].said} "
+            f"the order is judged above; here {cells['fails', 'Singer'].said} and {cells['fails', 'TOM literal'].said} "
             "% by a chosen rule, with a chosen P_D of 1",
         ),
     )

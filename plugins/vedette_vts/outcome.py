@@ -68,7 +68,7 @@ def tables(scene: Scene, records: Mapping[str, Record]) -> tuple[Table, ...]:
     errors = Table(
         "RMS distance error by leg",
         tuple(LEGS),
-        tuple((name, tuple(rms_cell(part[:, leg(each)]) for each in LEGS)) for name, part in squares.items()),
+        tuple((name, tuple(rms_cell(part[:, leg(where)]) for where in LEGS)) for name, part in squares.items()),
         "m; the filter takes every return, in its gate or not; CV2 holds the recovery from turn 2. The paper has curves.",
     )
     return errors, _gates(records), _consistency(records)

@@ -27,55 +27,55 @@ IMMS = ("IMMCV2", "IMMCVCA")
 def figures(records: Mapping[str, Record]) -> dict[tuple[str, ...], Cell]:
     """Return the figures that the claims are judged by; shares in %."""
     straight = leg("CV1")
-    found: dict[tuple[str, ...], Cell] = {}
+    cells: dict[tuple[str, ...], Cell] = {}
     for name, record in records.items():
         out = record.distance > GATE
-        found["outside", name] = share_cell(out[:, MANOEUVRES], scale=100)
-        found["lost", name] = share_cell(record.lost, scale=100)
-        found["manoeuvres", name] = ratio_cell(record.squares[:, MANOEUVRES], record.squares[:, straight])
+        cells["outside", name] = share_cell(out[:, MANOEUVRES], scale=100)
+        cells["lost", name] = share_cell(record.lost, scale=100)
+        cells["manoeuvres", name] = ratio_cell(record.squares[:, MANOEUVRES], record.squares[:, straight])
         for other in records:
             if other != name:
-                found["straight", name, other] = ratio_cell(record.squares[:, straight], records[other].squares[:, straight])
-                found["turning", name, other] = ratio_cell(
+                cells["straight", name, other] = ratio_cell(record.squares[:, straight], records[other].squares[:, straight])
+                cells["turning", name, other] = ratio_cell(
                     record.squares[:, MANOEUVRES], records[other].squares[:, MANOEUVRES]
                 )
     steady = [records[name].distance > GATE for name in ("CAKF", *IMMS)]
     for name, out in zip(("CAKF", *IMMS), steady, strict=True):
-        found["ever outside", name] = share_cell(np.any(out, axis=1), scale=100)
-    return found
+        cells["ever outside", name] = share_cell(np.any(out, axis=1), scale=100)
+    return cells
 
 
-def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
+def claims(cells: Figures, runs: int) -> tuple[Claim, ...]:
     """Return the claims of section 3 and of the conclusion with their verdicts, over so many runs."""
     return (
         judged(
             "The CVKF errs much in manoeuvres, and the returns are often outside its gate, so that the track may be lost "
             "(figure 3)",
             [
-                Condition("its error in manoeuvres over that on straight legs", found["manoeuvres", "CVKF"], least=2.0),
-                _outside("CVKF", found, least=OFTEN),
-                Condition("runs that it loses where the gate acts, %", found["lost", "CVKF"], least=OFTEN),
+                Condition("its error in manoeuvres over that on straight legs", cells["manoeuvres", "CVKF"], least=2.0),
+                _outside("CVKF", cells, least=OFTEN),
+                Condition("runs that it loses where the gate acts, %", cells["lost", "CVKF"], least=OFTEN),
             ],
             runs,
-            f"with q = 0.1 m/s^2. With q = 1 m/s^2 {found['outside', 'CVKF wide'].said} % are outside: a small Q does it",
+            f"with q = 0.1 m/s^2. With q = 1 m/s^2 {cells['outside', 'CVKF wide'].said} % are outside: a small Q does it",
         ),
-        _keeps("CAKF", "figure 4", found, runs),
+        _keeps("CAKF", "figure 4", cells, runs),
         judged(
             "It is the model of constant acceleration that keeps the gate, and pays with a larger error in straight flight "
             "than the CVKF's (figures 3 and 4)",
             [
-                Condition("straight-line error of the CAKF over the CVKF's", found["straight", "CAKF", "CVKF"], least=1.1),
-                _outside("CVKF wide", found, least=OFTEN),
-                _outside("CAKF tight", found, most=SELDOM),
+                Condition("straight-line error of the CAKF over the CVKF's", cells["straight", "CAKF", "CVKF"], least=1.1),
+                _outside("CVKF wide", cells, least=OFTEN),
+                _outside("CAKF tight", cells, most=SELDOM),
             ],
             runs,
             "the paper compares two values of Q: with q = 1 m/s^2 a CVKF keeps its gate, with q = 0.1 m/s^2 a CAKF does not",
         ),
-        *(_keeps(name, f"figure {5 + i}", found, runs) for i, name in enumerate(IMMS)),
+        *(_keeps(name, f"figure {5 + i}", cells, runs) for i, name in enumerate(IMMS)),
         judged(
             "The returns are always in the gate of the CAKF and of the IMMs",
             [
-                Condition(f"runs with a return outside the gate of {name}, %", found["ever outside", name], most=MOSTLY)
+                Condition(f"runs with a return outside the gate of {name}, %", cells["ever outside", name], most=MOSTLY)
                 for name in ("CAKF", *IMMS)
             ],
             runs,
@@ -85,33 +85,33 @@ def claims(found: Figures, runs: int) -> tuple[Claim, ...]:
         remark(
             "In straight flight the IMM is about as accurate as the CVKF",
             "the paper gives no Q, and the truth is exactly straight: the smaller the CVKF's Q, the better it looks. Over "
-            f"the CVKF's error with q = 0.1 m/s^2 that of IMMCV2 is {found['straight', 'IMMCV2', 'CVKF'].said}, with "
-            f"q = 1 m/s^2 {found['straight', 'IMMCV2', 'CVKF wide'].said}",
+            f"the CVKF's error with q = 0.1 m/s^2 that of IMMCV2 is {cells['straight', 'IMMCV2', 'CVKF'].said}, with "
+            f"q = 1 m/s^2 {cells['straight', 'IMMCV2', 'CVKF wide'].said}",
         ),
-        _beats_single(found, runs),
+        _beats_single(cells, runs),
     )
 
 
-def _outside(name: str, found: Figures, least: float = -np.inf, most: float = np.inf) -> Condition:
-    return Condition(f"manoeuvring scans outside the gate of {name}, %", found["outside", name], least, most)
+def _outside(name: str, cells: Figures, least: float = -np.inf, most: float = np.inf) -> Condition:
+    return Condition(f"manoeuvring scans outside the gate of {name}, %", cells["outside", name], least, most)
 
 
-def _kept(name: str, found: Figures) -> list[Condition]:
-    lost = Condition(f"runs that {name} loses where its gate acts, %", found["lost", name], most=FEW)
-    return [_outside(name, found, most=SELDOM), lost]
+def _kept(name: str, cells: Figures) -> list[Condition]:
+    lost = Condition(f"runs that {name} loses where its gate acts, %", cells["lost", name], most=FEW)
+    return [_outside(name, cells, most=SELDOM), lost]
 
 
-def _keeps(name: str, where: str, found: Figures, runs: int) -> Claim:
+def _keeps(name: str, where: str, cells: Figures, runs: int) -> Claim:
     text = f"The returns stay in the gate of the {name} through manoeuvres, and it keeps the track ({where})"
-    return judged(text, _kept(name, found), runs)
+    return judged(text, _kept(name, cells), runs)
 
 
-def _beats_single(found: Figures, runs: int) -> Claim:
+def _beats_single(cells: Figures, runs: int) -> Claim:
     """Return the conclusion: the IMMs keep the track, and no single filter that does is as accurate."""
-    conditions = [condition for name in IMMS for condition in _kept(name, found)]
+    conditions = [condition for name in IMMS for condition in _kept(name, cells)]
     for name in IMMS:
         for single in SINGLE:
-            calm, turning = found["straight", name, single], found["turning", name, single]
+            calm, turning = cells["straight", name, single], cells["turning", name, single]
             conditions.append(Condition(f"straight-line error of {name} over that of {single}", calm, most=CALMER))
             conditions.append(Condition(f"error in manoeuvres of {name} over that of {single}", turning, most=1.1))
     return judged(

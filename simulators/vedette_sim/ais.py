@@ -76,7 +76,7 @@ def nominal_intervals(carriage: str, speed: Array, heading: Array, *, moored: bo
 
 def report_times(start: float, intervals: Array, spread: float, rng: np.random.Generator) -> Array:
     """Draw when reports are sent (s,): each once the current interval has passed, early or late by up to `spread` of it."""
-    last, found = start - rng.uniform() * intervals[0], []
+    last, reports = start - rng.uniform() * intervals[0], []
     late = spread * rng.uniform(-1.0, 1.0)
     for step, interval in enumerate(intervals.tolist()):
         now = start + step * STEP
@@ -84,8 +84,8 @@ def report_times(start: float, intervals: Array, spread: float, rng: np.random.G
         if due < now + STEP:
             last = max(due, now)  # it was not due before, so the interval has just become shorter
             late = spread * rng.uniform(-1.0, 1.0)
-            found.append(last)
-    return np.array(found)
+            reports.append(last)
+    return np.array(reports)
 
 
 def reports(

@@ -51,6 +51,6 @@ class Convoy:
         states[..., x] += (away * np.cos(course))[:, None]
         states[..., y] += (away * np.sin(course))[:, None]
         if self.wander is not None:
-            own = space.locate(self.wander.state)
-            states[..., own] += draw_states(self.wander, np.zeros(len(own)), times, rng, size=(self.count,))
+            wandering = space.locate(self.wander.state)
+            states[..., wandering] += draw_states(self.wander, np.zeros(len(wandering)), times, rng, size=(self.count,))
         return [Trajectory(f"{name}.{i + 1}", space, times, space.canonical(path)) for i, path in enumerate(states)]

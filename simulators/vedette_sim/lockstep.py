@@ -70,14 +70,14 @@ def look_together(gaze: Gaze, x: Array, rngs: Generators) -> list[Scan]:
         z, seen = returns(gaze.placed[0], x, uniform, normal)
         seen = np.broadcast_to(seen, (r, s))
     else:
-        each = [returns(p, x[:, i], uniform[:, i], normal[:, i]) for i, p in enumerate(gaze.placed)]
-        z, seen = np.stack([one[0] for one in each], axis=1), np.stack([one[1] for one in each], axis=1)
+        pairs = [returns(p, x[:, i], uniform[:, i], normal[:, i]) for i, p in enumerate(gaze.placed)]
+        z, seen = np.stack([one[0] for one in pairs], axis=1), np.stack([one[1] for one in pairs], axis=1)
     if gaze.clutter is None:
-        found = [Detections(z[:, i, None], seen[:, i, None]) for i in range(s)]
+        scans = [Detections(z[:, i, None], seen[:, i, None]) for i in range(s)]
     else:
-        found = _among_clutter(gaze, gaze.clutter, z, seen, rngs)
+        scans = _among_clutter(gaze, gaze.clutter, z, seen, rngs)
     return [
-        Scan(time, gaze.name, seen, pose) for time, seen, pose in zip(gaze.times.tolist(), found, gaze.poses, strict=True)
+        Scan(time, gaze.name, seen, pose) for time, seen, pose in zip(gaze.times.tolist(), scans, gaze.poses, strict=True)
     ]
 
 
@@ -101,14 +101,14 @@ def _among_clutter(gaze: Gaze, region: Mapping[str, Bounds], z: Array, seen: Mas
     run, look, slot = np.nonzero(np.arange(k) < counts[..., None])
     false[look, run, slot] = lows + (highs - lows) * block[:, :m]
     chance[look, run, slot] = block[:, m]
-    found = []
+    scans = []
     for i in range(s):
         sensor = gaze.placed[0 if alike else i]
         there = thinned(sensor, false[i], chance[i], float(bound[0 if alike else i]), kept[i])
         every = np.concatenate([z[:, i, None], sensor.measurement.canonical(false[i])], axis=1)
         valid = np.concatenate([seen[:, i, None], there], axis=1)
-        found.append(_mixed(every, valid, places[:, i]))
-    return found
+        scans.append(_mixed(every, valid, places[:, i]))
+    return scans
 
 
 def _mixed(z: Array, valid: Mask, place: Array) -> Detections:
@@ -117,7 +117,7 @@ def _mixed(z: Array, valid: Mask, place: Array) -> Detections:
     valid, z = np.take_along_axis(valid, order, -1), np.take_along_axis(z, order[..., None], -2)
     rows = np.arange(len(z))
     other = np.floor(place * np.maximum(np.sum(valid, axis=-1), 1)).astype(np.intp)
-    own = z[:, 0].copy()
+    first = z[:, 0].copy()
     z[:, 0] = z[rows, other]
-    z[rows, other] = own
+    z[rows, other] = first
     return Detections(np.where(valid[..., None], z, 0.0), valid)

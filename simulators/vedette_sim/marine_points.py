@@ -84,7 +84,7 @@ class RadarPointsScene(Source):
     def _run(self, rng: np.random.Generator, times: Array, disc: float) -> tuple[Array, NDArray[np.intp]]:
         """Draw the returns (n, 2), scan by scan and shuffled within each, and the number in each scan (s,)."""
         scene, s = self.scene, len(times)
-        own = scene.ownship.states(times)[:, :2]
+        antenna = scene.ownship.states(times)[:, :2]
         places, scans = [], []
         for vessel in scene.vessels.values():
             path = vessel.path
@@ -92,7 +92,7 @@ class RadarPointsScene(Source):
             seen &= np.array([vessel.there(time) for time in times.tolist()])
             at = np.maximum(times, path.appears)
             heading, centre = path.heading(at), path.states(at)[:, :2]
-            seen &= np.hypot(*(centre - own).T) <= scene.radar.range
+            seen &= np.hypot(*(centre - antenna).T) <= scene.radar.range
             along, across = (np.hypot(self.sigma, self.extent * size) for size in (vessel.length, vessel.width))
             forward = np.column_stack([np.cos(heading), np.sin(heading)])
             port = np.column_stack([-forward[:, 1], forward[:, 0]])
@@ -101,7 +101,7 @@ class RadarPointsScene(Source):
         false = rng.poisson(self.clutter * disc, s)
         scans.append(np.repeat(np.arange(s), false))
         away, angle = scene.radar.range * np.sqrt(rng.random(len(scans[-1]))), 2.0 * np.pi * rng.random(len(scans[-1]))
-        places.append(own[scans[-1]] + away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
+        places.append(antenna[scans[-1]] + away[:, None] * np.column_stack([np.cos(angle), np.sin(angle)]))
         scan = np.concatenate(scans)
         order = np.lexsort((rng.random(len(scan)), scan))
         return np.concatenate(places)[order], np.bincount(scan, minlength=s)

@@ -155,7 +155,7 @@ class RadarPicturesScene(Source):
         """Return hull centres at the pictures' times while each vessel is there, or its AIS, or nothing, by `reference`."""
         if self.reference == "ais":
             sent, origin = self.ais(seed), (self.latitude, self.longitude)
-            return tuple(path for each in sent.values() for path in trajectories(each, origin, 200.0))
+            return tuple(path for reports in sent.values() for path in trajectories(reports, origin, 200.0))
         return () if self.reference == "none" else self.centres(times)
 
     def centres(self, times: Array) -> tuple[Trajectory, ...]:
@@ -164,22 +164,22 @@ class RadarPicturesScene(Source):
         for name, vessel in self.vessels.items():
             path = vessel.path
             end = self.last if path.disappears is None else min(path.disappears, self.last)
-            own = np.unique([path.appears, *times[(times > path.appears) & (times < end)], end])
-            body = np.broadcast_to([vessel.length, vessel.width], (len(own), 2))
-            heading = BODY.canonical(np.column_stack([path.states(own), path.heading(own), body]))
-            made.append(Trajectory(name, BODY, own, heading))
+            edges = np.unique([path.appears, *times[(times > path.appears) & (times < end)], end])
+            body = np.broadcast_to([vessel.length, vessel.width], (len(edges), 2))
+            heading = BODY.canonical(np.column_stack([path.states(edges), path.heading(edges), body]))
+            made.append(Trajectory(name, BODY, edges, heading))
         return tuple(made)
 
     def ais(self, seed: int, run: int = 0) -> dict[str, Reports]:
         """Draw what each vessel with a transponder sent, by its name; each `run` is another draw."""
         origin = (self.latitude, self.longitude)
-        found = {}
+        paths = {}
         for number, (name, vessel) in enumerate(self.vessels.items()):
             if vessel.ais is not None:
                 mmsi = vessel.ais.mmsi or 211_000_001 + number
                 stream = own_stream(seed, AIS, run, *name.encode())
-                found[name] = reports(vessel.path, vessel.ais, mmsi, self.last + 10.0, origin, stream)
-        return found
+                paths[name] = reports(vessel.path, vessel.ais, mmsi, self.last + 10.0, origin, stream)
+        return paths
 
     def antenna(self, name: str, times: Array) -> Array:
         """Return the true position of a vessel's AIS antenna: east and north (s, 2)."""

@@ -94,7 +94,7 @@ class Synthesis:
         self._raster = Raster(radar, cv2)
         bins = len(radar.ranges)
         # Interpolating two cells linearly is a triangle of variance 2/3; the Gaussian supplies the rest of the beam's width.
-        rest = [float(np.sqrt(max(2.0 * each**2 - 2.0 / 3.0, 0.01))) for each in radar.spread]
+        rest = [float(np.sqrt(max(2.0 * spread**2 - 2.0 / 3.0, 0.01))) for spread in radar.spread]
         self._speckle = Upsampling((radar.azimuths // 2, -(-bins // 2)), (2, 2), (rest[0], rest[1]))
         self._texture = Upsampling((radar.azimuths // _PATCH[0], -(-bins // _PATCH[1])), _PATCH)
         if sea is not None:

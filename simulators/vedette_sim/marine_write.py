@@ -87,7 +87,7 @@ def _truth_rows(scene: RadarPicturesScene, times: Any) -> Iterable[list[object]]
 
 def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
     """Return all reports in order of time."""
-    found: list[tuple[float, list[object]]] = []
+    rows: list[tuple[float, list[object]]] = []
     for sent in scene.ais(seed).values():
         rot = -np.degrees(sent.turn) * 60.0
         rot = np.round(ROT_STEP * np.sign(rot) * np.sqrt(np.abs(rot)))
@@ -95,8 +95,8 @@ def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
             row: list[object] = [f"{time:.2f}", sent.mmsi, f"{sent.latitude[i]:.8f}", f"{sent.longitude[i]:.8f}"]
             row += [f"{np.degrees(sent.course[i]):.1f}", f"{sent.speed[i] / KNOT:.1f}", f"{np.degrees(sent.heading[i]):.0f}"]
             row.append("" if np.isnan(rot[i]) else f"{rot[i]:.0f}")
-            found.append((time, row))
-    return (row for _, row in sorted(found, key=lambda each: each[0]))
+            rows.append((time, row))
+    return (row for _, row in sorted(rows, key=lambda timed: timed[0]))
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -74,9 +74,9 @@ class Population:
                 )
                 for i, path in zip(group.tolist(), moved, strict=True):
                     states[i] = np.concatenate([states[i], path[: max(end[i] - begin, 0)]])
-        own = space.locate(common)
+        axes = space.locate(common)
         return [
-            Trajectory(f"{name}.{i + 1}", common, np.array([appears[i], *grid[first[i] : end[i]]]), path[:, own])
+            Trajectory(f"{name}.{i + 1}", common, np.array([appears[i], *grid[first[i] : end[i]]]), path[:, axes])
             for i, path in enumerate(states)
         ]
 

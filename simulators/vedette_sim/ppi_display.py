@@ -59,7 +59,7 @@ def palette() -> Picture:
 
 def coloured(picture: Picture, colours: Picture, cv2: Any) -> Picture:
     """Map brightness (h, w) to colour (3, h, w)."""
-    return np.stack([cv2.LUT(picture, each) for each in colours])
+    return np.stack([cv2.LUT(picture, table) for table in colours])
 
 
 def interface(radar: PpiRadar, title: str, cv2: Any) -> tuple[Picture, Array]:

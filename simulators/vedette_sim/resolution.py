@@ -57,8 +57,8 @@ def _drawn_groups(
     square = np.sum(d * np.linalg.solve(np.broadcast_to(C, (len(h), *C.shape[-2:]))[i], d[..., None])[..., 0], axis=-1)
     merge = rng.random(len(i)) < np.exp(-0.5 * square)
     graph = coo_matrix((np.ones(np.count_nonzero(merge)), (i[merge], j[merge])), shape=(len(h), len(h)))
-    found: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
-    return found
+    labels: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
+    return labels
 
 
 def _groups(h: Array, cells: Array, periods: Array) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
@@ -70,12 +70,12 @@ def _groups(h: Array, cells: Array, periods: Array) -> np.ndarray[tuple[int], np
     from scipy.sparse.csgraph import connected_components
     from scipy.spatial import cKDTree
 
-    own = np.isfinite(cells)
-    scaled, box = h[:, own] / cells[own], periods[own] / cells[own]
+    resolved = np.isfinite(cells)
+    scaled, box = h[:, resolved] / cells[resolved], periods[resolved] / cells[resolved]
     wraps = box > 0
     scaled[:, wraps] = np.mod(scaled[:, wraps], box[wraps]) % box[wraps]
     pairs = cKDTree(scaled, boxsize=box).query_pairs(np.nextafter(1.0, 0.0), p=np.inf, output_type="ndarray")
     count = len(h)
     graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    found: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
-    return found
+    labels: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
+    return labels

@@ -105,8 +105,8 @@ class Simulation(Source):
 
         def draw() -> Iterator[Scan]:
             """Yield the scans in time order, those of one time in the order of the looks."""
-            each = (self._scans(root, name, world[name], times[name], truth) for name in self.looks)
-            return merge(*each, key=lambda scan: scan.time)
+            looks = (self._scans(root, name, world[name], times[name], truth) for name in self.looks)
+            return merge(*looks, key=lambda scan: scan.time)
 
         count = sum(map(len, times.values()))
         if count <= _WHOLE:
@@ -124,7 +124,7 @@ class Simulation(Source):
         objects: list[tuple[str, Ship | Drawn]] = [*self.ships.items(), *self.drawn.items()]
         if len(objects) != 1 or any(self._groups()) or any(look.jitter > 0 for look in self.looks.values()):
             return None
-        ((name, each),) = objects
+        ((name, one),) = objects
         still = np.random.default_rng(0)
         gazes = []
         for sensor, look in self.looks.items():
@@ -134,14 +134,14 @@ class Simulation(Source):
                 placed = tuple(world[sensor] if pose is None else world[sensor].at(pose) for pose in poses)
             gazes.append(Gaze(sensor, times, placed, poses, look.clutter))
         scan_times = np.concatenate([gaze.times for gaze in gazes])
-        last = self.duration if each.disappears is None else min(each.disappears, self.duration)
-        if not len(scan_times) or np.any((scan_times < each.appears) | (scan_times > last)):
+        last = self.duration if one.disappears is None else min(one.disappears, self.duration)
+        if not len(scan_times) or np.any((scan_times < one.appears) | (scan_times > last)):
             return None
-        times = np.unique([each.appears, *scan_times, last])
-        if isinstance(each, Ship):
-            space, states = PLANE, ship_states(each, times, rngs)
+        times = np.unique([one.appears, *scan_times, last])
+        if isinstance(one, Ship):
+            space, states = PLANE, ship_states(one, times, rngs)
         else:
-            space, states = common_state(each.models), drawn_states(each.models, each.start, each.transition, times, rngs)
+            space, states = common_state(one.models), drawn_states(one.models, one.start, one.transition, times, rngs)
         self._check_axes(world, (Trajectory(name, space, times, states[0]),))
         scans = []
         for gaze in gazes:
@@ -177,10 +177,10 @@ class Simulation(Source):
 
     def _check_axes(self, world: Mapping[str, Sensor], truth: tuple[Trajectory, ...]) -> None:
         problems = [
-            Problem(f"looks.{name}", f"it looks at {world[name].observes}, but {each.name!r} has only {each.space}")
+            Problem(f"looks.{name}", f"it looks at {world[name].observes}, but {path.name!r} has only {path.space}")
             for name in self.looks
-            for each in truth
-            if any(axis not in each.space.axes for axis in world[name].observes.axes)
+            for path in truth
+            if any(axis not in path.space.axes for axis in world[name].observes.axes)
         ]
         if problems:
             raise ConfigError(problems)
@@ -190,8 +190,8 @@ class Simulation(Source):
         for name, ship in self.ships.items():
             times = life(ship.appears, ship.disappears, scan_times, self.duration)
             yield Trajectory(name, PLANE, times, ship.states(times))
-        for name, each in self.drawn.items():
-            yield each.path(name, scan_times, self.duration, _stream(root, "path", name))
+        for name, drawn in self.drawn.items():
+            yield drawn.path(name, scan_times, self.duration, _stream(root, "path", name))
         for place, group in self._groups():
             yield from group.members(place[1], scan_times, self.duration, _stream(root, *place))
 

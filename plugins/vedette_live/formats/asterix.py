@@ -91,11 +91,11 @@ class Asterix(Format):
             if len(data) - at < length:
                 break
             if category in CATEGORIES:
-                for found in self._records(category, data[at + _HEAD : at + length]):
-                    if isinstance(found, str):
-                        refused.append(f"category {category:03d}: {found}")
+                for record in self._records(category, data[at + _HEAD : at + length]):
+                    if isinstance(record, str):
+                        refused.append(f"category {category:03d}: {record}")
                     else:
-                        messages.append(found)
+                        messages.append(record)
             at += length
         return Decoded(data[at:], messages, refused)
 
@@ -144,21 +144,21 @@ def _base() -> Any:
 def _category(category: int, edition: str) -> Any:
     """Return a category in an edition, the newest by default; ValueError with those that are known."""
     known = needed("asterix.generated", "ASTERIX needs libasterix", "live").manifest["CATS"][category]
-    by_name = {"{}.{}".format(*each.cv_edition): each for each in known}
+    by_name = {"{}.{}".format(*edition_known.cv_edition): edition_known for edition_known in known}
     if edition and edition not in by_name:
         raise ValueError(f"editions: of category {category} must be one of {', '.join(by_name)}, got {edition!r}")
-    return by_name[edition] if edition else max(known, key=lambda each: tuple(each.cv_edition))
+    return by_name[edition] if edition else max(known, key=lambda edition_known: tuple(edition_known.cv_edition))
 
 
 def _record(base: Any, uap: Any, bits: Any) -> tuple[Any, Any]:
     """Return the first record and the rest; category 001 has one layout for plots and one for tracks."""
     kinds = list(uap.cv_uaps.values()) if hasattr(uap, "cv_uaps") else [uap.cv_record]
-    found: Any = None
+    record: Any = None
     for i, kind in enumerate(kinds):
-        found = kind._parse(base.ParsingMode.StrictParsing, bits)
-        if not isinstance(found, ValueError) and (len(kinds) == 1 or _is_track(found[0]) == bool(i)):
-            return found[0], found[1]
-    raise ValueError(str(found) if isinstance(found, ValueError) else "is neither a plot nor a track")
+        record = kind._parse(base.ParsingMode.StrictParsing, bits)
+        if not isinstance(record, ValueError) and (len(kinds) == 1 or _is_track(record[0]) == bool(i)):
+            return record[0], record[1]
+    raise ValueError(str(record) if isinstance(record, ValueError) else "is neither a plot nor a track")
 
 
 def _is_track(record: Any) -> bool:
@@ -182,7 +182,7 @@ def _message(category: int, record: Any) -> Message:
     for name, first, second in _PLACES[category]:
         item = record.get_item(name)
         if item is not None:
-            values = [_quantity(item.variation.get_item(each)) for each in (first, second)]
+            values = [_quantity(item.variation.get_item(part)) for part in (first, second)]
             if first == "RHO":
                 values[1] = np.deg2rad(values[1])
             return Message(

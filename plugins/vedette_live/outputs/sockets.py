@@ -54,13 +54,13 @@ def pieces(data: bytes) -> list[bytes]:
     """Return what goes into one datagram each: all of it if it fits, else as many whole lines as fit."""
     if len(data) <= LARGEST or data.count(b"\n") < 2:
         return [data]
-    found, now = list[bytes](), b""
+    lines, now = list[bytes](), b""
     for line in data.splitlines(keepends=True):
         if now and len(now) + len(line) > LARGEST:
-            found.append(now)
+            lines.append(now)
             now = b""
         now += line
-    return [*found, now] if now else found
+    return [*lines, now] if now else lines
 
 
 @final

@@ -80,16 +80,16 @@ class _Clients:
 
     def serve(self, connection: Any) -> None:
         """Send one client what comes, until it goes."""
-        own = Queue[bytes](HELD)
+        waiting = Queue[bytes](HELD)
         with self.lock:
             if len(self.queues) >= self.most:
                 connection.close(1013, "too many connections")
                 return
-            self.queues.append(own)
+            self.queues.append(waiting)
         try:
             while not self.stop.is_set():
                 try:
-                    data = own.get(timeout=PATIENCE)
+                    data = waiting.get(timeout=PATIENCE)
                 except Empty:
                     connection.ping()
                     continue
@@ -101,17 +101,17 @@ class _Clients:
             return
         finally:
             with self.lock:
-                self.queues.remove(own)
+                self.queues.remove(waiting)
 
     def send(self, data: bytes) -> None:
         """Give a report to all."""
         with self.lock:
             there = list(self.queues)
-        for each in there:
+        for client in there:
             try:
-                each.put_nowait(data)
+                client.put_nowait(data)
             except Full:
-                with_room = each
+                with_room = client
                 try:
                     with_room.get_nowait()
                     with_room.put_nowait(data)

@@ -62,7 +62,7 @@ class StreamSource(Source):
                         told.append(str(error))
                 count += len(decoded.messages) + len(decoded.refused)
                 bad += len(told)
-                refused += [Problem(f"{path.name}, up to message {count}", each) for each in told[: NAMED - len(refused)]]
+                refused += [Problem(f"{path.name}, up to message {count}", text) for text in told[: NAMED - len(refused)]]
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
         scans += [formed.scan for formed in grouper.rest()]

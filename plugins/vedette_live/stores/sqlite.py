@@ -102,8 +102,8 @@ def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
         connection.execute("PRAGMA trusted_schema = OFF")
         connection.execute("PRAGMA journal_mode = WAL")
         connection.execute("PRAGMA synchronous = FULL")
-        if (found := connection.execute("PRAGMA quick_check(1)").fetchone()) != ("ok",):
-            raise sqlite3.DatabaseError(str(found))
+        if (answer := connection.execute("PRAGMA quick_check(1)").fetchone()) != ("ok",):
+            raise sqlite3.DatabaseError(str(answer))
         if (version := connection.execute("PRAGMA user_version").fetchone()[0]) not in (0, VERSION):
             raise InputError(
                 f"service.store: {path}: is of version {version}, and this Vedette reads {VERSION}: move it away"

@@ -34,15 +34,15 @@ def checked(sentence: str) -> str:
     whole = sentence[start:].strip()
     if not (whole.isascii() and whole.isprintable()):
         raise ValueError(f"holds characters that no sentence has: {shown(whole)}")
-    stated, found = whole.rpartition("*")[2][:2], checksum(whole)
-    if found is None:
+    stated, computed = whole.rpartition("*")[2][:2], checksum(whole)
+    if computed is None:
         raise ValueError("ends without a checksum: it is cut off")
     try:
-        right = int(stated, 16) == found
+        right = int(stated, 16) == computed
     except ValueError:
         right = False
     if not right:
-        raise ValueError(f"wrong checksum: the sentence says {stated!r}, its characters give {found:02X}")
+        raise ValueError(f"wrong checksum: the sentence says {stated!r}, its characters give {computed:02X}")
     return whole
 
 

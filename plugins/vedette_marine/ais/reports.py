@@ -59,8 +59,8 @@ def velocity(speed: Array, course: Array) -> Array:
     """Return east and north (*b, 2) in m/s of speed (*b) in m/s and course (*b) in rad clockwise from north."""
     still = speed < 0.05
     angle = np.where(still & np.isnan(course), 0.0, course)
-    found: Array = speed[..., None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-    return found
+    velocity: Array = speed[..., None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
+    return velocity
 
 
 def turn_rate(rot: Array) -> Array:
@@ -131,9 +131,9 @@ def by_ship(rows: Sequence[Mapping[str, float]]) -> dict[int, Reports]:
     ships: dict[int, list[Mapping[str, float]]] = {}
     for row in rows:
         ships.setdefault(int(row["mmsi"]), []).append(row)
-    found = {}
+    reports = {}
     for mmsi, own in ships.items():
         columns = np.array([[row[name] for name in names] for row in own], dtype=float)
         columns = columns[np.argsort(columns[:, 0], kind="stable")]
-        found[mmsi] = Reports(mmsi, *columns.T)
-    return found
+        reports[mmsi] = Reports(mmsi, *columns.T)
+    return reports

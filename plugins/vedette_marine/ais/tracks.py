@@ -28,13 +28,13 @@ def motion(reports: Reports, origin: tuple[float, float]) -> tuple[Array, Array,
     A velocity that is not reported, as without COG, is the slope between its neighbours; 0 if there is only one report.
     """
     last = np.append(np.diff(reports.time) > 0, True)
-    own = reports.where(last)
-    place, speed = east_north(own.latitude, own.longitude, origin), own.velocity.copy()
+    last_reports = reports.where(last)
+    place, speed = east_north(last_reports.latitude, last_reports.longitude, origin), last_reports.velocity.copy()
     lacking = np.isnan(speed).any(axis=-1)
     if lacking.any():
-        slope = np.gradient(place, own.time, axis=0) if len(place) > 1 else np.zeros_like(place)
+        slope = np.gradient(place, last_reports.time, axis=0) if len(place) > 1 else np.zeros_like(place)
         speed[lacking] = slope[lacking]
-    return own.time, place, speed
+    return last_reports.time, place, speed
 
 
 def between(reports: Reports, origin: tuple[float, float], times: Array, longest: float = 60.0) -> Between:
@@ -65,8 +65,8 @@ def trajectories(reports: Reports, origin: tuple[float, float], longest: float =
     """Return the ship's reports as trajectories, one for each stretch without a gap of more than `longest` s."""
     time, place, speed = motion(reports, origin)
     cuts = np.flatnonzero(np.diff(time) > longest) + 1
-    found = []
-    for k, own in enumerate(np.split(np.arange(len(time)), cuts)):
+    parts = []
+    for k, rows in enumerate(np.split(np.arange(len(time)), cuts)):
         name = f"MMSI {reports.mmsi}" + ("" if len(cuts) == 0 else f" ({k + 1})")
-        found.append(Trajectory(name, STATE, time[own], np.concatenate([place[own], speed[own]], axis=-1)))
-    return tuple(found)
+        parts.append(Trajectory(name, STATE, time[rows], np.concatenate([place[rows], speed[rows]], axis=-1)))
+    return tuple(parts)

@@ -33,8 +33,8 @@ def spokes(above: Mask, right_ahead: tuple[Array, Array], width: float, length: 
     held[sector, ring] = True
     echoing = cell * np.sum(held, axis=1)
     beside = np.max([np.roll(echoing, shift) for shift in (-5, -4, 4, 5)], axis=0)
-    found = (echoing >= length) & (beside < 0.5 * echoing)
-    near = found | np.any([np.roll(found, shift) for shift in (-2, -1, 1, 2)], axis=0) & (echoing >= 0.2 * length)
+    rings = (echoing >= length) & (beside < 0.5 * echoing)
+    near = rings | np.any([np.roll(rings, shift) for shift in (-2, -1, 1, 2)], axis=0) & (echoing >= 0.2 * length)
     mask[rows[far], columns[far]] = near[sector]
     return mask
 
@@ -43,5 +43,5 @@ def rain(above: Bytes, side: int, share: float) -> Mask:
     """Find where more than `share` of the pixels in a square of `side` px echo: rain, or land; `above` (h, w) is 0 or 1."""
     cv2 = opencv()
     density = cv2.boxFilter(above, cv2.CV_32F, (side, side), borderType=cv2.BORDER_CONSTANT)
-    found: NDArray[np.bool_] = density > share
-    return found
+    dense: NDArray[np.bool_] = density > share
+    return dense

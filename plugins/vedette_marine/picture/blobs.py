@@ -46,8 +46,8 @@ def hessian_sobel(smooth: Image) -> tuple[Image, Image, Image]:
     """Return second derivatives xx, yy, xy of a smooth picture by 3 x 3 masks."""
     cv2 = opencv()
     kinds = ((2, 0, 0.25), (0, 2, 0.25), (1, 1, 0.25))
-    found = [cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, scale=scale) for dx, dy, scale in kinds]
-    return found[0], found[1], found[2]
+    derivatives = [cv2.Sobel(smooth, cv2.CV_32F, dx, dy, ksize=3, scale=scale) for dx, dy, scale in kinds]
+    return derivatives[0], derivatives[1], derivatives[2]
 
 
 def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator[Image]:
@@ -64,10 +64,10 @@ def determinants(image: Image, scales: Sequence[float], exact: bool) -> Iterator
             smooth = cv2.GaussianBlur(smooth, (0, 0), (sigma**2 - before**2) ** 0.5, borderType=cv2.BORDER_REFLECT)
             xx, yy, xy = hessian_sobel(smooth)
         before = sigma
-        found: Any = cv2.multiply(xx, yy, scale=sigma**4)
-        found -= cv2.multiply(xy, xy, scale=sigma**4)
-        found[xx + yy > 0] = 0
-        yield found
+        determinant: Any = cv2.multiply(xx, yy, scale=sigma**4)
+        determinant -= cv2.multiply(xy, xy, scale=sigma**4)
+        determinant[xx + yy > 0] = 0
+        yield determinant
 
 
 def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: bool = False) -> Blobs:
@@ -76,13 +76,13 @@ def find_blobs(image: Image, scales: Sequence[float], threshold: float, exact: b
     Only the surroundings of pixels that are not 0 are searched: most of a radar picture is black.
     """
     boxes, owner = surroundings(image, 5.0 * scales[-1])
-    found = [Blobs(np.zeros((0, 2)), np.zeros(0), np.zeros(0))]
+    blobs = [Blobs(np.zeros((0, 2)), np.zeros(0), np.zeros(0))]
     for number, (rows, columns) in enumerate(boxes, start=1):
         part = _find(np.ascontiguousarray(image[rows, columns]), scales, threshold, exact)
         at = part.at + [columns.start, rows.start]
-        own = owner[tuple(np.rint(at[:, ::-1]).astype(np.intp).T // BLOCK)] == number
-        found.append(Blobs(at[own], part.scale[own], part.strength[own]))
-    return Blobs(*(np.concatenate([getattr(each, name) for each in found]) for name in ("at", "scale", "strength")))
+        inside = owner[tuple(np.rint(at[:, ::-1]).astype(np.intp).T // BLOCK)] == number
+        blobs.append(Blobs(at[inside], part.scale[inside], part.strength[inside]))
+    return Blobs(*(np.concatenate([getattr(each, name) for each in blobs]) for name in ("at", "scale", "strength")))
 
 
 def surroundings(image: Image, reach: float) -> tuple[list[tuple[slice, slice]], NDArray[np.int32]]:
@@ -108,17 +108,19 @@ def _find(image: Image, scales: Sequence[float], threshold: float, exact: bool) 
     cv2 = opencv()
     stack = list(determinants(image, scales, exact))
     box = np.ones((3, 3), dtype=np.uint8)
-    tops = [cv2.dilate(each, box) for each in stack]
+    tops = [cv2.dilate(layer, box) for layer in stack]
     at, scale, strength = [], [], []
-    for k, each in enumerate(stack):
-        rows, columns = np.nonzero((each >= threshold) & (each == tops[k]))
+    for k, layer in enumerate(stack):
+        rows, columns = np.nonzero((layer >= threshold) & (layer == tops[k]))
         for other in (k - 1, k + 1):
             if 0 <= other < len(stack):
-                kept = each[rows, columns] >= tops[other][rows, columns]
+                kept = layer[rows, columns] >= tops[other][rows, columns]
                 rows, columns = rows[kept], columns[kept]
-        at.append(np.stack([columns + _parabola(each, rows, columns, 1), rows + _parabola(each, rows, columns, 0)], axis=-1))
+        at.append(
+            np.stack([columns + _parabola(layer, rows, columns, 1), rows + _parabola(layer, rows, columns, 0)], axis=-1)
+        )
         scale.append(np.full(len(rows), scales[k]))
-        strength.append(each[rows, columns].astype(float))
+        strength.append(layer[rows, columns].astype(float))
     return Blobs(np.concatenate(at), np.concatenate(scale), np.concatenate(strength))
 
 

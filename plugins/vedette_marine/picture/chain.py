@@ -79,8 +79,8 @@ class Groups:
     @property
     def length(self) -> Array:
         """Greatest standard deviation in any direction (k,) in px, that of a blob being its scale."""
-        found: Array = np.sqrt(np.linalg.eigvalsh(self.spread)[..., -1])
-        return found
+        lengths: Array = np.sqrt(np.linalg.eigvalsh(self.spread)[..., -1])
+        return lengths
 
 
 @frozen(eq=False)
@@ -127,9 +127,9 @@ def groups(echoes: Bytes, blobs: Blobs, labels: Labels) -> Groups:
     at = np.stack([np.bincount(labels, blobs.strength * axis, k) for axis in blobs.at.T], axis=-1) / mass[:, None]
     apart = blobs.at - at[labels]
     squares = np.einsum("k,ka,kb->kab", blobs.strength, apart, apart)
-    spread = np.stack([np.bincount(labels, each, k) for each in squares.reshape(-1, 4).T], axis=-1) / mass[:, None]
-    own = np.diag([1.0, 1.0]) * (np.bincount(labels, blobs.strength * blobs.scale**2, k) / mass)[:, None, None]
+    spread = np.stack([np.bincount(labels, square, k) for square in squares.reshape(-1, 4).T], axis=-1) / mass[:, None]
+    of_blobs = np.diag([1.0, 1.0]) * (np.bincount(labels, blobs.strength * blobs.scale**2, k) / mass)[:, None, None]
     peak = np.zeros(k)
     columns, rows = np.rint(blobs.at).astype(int).T
     np.maximum.at(peak, labels, echoes[np.clip(rows, 0, None), np.clip(columns, 0, None)])
-    return Groups(at, spread.reshape(k, 2, 2) + own, peak, np.bincount(labels, minlength=k).astype(float))
+    return Groups(at, spread.reshape(k, 2, 2) + of_blobs, peak, np.bincount(labels, minlength=k).astype(float))

@@ -52,8 +52,8 @@ def k_means(points: Array, weights: Array, k: int) -> tuple[Labels, Array]:
     return labels, centres
 
 
-def _mean(points: Array, weights: Array, own: NDArray[np.bool_], default: Array) -> Array:
-    return np.average(points[own], axis=0, weights=weights[own]) if own.any() else default
+def _mean(points: Array, weights: Array, members: NDArray[np.bool_], default: Array) -> Array:
+    return np.average(points[members], axis=0, weights=weights[members]) if members.any() else default
 
 
 def calinski_harabasz(points: Array, weights: Array, labels: Labels, centres: Array) -> float:
@@ -79,16 +79,16 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
     labels = linked(points, link)
     following = int(labels.max(initial=-1)) + 1
     for group in range(following):
-        own = np.flatnonzero(labels == group)
-        length = float(np.max(pdist(points[own]), initial=0.0))
-        if len(own) < 3 or length <= longest:
+        members = np.flatnonzero(labels == group)
+        length = float(np.max(pdist(points[members]), initial=0.0))
+        if len(members) < 3 or length <= longest:
             continue
         tried = []
-        for k in range(2, min(int(length / longest) + 1, len(own) - 1) + 1):
-            parts, centres = k_means(points[own], weights[own], k)
-            tried.append((calinski_harabasz(points[own], weights[own], parts, centres), -k, parts))
+        for k in range(2, min(int(length / longest) + 1, len(members) - 1) + 1):
+            parts, centres = k_means(points[members], weights[members], k)
+            tried.append((calinski_harabasz(points[members], weights[members], parts, centres), -k, parts))
         if tried:
-            parts = max(tried, key=lambda each: each[:2])[2]
-            labels[own] = np.where(parts == 0, group, following + parts - 1)
+            parts = max(tried, key=lambda split: split[:2])[2]
+            labels[members] = np.where(parts == 0, group, following + parts - 1)
             following += int(parts.max())
     return labels

@@ -25,8 +25,8 @@ class Excess:
 
     def ratio(self, excess: Array) -> Array:
         """Return the log-likelihood ratio: (k,) -> (k,)."""
-        found: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
-        return found
+        ratio: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
+        return ratio
 
 
 @final
@@ -39,9 +39,9 @@ class Evidence:
 
     def of(self, groups: Groups, threshold: float, finest: float, metres_per_pixel: float) -> Array:
         """Return the log-likelihood ratio of each group (k,); `finest`: the least scale of a blob in px."""
-        found = np.zeros(len(groups.at))
+        total = np.zeros(len(groups.at))
         if self.brightness is not None:
-            found += self.brightness.ratio(groups.peak - threshold)
+            total += self.brightness.ratio(groups.peak - threshold)
         if self.size is not None:
-            found += self.size.ratio(np.maximum(groups.length - finest, 0.0) * metres_per_pixel)
-        return found
+            total += self.size.ratio(np.maximum(groups.length - finest, 0.0) * metres_per_pixel)
+        return total

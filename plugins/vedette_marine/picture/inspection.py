@@ -125,10 +125,10 @@ def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result)
     assert scan.frame is not None
     picture = coloured(scan.frame)
     heading = nautical(scan.pose)
-    own = np.zeros(2) if scan.pose is None else scan.pose.position[:2]
+    antenna = np.zeros(2) if scan.pose is None else scan.pose.position[:2]
 
     def spot(place: Array) -> Array:
-        return geometry.to_pixels(place - own, heading)
+        return geometry.to_pixels(place - antenna, heading)
 
     for at in spot(made.detections.z):
         cv2.circle(picture, _fixed(at), 8 * 16, RETURN, 1, cv2.LINE_AA, 4)

@@ -68,9 +68,9 @@ class Cfar(Preprocessor):
         """Return the cells (*b, n) that exceed their threshold; cells at the ends, without a full window, never do."""
         half, side = self.window // 2, self.window // 2 + self.guard
         tested = power.shape[-1] - 2 * side
-        found = np.zeros(power.shape, dtype=bool)
+        exceeds = np.zeros(power.shape, dtype=bool)
         if tested <= 0:
-            return found
+            return exceeds
         middle = slice(side, side + tested)
         if self.test == "OS":
             flat = power.reshape(-1, power.shape[-1])
@@ -82,8 +82,8 @@ class Cfar(Preprocessor):
             after = side + self.guard + 1
             far = sums[..., after + half : after + half + tested] - sums[..., after : after + tested]
             level = (near + far) / self.window if self.test == "CA" else np.maximum(near, far) / half
-        found[..., middle] = power[..., middle] > self._factor * level
-        return found
+        exceeds[..., middle] = power[..., middle] > self._factor * level
+        return exceeds
 
     def _ordered(self, rows: Array, tested: int) -> Array:
         """Return the reference cell of the given rank, for each tested cell of some sweeps."""
@@ -91,8 +91,8 @@ class Cfar(Preprocessor):
         windows = np.lib.stride_tricks.sliding_window_view(rows, half, axis=-1)
         both = np.concatenate([windows[:, :tested], windows[:, after : after + tested]], axis=-1)
         k = self.place_in_order - 1
-        found: Array = np.partition(both, k, axis=-1)[..., k]
-        return found
+        level: Array = np.partition(both, k, axis=-1)[..., k]
+        return level
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Map power (sweeps, cells) to (k, 2) of east and north, and their noise; none without a frame."""

@@ -53,26 +53,26 @@ class RadarPicture(Preprocessor):
         if scan.frame is None:
             return Detections.of([], 2)
         geometry = self.geometry_of(scan.frame)
-        found = self.stages(scan.frame, scan.pose).groups
-        heading, own = nautical(scan.pose), place(scan.pose)
-        relative = geometry.from_antenna(found.at, heading)
+        groups = self.stages(scan.frame, scan.pose).groups
+        heading, here = nautical(scan.pose), place(scan.pose)
+        relative = geometry.from_antenna(groups.at, heading)
         squares = np.sum(relative**2, axis=-1)[:, None, None]
         across = np.stack([-relative[:, 1], relative[:, 0]], axis=-1)
         turn = geometry.from_antenna(geometry.centre + np.eye(2), heading)  # steps of one pixel right and one down: (2, 2)
-        spread = turn.T @ found.spread @ turn
+        spread = turn.T @ groups.spread @ turn
         noise = (
             self.sigma**2 * np.eye(2)
             + self.sigma_bearing**2 * across[:, :, None] * across[:, None, :] * np.sign(squares)
             + self.extent**2 * spread
         )
         looks = (self.chain.threshold, float(self.chain.scales[0]), geometry.metres_per_pixel)
-        evidence = None if self.evidence is None else self.evidence.of(found, *looks)
-        return Detections(relative + own, np.ones(len(relative), dtype=bool), evidence, noise)
+        evidence = None if self.evidence is None else self.evidence.of(groups, *looks)
+        return Detections(relative + here, np.ones(len(relative), dtype=bool), evidence, noise)
 
     def geometry_of(self, frame: Frame) -> PictureGeometry:
         """Return the config's geometry, or the picture's own; InputError if there is none or it does not fit the picture."""
         if self.geometry is not None:
-            found = self.geometry
+            geometry = self.geometry
         elif frame.geometry is None:
             raise ConfigError(
                 [
@@ -84,13 +84,13 @@ class RadarPicture(Preprocessor):
             )
         else:
             try:
-                found = PictureGeometry.of({key: value for key, value in frame.geometry.items() if key != "land"})
+                geometry = PictureGeometry.of({key: value for key, value in frame.geometry.items() if key != "land"})
             except ValueError as error:
                 raise InputError(f"geometry of a picture: {error}") from None
-        if frame.pixels.shape[-2:] != found.shape:
+        if frame.pixels.shape[-2:] != geometry.shape:
             rows, columns = frame.pixels.shape[-2:]
-            raise InputError(f"geometry: is of {found.width} x {found.height} px, the picture has {columns} x {rows}")
-        return found
+            raise InputError(f"geometry: is of {geometry.width} x {geometry.height} px, the picture has {columns} x {rows}")
+        return geometry
 
     def stages(self, frame: Frame, pose: Pose | None) -> Stages:
         """Return every stage of one picture."""

@@ -105,14 +105,14 @@ class RadarPictures(Source):
         ships, bad = read_csv(folder / "ais.csv")
         refused += bad
         total, told = sum(len(reports.time) for reports in ships.values()) + len(bad), len(refused) - len(bad)
-        found: list[Trajectory] = []
+        objects: list[Trajectory] = []
         for reports in ships.values():
             kept, outliers = without_outliers(reports, origin, "ais.csv")
             refused += outliers
-            found += trajectories(kept, origin, self.longest_gap)
+            objects += trajectories(kept, origin, self.longest_gap)
         lost = len(refused) - told
         rows["ais"] = Rows(total, total - lost, lost)
-        return tuple(found)
+        return tuple(objects)
 
 
 _NOTHING = Scan.image(0.0, "", Frame(np.zeros((1, 1)))).detections

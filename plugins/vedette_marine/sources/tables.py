@@ -26,7 +26,7 @@ def read_table(
     """
     given = lines(path)
     header = header_of(path, next(given)[1], (*words, *numbers), optional)
-    found: Table = []
+    table: Table = []
     for number, line in given:
         if not line.strip():
             continue
@@ -39,10 +39,10 @@ def read_table(
             row = dict(zip(header, cells, strict=True))
             values = {title: _number(title, row[title]) for title in numbers}
             values |= {title: _number(title, row[title]) for title in optional if row.get(title)}
-            found.append((place, {title: row[title] for title in words}, values))
+            table.append((place, {title: row[title] for title in words}, values))
         except ValueError as error:
             refused.append(Problem(place, str(error)))
-    return found
+    return table
 
 
 def _number(title: str, cell: str) -> float:
@@ -61,12 +61,12 @@ def truth(path: Path, refused: list[Problem]) -> tuple[Trajectory, ...]:
     objects: dict[str, list[Sample[dict[str, float]]]] = {}
     for place, words, row in read_table(path, ("object",), ("time_s", "east_m", "north_m"), moving, refused):
         objects.setdefault(words["object"], []).append(Sample(place, row["time_s"], row))
-    found = []
+    rows = []
     for name, samples in objects.items():
         kept = in_time_order(samples, refused)
         whole = all(title in sample.value for sample in kept for title in moving)
         titles = ("east_m", "north_m", *(moving if whole else ()))
         units = {"x": "m", "y": "m"} | ({"vx": "m/s", "vy": "m/s"} if whole else {})
         states = np.array([[sample.value[title] for title in titles] for sample in kept])
-        found.append(Trajectory(name, Space.of(**units), np.array([sample.time for sample in kept]), states))
-    return tuple(found)
+        rows.append(Trajectory(name, Space.of(**units), np.array([sample.time for sample in kept]), states))
+    return tuple(rows)
