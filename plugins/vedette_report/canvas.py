@@ -215,8 +215,8 @@ def lines(axes: Axes, paths: Sequence[Array], colours: Sequence[str], **looks: A
     pieces: dict[str, list[Array]] = {}
     for path, shade in zip(paths, colours, strict=True):
         pieces.setdefault(shade, [_BREAK]).extend((path, _BREAK))
-    for shade, own in pieces.items():
-        axes.plot(*np.concatenate(own[1:-1]).T, color=shade, **looks)
+    for shade, parts in pieces.items():
+        axes.plot(*np.concatenate(parts[1:-1]).T, color=shade, **looks)
 
 
 def plain(axes: Axes) -> None:

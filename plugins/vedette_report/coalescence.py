@@ -27,11 +27,11 @@ def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
     where = [i for i, axis in enumerate(tracks[0].space.axes) if axis.unit == "m"] if tracks else []
     if len(tracks) < 2 or not where:
         return []
-    time = np.concatenate([track.times[own] for track, own in rows])
-    ids = np.concatenate([np.full(len(own), track.id) for track, own in rows])
-    at = np.concatenate([track.mean[own][:, where] for track, own in rows])
+    time = np.concatenate([track.times[scans] for track, scans in rows])
+    ids = np.concatenate([np.full(len(scans), track.id) for track, scans in rows])
+    at = np.concatenate([track.mean[scans][:, where] for track, scans in rows])
     sigma = np.sqrt(
-        np.concatenate([np.trace(track.cov[own][:, where][:, :, where], axis1=-2, axis2=-1) for track, own in rows])
+        np.concatenate([np.trace(track.cov[scans][:, where][:, :, where], axis1=-2, axis2=-1) for track, scans in rows])
     )
     good = np.isfinite(at).all(axis=-1) & np.isfinite(sigma)
     times = np.unique(time)
@@ -40,11 +40,11 @@ def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
     edges = np.searchsorted(time[order], times), np.searchsorted(time[order], times, side="right")
     met = Counter[tuple[int, int]]()
     for begin, end in zip(*edges, strict=True):
-        own = order[begin:end][good[order[begin:end]]]
-        if len(own) < 2:
+        scans = order[begin:end][good[order[begin:end]]]
+        if len(scans) < 2:
             continue
-        i, j = _pairs(at[own], NEAR * float(np.median(sigma[own])))
-        a, b = own[i], own[j]
+        i, j = _pairs(at[scans], NEAR * float(np.median(sigma[scans])))
+        a, b = scans[i], scans[j]
         near = np.linalg.norm(at[a] - at[b], axis=-1) < NEAR * np.minimum(sigma[a], sigma[b])
         met.update(zip(np.minimum(ids[a], ids[b])[near].tolist(), np.maximum(ids[a], ids[b])[near].tolist(), strict=True))
     return [(*pair, number) for pair, number in met.items() if number >= LONG]

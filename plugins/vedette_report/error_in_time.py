@@ -107,9 +107,9 @@ class Compared:
             return (
                 f"errors of {sensor} along {axis} are white as far as these returns tell (correlated ones are likelier {by})"
             )
-        found = self.correlated
-        size = f"{say(float(f'{found.deviation:.3g}'), unit)} +- {100 * found.deviation_error:.0f} %"
-        lasts = f"{say(float(f'{found.tau:.3g}'), 's')} +- {100 * found.tau_error:.0f} %"
+        fit = self.correlated
+        size = f"{say(float(f'{fit.deviation:.3g}'), unit)} +- {100 * fit.deviation_error:.0f} %"
+        lasts = f"{say(float(f'{fit.tau:.3g}'), 's')} +- {100 * fit.tau_error:.0f} %"
         return (
             f"errors of {sensor} along {axis} are correlated in time: deviation {size}, correlation time {lasts} ({by}); "
             f"white ones of {say(float(f'{self.white.deviation:.3g}'), unit)} would take the rest for motion"
@@ -208,16 +208,16 @@ class Pieces:
     def loglik(self, tau: Array, accel: Array, part: Array) -> Array:
         """Return the log-likelihood (p,) at the size that makes it largest."""
         squares, logs = self.sums(tau, accel, part)
-        found: Array = -0.5 * (self.count * (np.log(2 * np.pi * np.maximum(squares, TINY) / self.count) + 1.0) + logs)
-        return found
+        loglik: Array = -0.5 * (self.count * (np.log(2 * np.pi * np.maximum(squares, TINY) / self.count) + 1.0) + logs)
+        return loglik
 
     def singles(self, fit: Fit) -> Array:
         """Return the log-likelihood of each return (w, s) by those before it; 0 of the first two."""
-        found = np.zeros(self.values.shape)
+        residuals = np.zeros(self.values.shape)
         one = (np.array([value]) for value in (fit.tau, fit.accel, fit.part))
         for i, (v, S) in self._innovations(*one):
-            found[:, i] = -0.5 * (v[0] ** 2 / S[0] / fit.scale**2 + np.log(2 * np.pi * S[0] * fit.scale**2))
-        return found
+            residuals[:, i] = -0.5 * (v[0] ** 2 / S[0] / fit.scale**2 + np.log(2 * np.pi * S[0] * fit.scale**2))
+        return residuals
 
     def errors(self, fit: Fit) -> Errors:
         """Return a fit in the axis' units, with standard errors by the curvature of the log-likelihood."""
@@ -321,12 +321,12 @@ class Told:
 
     def data(self) -> dict[str, object]:
         """Return the figures as plain data."""
-        white, found = self.compared.white, self.compared.correlated
+        white, correlated = self.compared.white, self.compared.correlated
         return {
             "sensor": self.sensor, "axis": self.axis, "unit": self.unit, "correlated": self.compared.wins,
             "gain": self.compared.gain, "gain_error": self.compared.error, "white_deviation": white.deviation,
-            "deviation": found.deviation, "deviation_error": found.deviation_error * found.deviation,
-            "correlation_time": found.tau, "correlation_time_error": found.tau_error * found.tau,
+            "deviation": correlated.deviation, "deviation_error": correlated.deviation_error * correlated.deviation,
+            "correlation_time": correlated.tau, "correlation_time_error": correlated.tau_error * correlated.tau,
         }  # fmt: skip
 
 
@@ -353,14 +353,14 @@ def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) 
                 times, values = taken.setdefault((scan.sensor, i, track), ([], []))
                 times.append(scan.time)
                 values.append(float(z[i]))
-    found = []
+    comparisons = []
     for name, axes in asked.items():
         for i in axes:
-            own = [Path(np.array(t), np.array(z)) for (of, axis, _), (t, z) in taken.items() if (of, axis) == (name, i)]
-            if (told := compared(own)) is not None:
+            paths = [Path(np.array(t), np.array(z)) for (of, axis, _), (t, z) in taken.items() if (of, axis) == (name, i)]
+            if (told := compared(paths)) is not None:
                 axis = tracker.sensors[name].measurement.axes[i]
-                found.append(Told(name, axis.name, axis.unit, told))
-    return tuple(found)
+                comparisons.append(Told(name, axis.name, axis.unit, told))
+    return tuple(comparisons)
 
 
 def _measured(sensor: Sensor) -> list[int]:

@@ -49,14 +49,14 @@ def errors(experiment: Experiment, result: Result, judged: Judged | None = None)
     _show_normalised(places[-1], judged.innovations(), begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     last = max(row for row, _ in spots)
-    for each, (row, _) in zip(places, spots, strict=True):
-        canvas.plain(each)
-        each.set_xlim(-0.01 * end, 1.01 * end)
-        each.locator_params(axis="x", nbins=6)
+    for panel, (row, _) in zip(places, spots, strict=True):
+        canvas.plain(panel)
+        panel.set_xlim(-0.01 * end, 1.01 * end)
+        panel.locator_params(axis="x", nbins=6)
         if row == last:
-            each.set_xlabel("time since the first scan [s]")
-        elif len(each.get_xticks()):
-            each.tick_params(labelbottom=False)
+            panel.set_xlabel("time since the first scan [s]")
+        elif len(panel.get_xticks()):
+            panel.tick_params(labelbottom=False)
     facts = "lines and dots have the colours of the tracks in the map; all times are since the first scan"
     if followed > len(shown):
         facts += f"   ·   the first {len(shown)} of {followed:,} true objects; NEES and NIS are of all"
@@ -99,9 +99,15 @@ def _show_error(axes: Axes, times: Array, trace: Trace, error: Array, sigma: Arr
     axes.fill_between(times, 0.0, 2.0 * sigma, color=canvas.FAINT, linewidth=0, zorder=1)
     _shade(axes, times, ~trace.covered)
     for track in np.unique(trace.track[trace.covered]).tolist():
-        own = np.where(trace.track == track, error, np.nan)
+        line = np.where(trace.track == track, error, np.nan)
         axes.plot(
-            times, own, ".-", color=canvas.colour(track), linewidth=canvas.stroke(1.2), markersize=canvas.mark(2.5), zorder=3
+            times,
+            line,
+            ".-",
+            color=canvas.colour(track),
+            linewidth=canvas.stroke(1.2),
+            markersize=canvas.mark(2.5),
+            zorder=3,
         )
     if np.isfinite(error).any():
         axes.locator_params(axis="y", nbins=4)

@@ -20,7 +20,7 @@ FIRST = 20
 def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, Any]:
     """Return what is equal in every run of one config and seed: score and input. None for a missing figure."""
     intake = result.intake
-    found = {
+    told = {
         "title": experiment.title,
         "seed": experiment.seed,
         "interrupted": result.interrupted,
@@ -35,14 +35,14 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         **score.figures(),
         **pixel_figures(result.tracks, result.recording.truth),
     }
-    return {name: _finite(value) for name, value in found.items()}
+    return {name: _finite(value) for name, value in told.items()}
 
 
 def _registration(result: Result) -> dict[str, Any]:
     """Return what was found of the offsets that all tracks share; nothing where they share none."""
     if result.offsets is None:
         return {}
-    each = {
+    by_sensor = {
         one.name: {
             "unit": one.unit,
             "estimate": None if one.refused else one.estimate,
@@ -53,7 +53,7 @@ def _registration(result: Result) -> dict[str, Any]:
         }
         for one in registered(result)
     }
-    return {"registration": each}
+    return {"registration": by_sensor}
 
 
 def unused(result: Result) -> dict[str, Rows]:
@@ -64,9 +64,9 @@ def unused(result: Result) -> dict[str, Rows]:
 def timings(result: Result) -> dict[str, Any]:
     """Return what differs from run to run."""
     intake = result.intake
-    each = result.seconds / intake.scans if intake.scans else None
-    frames = {"ms_per_frame": 1e3 * (each or 0.0)} if intake.frames else {}
-    return {"seconds": result.seconds, "seconds_per_scan": each} | frames
+    seconds = result.seconds / intake.scans if intake.scans else None
+    frames = {"ms_per_frame": 1e3 * (seconds or 0.0)} if intake.frames else {}
+    return {"seconds": result.seconds, "seconds_per_scan": seconds} | frames
 
 
 def length_unit(experiment: Experiment) -> str:

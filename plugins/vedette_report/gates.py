@@ -38,25 +38,25 @@ def gates(tracker: Tracker, scan: Scan, before: State, after: State, plane: Plan
     the sensor's, or the mean of the returns' own.
     """
     sensor = tracker.sensors[scan.sensor]
-    found = GatesOnMap.unknown(len(after.ids), len(sensor.measurement))
+    gates = GatesOnMap.unknown(len(after.ids), len(sensor.measurement))
     known, old, new = np.intersect1d(before.ids, after.ids, assume_unique=True, return_indices=True)
     if scan.frame is not None or isinstance(sensor, ImagingSensor) or not len(known):
-        return found
-    own = scan.detections.noise
-    R = None if own is None or not len(own) else np.mean(own, axis=0)
+        return gates
+    noise = scan.detections.noise
+    R = None if noise is None or not len(noise) else np.mean(noise, axis=0)
     with np.errstate(all="ignore"):
         it = tracker.expect(before, scan)
         sensor, ahead = it.sensor, it.tracks
         ahead = Gaussian(ahead.mean[old], ahead.cov[old])
-        found.expected[new], S, H = it.returns_of(ahead, R)
-        found.innovation[new] = S
+        gates.expected[new], S, H = it.returns_of(ahead, R)
+        gates.innovation[new] = S
         if plane is not None and plane.within(sensor.observes) and len(sensor.measurement) > 1:
             x = ahead.mean[:, tracker.state.locate(sensor.observes)]
-            found.position[new] = plane.points(sensor.observes, x)
-            found.cov[new] = _on_the_map(
+            gates.position[new] = plane.points(sensor.observes, x)
+            gates.cov[new] = _on_the_map(
                 S, np.broadcast_to(H, (*S.shape[:-1], H.shape[-1]))[..., sensor.observes.locate(plane.space)]
             )
-    return found
+    return gates
 
 
 def _on_the_map(S: Array, H: Array) -> Array:

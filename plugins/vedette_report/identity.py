@@ -36,7 +36,7 @@ class Code:
 def differences(there: Identity, here: Identity, place: str) -> tuple[list[Problem], list[str]]:
     """Return what must be equal in two codes and is not, and in words what may differ and does."""
     refused, told = provenance.differences(there, here, place)
-    return [Problem(each.place, f"{each.text}; see --accept-other-code") for each in refused], told
+    return [Problem(problem.place, f"{problem.text}; see --accept-other-code") for problem in refused], told
 
 
 def tell(texts: Iterable[str]) -> None:

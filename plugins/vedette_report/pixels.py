@@ -33,13 +33,13 @@ def pixel_figures(tracks: Sequence[Track], truth: Sequence[Trajectory]) -> dict[
     if [axis.unit for axis in axes] != ["px", "px"] or any(axis not in path.space.axes for axis in axes):
         return {}
     states = [
-        (i, state) for i, time in enumerate(track.times) for each in truth if (state := each.at(float(time))) is not None
+        (i, state) for i, time in enumerate(track.times) for target in truth if (state := target.at(float(time))) is not None
     ]
     if not states or len({i for i, _ in states}) < len(states):
         return {}
-    found = track.mean[[i for i, _ in states]][:, [track.space.names.index(name) for name in ("x", "y")]]
+    places = track.mean[[i for i, _ in states]][:, [track.space.names.index(name) for name in ("x", "y")]]
     true = np.array([state for _, state in states])
-    error = np.linalg.norm(found - true[:, [path.space.names.index(name) for name in ("x", "y")]], axis=-1)
+    error = np.linalg.norm(places - true[:, [path.space.names.index(name) for name in ("x", "y")]], axis=-1)
     box = [path.space.names.index(name) for name in ("width", "height") if name in path.space]
     allowed = np.maximum(NEAR, np.max(true[:, box], axis=-1, initial=0.0))
     overlap = {}

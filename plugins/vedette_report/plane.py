@@ -61,15 +61,15 @@ class Plane:
 
 def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> dict[str, Array | None]:
     """Return the positions of each sensor's returns (k, 2), by its name; None if one return alone gives no position."""
-    found: dict[str, Array | None] = {}
+    places: dict[str, Array | None] = {}
     for name, sensor in sensors.items():
-        own = [scan for scan in scans if scan.sensor == name]
+        of_sensor = [scan for scan in scans if scan.sensor == name]
         try:
-            spots = [_spots(scan, sensor, plane) for scan in own] if plane.within(sensor.observes) else None
+            spots = [_spots(scan, sensor, plane) for scan in of_sensor] if plane.within(sensor.observes) else None
         except NotImplementedError:
             spots = None
-        found[name] = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
-    return found
+        places[name] = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
+    return places
 
 
 def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:

@@ -36,21 +36,21 @@ def packages_of(configs: Iterable[Any], *also: str, registry: Registry | None = 
 @cache
 def identity(packages: tuple[str, ...]) -> dict[str, str]:
     """Return what identifies the code here, of the packages that are given; as the process loaded it when first asked."""
-    found = {f"sources of {name}": sources(name) for name in packages}
-    found |= {"kernels": kernels.RUNNING, "build": kernels.BUILD}
-    found |= {name: version(name) for name in ("vedette", "numpy", "scipy")}
-    return found | {"python": platform.python_version(), "machine": platform.machine()}
+    parts = {f"sources of {name}": sources(name) for name in packages}
+    parts |= {"kernels": kernels.RUNNING, "build": kernels.BUILD}
+    parts |= {name: version(name) for name in ("vedette", "numpy", "scipy")}
+    return parts | {"python": platform.python_version(), "machine": platform.machine()}
 
 
 def sources(package: str) -> str:
     """Return a hash of the Python files of a package, by their names and contents; "none" if it is not installed."""
-    found = importlib.util.find_spec(package)
-    if found is None or not (found.submodule_search_locations or found.origin):
+    spec = importlib.util.find_spec(package)
+    if spec is None or not (spec.submodule_search_locations or spec.origin):
         return "none"
     total = hashlib.sha256()
-    folders = [Path(each) for each in found.submodule_search_locations or ()]
+    folders = [Path(each) for each in spec.submodule_search_locations or ()]
     files = sorted((path.relative_to(folder).as_posix(), path) for folder in folders for path in folder.rglob("*.py"))
-    for name, path in files or [(package, Path(str(found.origin)))]:
+    for name, path in files or [(package, Path(str(spec.origin)))]:
         content = path.read_bytes().replace(b"\r\n", b"\n")
         total.update(f"{name} {len(content)}\n".encode() + content)
     return total.hexdigest()[:16]
@@ -81,11 +81,11 @@ def kinds_in(config: Any) -> Iterator[str]:
     if isinstance(config, Mapping):
         if isinstance(config.get("kind"), str):
             yield config["kind"]
-        for each in config.values():
-            yield from kinds_in(each)
+        for part in config.values():
+            yield from kinds_in(part)
     elif isinstance(config, list | tuple):
-        for each in config:
-            yield from kinds_in(each)
+        for part in config:
+            yield from kinds_in(part)
 
 
 def _minor(made: Identity) -> str:

@@ -24,12 +24,12 @@ def rehearsed(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, st
     each sensor that starts tracks, and the time from scan to scan is theirs.
     """
     for name in sorted(tracker.starters):
-        own = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
+        of_sensor = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
         gaps = np.diff([scan.time for scan in scans if scan.sensor == name])
-        if not own or not np.any(gaps > 0) or own[0].detections.noise is not None:
+        if not of_sensor or not np.any(gaps > 0) or of_sensor[0].detections.noise is not None:
             continue
         dt = float(np.median(gaps[gaps > 0]))
-        chosen = [own[i] for i in np.unique(np.linspace(0, len(own) - 1, PLACES).astype(int))]
+        chosen = [of_sensor[i] for i in np.unique(np.linspace(0, len(of_sensor) - 1, PLACES).astype(int))]
         try:
             yield from _of_sensor(tracker, name, [_played(tracker, scan, dt, scan.detections.z[:1]) for scan in chosen], dt)
         except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):

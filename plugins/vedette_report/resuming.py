@@ -129,11 +129,11 @@ class Former:
                 kept = _as_recorded(scan, line[1], spaces) if taken < self.scans else None
                 if kept is None:  # it was refused whole
                     continue
-                found = next(rows, None)
-                if found is None or found["scans"]["time"][0] != scan.time:
+                row = next(rows, None)
+                if row is None or row["scans"]["time"][0] != scan.time:
                     raise ValueError(f"it has no scan {taken} at {scan.time} s, which the recording beside it has")
                 taken, line = taken + 1, next(given, (0, ""))
-                yield kept, found
+                yield kept, row
         if taken < self.scans:
             self._check_line("", line)
         steps.go_on(self.state, self.intake, self.seconds)
@@ -169,9 +169,9 @@ def _read(place: Path) -> Former:
 def _as_recorded(scan: Scan, line: str, spaces: Mapping[str, Space]) -> Scan | None:
     """Return a scan as the line of a recording has it, which may lack bad returns; None if it is none of the scan."""
     if scan.frame is not None:
-        found = json.loads(line or "{}")
-        found.pop("frame", None)
-        line = json.dumps(found)
+        document = json.loads(line or "{}")
+        document.pop("frame", None)
+        line = json.dumps(document)
     for taken in (_whole, without_bad_returns):
         kept, _ = taken(scan)
         try:
@@ -196,8 +196,8 @@ def _by_scan(blocks: Iterable[Tables], none: Tables) -> Iterator[Rows]:
         tables = {table: {name: block[table][name] for name in columns} for table, columns in none.items()}
         for table, columns in none.items():
             for name, wanted in columns.items():
-                found = tables[table][name]
-                if found.dtype != wanted.dtype or found.shape[1:] != wanted.shape[1:]:
+                column = tables[table][name]
+                if column.dtype != wanted.dtype or column.shape[1:] != wanted.shape[1:]:
                     raise ValueError(f"{table}.{name} must be of {wanted.dtype} {wanted.shape[1:]}")
         count = len(tables["scans"]["time"])
         edges = {table: np.arange(count + 1) for table in ("scans",)}
@@ -205,9 +205,9 @@ def _by_scan(blocks: Iterable[Tables], none: Tables) -> Iterator[Rows]:
             edges[table] = np.searchsorted(tables[table]["scan"], scans + np.arange(count + 1))
         for table in ("weights", "below"):
             edges[table] = np.searchsorted(tables[table]["entry"], entries + edges["entries"])
-        spans = {table: list(pairwise(own.tolist())) for table, own in edges.items()}
+        spans = {table: list(pairwise(ends.tolist())) for table, ends in edges.items()}
         for i in range(count):
-            rows = {table: {name: own[slice(*spans[table][i])] for name, own in tables[table].items()} for table in tables}
+            rows = {table: {name: part[slice(*spans[table][i])] for name, part in tables[table].items()} for table in tables}
             for table in ("returns", "entries", "splits", "merges"):
                 rows[table]["scan"] = rows[table]["scan"] - np.int32(scans + i)
             first = entries + spans["entries"][i][0]

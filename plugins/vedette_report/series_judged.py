@@ -23,13 +23,13 @@ def judged(block: Block | None, scans: int, confirmed: Mask) -> Tables:
     entries |= {name: np.full(len(confirmed), np.nan) for name in ENTRIES}
     if block is None:
         none = np.zeros(0, dtype=np.intp)
-        own = np.zeros(len(confirmed), dtype=np.intp)
-        columns = _of_scans(entries, scans, own, none, 0, np.zeros(scans, dtype=np.intp))
+        truth_of = np.zeros(len(confirmed), dtype=np.intp)
+        columns = _of_scans(entries, scans, truth_of, none, 0, np.zeros(scans, dtype=np.intp))
         return {"scans": {"judged": np.zeros(scans, dtype=bool), **columns}, "entries": entries}
-    found, place = block.found, np.flatnonzero(confirmed)
-    pairs, space = block.pairs, found.truth.space
+    match, place = block.found, np.flatnonzero(confirmed)
+    pairs, space = block.pairs, match.truth.space
     rows, spot, speed = place[pairs.entry], positions(space), velocities(space)
-    cov = found.entries.cov[pairs.entry]
+    cov = match.entries.cov[pairs.entry]
     entries["object"][rows] = block.which[pairs.truth]
     entries["position_error"][rows] = np.linalg.norm(pairs.error[:, spot], axis=-1)
     entries["position_sigma"][rows] = sigma_of(cov, spot)
@@ -37,12 +37,12 @@ def judged(block: Block | None, scans: int, confirmed: Mask) -> Tables:
         entries["velocity_error"][rows] = np.linalg.norm(pairs.error[:, speed], axis=-1)
         entries["velocity_sigma"][rows] = sigma_of(cov, speed)
     entries["nees"][rows] = pairs.nees
-    seen = with_innovation(found.entries, block.chosen)
-    entries["nis_given_hit"][place[seen]] = found.entries.nis[seen] / found.entries.hit[seen]
+    seen = with_innovation(match.entries, block.chosen)
+    entries["nis_given_hit"][place[seen]] = match.entries.nis[seen] / match.entries.hit[seen]
     scan = np.zeros(len(confirmed), dtype=int)
-    scan[place] = found.entries.scan
+    scan[place] = match.entries.scan
     columns = _of_scans(entries, scans, scan, rows, len(spot), block.axes)
-    return {"scans": {"judged": np.isin(np.arange(scans), found.scans), **columns}, "entries": entries}
+    return {"scans": {"judged": np.isin(np.arange(scans), match.scans), **columns}, "entries": entries}
 
 
 def _of_scans(

@@ -53,10 +53,10 @@ def _judged(
     modes = entries["modes"] if entries["modes"].shape[1] else None
     first, parts, begin = np.searchsorted(entries["scan"], np.arange(len(scans) + 1)).tolist(), [], 0
     for i, scan in enumerate(scans):
-        own = slice(first[i], first[i + 1])
-        estimate = Gaussian(entries["mean"][own], cov[own])
-        figures = (entries["nis"][own], entries["hit"][own], None if modes is None else modes[own])
-        judge.add(scan, entries["track"][own], entries["confirmed"][own], estimate, *figures)
+        rows = slice(first[i], first[i + 1])
+        estimate = Gaussian(entries["mean"][rows], cov[rows])
+        figures = (entries["nis"][rows], entries["hit"][rows], None if modes is None else modes[rows])
+        judge.add(scan, entries["track"][rows], entries["confirmed"][rows], estimate, *figures)
         if i + 1 - begin >= SCANS or first[i + 1] - first[begin] >= ENTRIES or i + 1 == len(scans):
             parts.append(judged(judge.finish_block(), i + 1 - begin, entries["confirmed"][first[begin] : first[i + 1]]))
             begin = i + 1

@@ -89,12 +89,12 @@ def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
 def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
     """Return how many tracks there were, and how often their weights were not exact."""
     yield "tracks", f"{score.tracks:,} confirmed of {result.begun:,} begun"
-    for i, each in enumerate(registered(result)):
-        found = f"{each.name} {say(each.estimate, each.unit)} +- {say(each.deviation, each.unit)}"
-        seen = f"of the prior's variance {each.observability:.1%} removed"
+    for i, offset in enumerate(registered(result)):
+        text = f"{offset.name} {say(offset.estimate, offset.unit)} +- {say(offset.deviation, offset.unit)}"
+        seen = f"of the prior's variance {offset.observability:.1%} removed"
         yield (
             "" if i else "registration",
-            f"{each.name} REFUSED: {each.refused}; {seen}" if each.refused else f"{found}; {seen}",
+            f"{offset.name} REFUSED: {offset.refused}; {seen}" if offset.refused else f"{text}; {seen}",
         )
     intake = result.intake
     if intake.outside:

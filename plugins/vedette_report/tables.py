@@ -35,8 +35,8 @@ def draw_result(result: Result, axes: Any = None) -> Any:
 
 def result_html(result: Result) -> str:
     """Return what a notebook shows of a result."""
-    found = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
-    return html_table(repr(result), found)
+    rows = [(name.replace("_", " "), f"{value:.4g}") for name, value in _metrics(result).items() if _is_number(value)]
+    return html_table(repr(result), rows)
 
 
 def _tracks(result: Result) -> dict[str, Any]:
@@ -45,7 +45,7 @@ def _tracks(result: Result) -> dict[str, Any]:
 
 def _detections(result: Result) -> dict[str, Any]:
     """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
-    axes = dict.fromkeys(name for each in result.made_by.tracker.sensors.values() for name in each.measurement.names)
+    axes = dict.fromkeys(name for sensor in result.made_by.tracker.sensors.values() for name in sensor.measurement.names)
     columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
     for i, scan in enumerate(result.scans):
         own = result.made_by.tracker.sensors[scan.sensor].measurement.names
@@ -74,8 +74,8 @@ def _truth(result: Result) -> dict[str, Any]:
 
 def _metrics(result: Result) -> dict[str, Any]:
     score = Judged.of(result.made_by, result, installed_figures()).score
-    found = figures(result.made_by, result, score)
-    return {name: value for name, value in found.items() if _is_number(value) or value is None}
+    told = figures(result.made_by, result, score)
+    return {name: value for name, value in told.items() if _is_number(value) or value is None}
 
 
 def _is_number(value: Any) -> bool:

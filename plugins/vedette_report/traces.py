@@ -83,11 +83,11 @@ class Inside:
     def add(self, value: Array, axes: Indices) -> Inside:
         """Count the values (e,) over so many axes (e,) each."""
         self.count += len(value)
-        for each in np.unique(axes).tolist():
-            low, high = band(each)
-            own = value[axes == each]
-            self.inside += int(np.count_nonzero((low <= own) & (own <= high)))
-            self.axes[each] = self.axes.get(each, 0) + len(own)
+        for count in np.unique(axes).tolist():
+            low, high = band(count)
+            values = value[axes == count]
+            self.inside += int(np.count_nonzero((low <= values) & (values <= high)))
+            self.axes[count] = self.axes.get(count, 0) + len(values)
         return self
 
     @property
@@ -174,12 +174,12 @@ class Bands:
 
     def add(self, block: Block) -> None:
         """Count a block of a run that is judged as it goes."""
-        found, spot = block.found, positions(block.found.truth.space)
+        match, spot = block.found, positions(block.found.truth.space)
         values = block.pairs.nees[np.isfinite(block.pairs.nees)]
         self.nees.add(values, np.full(len(values), len(spot)))
-        chosen = with_innovation(found.entries, block.chosen)
-        scan = found.entries.scan[chosen]
-        self.nis.add(found.entries.nis[chosen] / found.entries.hit[chosen], block.axes[scan])
+        chosen = with_innovation(match.entries, block.chosen)
+        scan = match.entries.scan[chosen]
+        self.nis.add(match.entries.nis[chosen] / match.entries.hit[chosen], block.axes[scan])
 
 
 def band(axes: int) -> tuple[float, float]:
@@ -189,21 +189,21 @@ def band(axes: int) -> tuple[float, float]:
 
 
 def _trace(block: Block, j: int, name: str, names: Indices) -> Trace:
-    found, pairs = block.found, block.pairs
-    space, times = found.truth.space, block.times[found.scans]
-    own = pairs.truth == j
-    error, cov = pairs.error[own], found.entries.cov[pairs.entry[own]]
+    match, pairs = block.found, block.pairs
+    space, times = match.truth.space, block.times[match.scans]
+    rows = pairs.truth == j
+    error, cov = pairs.error[rows], match.entries.cov[pairs.entry[rows]]
     spot, speed = positions(space), velocities(space)
 
     def spread(values: Array) -> Array:
         """Spread values of the covered scans (q, ..) among all scans (s, ..)."""
         everywhere = np.full((len(times), *np.shape(values)[1:]), np.nan)
-        everywhere[pairs.scan[own]] = values
+        everywhere[pairs.scan[rows]] = values
         return everywhere[alive]
 
-    alive = found.truth.alive[:, j]
-    cover = found.cover[alive, j]
-    modes, unknown = found.entries.mode_prob, np.full(len(error), np.nan)
+    alive = match.truth.alive[:, j]
+    cover = match.cover[alive, j]
+    modes, unknown = match.entries.mode_prob, np.full(len(error), np.nan)
     return Trace(
         name=name,
         times=times[alive],
@@ -212,9 +212,9 @@ def _trace(block: Block, j: int, name: str, names: Indices) -> Trace:
         sigma=spread(sigma_of(cov, spot)),
         speed_error=spread(np.linalg.norm(error[:, speed], axis=-1) if speed else unknown),
         speed_sigma=spread(sigma_of(cov, speed) if speed else unknown),
-        nees=spread(pairs.nees[own]),
+        nees=spread(pairs.nees[rows]),
         axes=len(spot),
-        modes=None if modes is None else spread(modes[pairs.entry[own]]),
+        modes=None if modes is None else spread(modes[pairs.entry[rows]]),
     )
 
 

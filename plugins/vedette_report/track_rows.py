@@ -63,8 +63,8 @@ def _sense(terms: Terms) -> str:
 def _row(track: Track, terms: Terms, *, moving: bool) -> list[str]:
     first = int(np.argmax(track.confirmed))
     ends = [utc(time) if terms.dated else f"{time:.2f} s" for time in (float(track.times[first]), float(track.times[-1]))]
-    own = labels(track.identity, len(track.times))
-    name = [next(filter(None, reversed(own)), "-")] if terms.named else []
+    names = labels(track.identity, len(track.times))
+    name = [next(filter(None, reversed(names)), "-")] if terms.named else []
     row = [f"{track.id}", *name, *ends, f"{len(track.times) - first:,}"]
     return row + list(_motion(track, terms)) if moving else row
 
@@ -77,7 +77,7 @@ def _motion(track: Track, terms: Terms) -> tuple[str, str]:
     if not np.isfinite(speed) or speed == 0.0:
         return f"{speed:.3g}", "-"
     along = np.array([vx, vy]) / speed
-    spread, across = (float(np.sqrt(max(each @ cov @ each, 0.0))) for each in (along, np.array([-along[1], along[0]])))
+    spread, across = (float(np.sqrt(max(unit @ cov @ unit, 0.0))) for unit in (along, np.array([-along[1], along[0]])))
     course = np.degrees(np.arctan2(vy, vx))
     if terms.origin is not None and not terms.north_east:
         course = 90.0 - course

@@ -48,13 +48,13 @@ def biased(own: Twin | None, *axes: Any) -> Twin | None:
 
 def fastest(reference: F) -> F:
     """Return the compiled function of the same name, which gives None for what it does not take, or the one in numpy."""
-    own = getattr(_module, reference.__name__, None)
-    if own is None or not kernels.RUNNING.startswith("compiled"):
+    kernel = getattr(_module, reference.__name__, None)
+    if kernel is None or not kernels.RUNNING.startswith("compiled"):
         return reference
 
     @wraps(reference)
     def call(*args: Any) -> Any:
-        found = own(*args)
-        return reference(*args) if found is None else found
+        result = kernel(*args)
+        return reference(*args) if result is None else result
 
     return call  # type: ignore[return-value]

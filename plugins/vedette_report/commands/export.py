@@ -41,14 +41,14 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
     if target.is_dir() or not target.absolute().parent.is_dir():
         raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
-    found = _kept(folder, target, arguments) if is_database(folder) else _finished(folder, target, arguments)
-    whole, found = len(found.tracks), _chosen(found, arguments)
-    write(target, found, options.whole("--ellipses", arguments.ellipses, 0))
-    if target.suffix.lower() == ".kml" and not found.terms.dated:
+    run = _kept(folder, target, arguments) if is_database(folder) else _finished(folder, target, arguments)
+    whole, run = len(run.tracks), _chosen(run, arguments)
+    write(target, run, options.whole("--ellipses", arguments.ellipses, 0))
+    if target.suffix.lower() == ".kml" and not run.terms.dated:
         print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
-    points = sum(len(track.times) for track in found.tracks)
-    rest = f" of {whole}" if whole > len(found.tracks) else ""
-    print(f"{target}: {len(found.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
+    points = sum(len(track.times) for track in run.tracks)
+    rest = f" of {whole}" if whole > len(run.tracks) else ""
+    print(f"{target}: {len(run.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")
     return DONE
 
 
@@ -103,17 +103,17 @@ def _box(text: str) -> tuple[float, float, float, float]:
     return min(west, east), min(south, north), max(west, east), max(south, north)
 
 
-def _chosen(found: Run, arguments: Namespace) -> Run:
+def _chosen(run: Run, arguments: Namespace) -> Run:
     """Return the run with those of its tracks that are asked for."""
-    tracks = found.tracks
+    tracks = run.tracks
     if arguments.lasting is not None:
         least = options.read("--lasting", arguments.lasting, lambda text: float(in_unit(text, "s")))
         tracks = tuple(track for track in tracks if track.times[-1] - track.times[0] >= least)
     if arguments.covering:
-        if not found.about["objects"]:
+        if not run.about["objects"]:
             told = "needs the truth, and this run has none: --lasting leaves out what was confirmed for a short time only"
             raise ConfigError([Problem("--covering", told)])
-        entries = read_series(found.folder / "series.npz")["entries"]
+        entries = read_series(run.folder / "series.npz")["entries"]
         covering = set(entries["track"][entries["object"] >= 0].tolist())
         tracks = tuple(track for track in tracks if track.id in covering)
-    return evolve(found, tracks=tracks)
+    return evolve(run, tracks=tracks)

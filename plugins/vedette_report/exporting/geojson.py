@@ -41,9 +41,9 @@ def _features(run: Run, track: Track, ellipses: int) -> Iterator[dict[str, Any]]
     for i in chosen(len(places), ellipses).tolist():
         outline = run.ellipse(track, i)
         if outline is not None:
-            own = {"track": track.id, "time": times[i], "probability": 0.95}
+            properties = {"track": track.id, "time": times[i], "probability": 0.95}
             area = {"type": "Polygon", "coordinates": [_rounded(outline, _DIGITS)]}
-            yield {"type": "Feature", "geometry": area, "properties": own}
+            yield {"type": "Feature", "geometry": area, "properties": properties}
 
 
 def _crossings(places: Array) -> NDArray[np.intp]:

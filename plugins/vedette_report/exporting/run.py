@@ -52,16 +52,16 @@ class Run:
 
     @classmethod
     def _of(
-        cls, folder: Path, about: dict[str, Any], found: Sequence[Track], origin: Origin | None, epoch: float | None
+        cls, folder: Path, about: dict[str, Any], tracks: Sequence[Track], origin: Origin | None, epoch: float | None
     ) -> Run:
-        terms = Terms.of(about["notes"], found)
+        terms = Terms.of(about["notes"], tracks)
         if origin is not None:
             terms = evolve(terms, origin=origin)
         if epoch is not None:
             if terms.dated:
                 raise ConfigError([Problem("--epoch", "is for times without a date, and those of this recording have one")])
             terms = evolve(terms, dated=True)
-        whole = [_confirmed(track) for track in found if track.confirmed.any()]
+        whole = [_confirmed(track) for track in tracks if track.confirmed.any()]
         kept = tuple(evolve(track, times=track.times + (epoch or 0.0)) for track in whole if len(track.times))
         return cls(folder, about, kept, Space.of(**dict(about["axes"])), terms, 0.0 if epoch is None else epoch)
 
@@ -83,8 +83,8 @@ class Run:
 
     def places(self, track: Track) -> Array:
         """Return longitudes, latitudes and, where the tracks have z, altitudes (s, 2 or 3) of a track in deg and m."""
-        found = evolve(self.terms, dated=False).values(track)
-        return np.stack([found[name] for name in ("longitude", "latitude", "altitude") if name in found], axis=-1)
+        columns = evolve(self.terms, dated=False).values(track)
+        return np.stack([columns[name] for name in ("longitude", "latitude", "altitude") if name in columns], axis=-1)
 
     def dates(self, track: Track) -> list[str]:
         """Return the times of a track by ISO 8601 in UTC."""
@@ -131,10 +131,10 @@ def _confirmed(track: Track) -> Track:
     """Return a track from where it was first confirmed on, without what is not finite."""
     kept = np.maximum.accumulate(track.confirmed) & np.isfinite(track.mean).all(axis=-1)
     rows = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit", "mode_prob", "confirmed_at", "link")
-    own = {name: values[kept] for name in rows if (values := getattr(track, name)) is not None}
+    columns = {name: values[kept] for name in rows if (values := getattr(track, name)) is not None}
     chosen = np.flatnonzero(kept).tolist()
     returns = None if track.returns is None else tuple(track.returns[i] for i in chosen)
-    return evolve(track, weights=tuple(track.weights[i] for i in chosen), returns=returns, **own)
+    return evolve(track, weights=tuple(track.weights[i] for i in chosen), returns=returns, **columns)
 
 
 def chosen(count: int, most: int) -> NDArray[np.intp]:

@@ -60,9 +60,9 @@ def _points(rr: Any, stream: Any, run: Run, series: Any, centre: Array) -> None:
     """Log returns and true objects, those of a scan together."""
     scans = {**series["scans"], "time": series["scans"]["time"] + run.epoch}
     for name, sensor in ((name, i) for i, name in enumerate(run.about["sensors"])):
-        own = np.flatnonzero(scans["sensor"] == sensor)
+        rows = np.flatnonzero(scans["sensor"] == sensor)
         _clouds(
-            rr, stream, run, f"map/returns/{name}", scans["time"][own], _by_scan(series["returns"], own, centre), "#7a7a7a"
+            rr, stream, run, f"map/returns/{name}", scans["time"][rows], _by_scan(series["returns"], rows, centre), "#7a7a7a"
         )
     truth = series["truth"]
     for j, name in enumerate(run.about["objects"]):

@@ -54,22 +54,22 @@ def write_comparison(runs: Sequence[Path], target: Path, underlay: Path | None =
     told: list[dict[str, Any]] = []
     columns = []
     centre = None
-    for path, each in zip(runs, shown, strict=True):
-        if each.map_axes != first.map_axes or each.series.about["unit"] != first.series.about["unit"]:
-            wanted, got = (f"{', '.join(one.map_axes) or 'none'} in {one.series.about['unit']}" for one in (first, each))
+    for path, run in zip(runs, shown, strict=True):
+        if run.map_axes != first.map_axes or run.series.about["unit"] != first.series.about["unit"]:
+            wanted, got = (f"{', '.join(one.map_axes) or 'none'} in {one.series.about['unit']}" for one in (first, run))
             raise InputError(f"{path}: the axes of its map must be those of {runs[0]}, {wanted}, got {got}")
-        facts, packed = each.facts(underlay if each is first else None, origin if each is first else None, centre)
+        facts, packed = run.facts(underlay if run is first else None, origin if run is first else None, centre)
         centre = np.array(facts["centre"])
-        if each is not first:
+        if run is not first:
             facts |= {"underlay": [], "graticule": []}
         told.append(facts)
         columns.append(packed)
-    names = [each.name for each in shown]
+    names = [run.name for run in shown]
     if len(set(names)) < len(names):
         names = [str(path) for path in runs]
     compared = {
         "runs": [
-            facts | {"name": name, "same": _same(first, each)} for facts, name, each in zip(told, names, shown, strict=True)
+            facts | {"name": name, "same": _same(first, run)} for facts, name, run in zip(told, names, shown, strict=True)
         ],
         "metrics": _metrics(shown),
     }
@@ -80,7 +80,7 @@ def write_comparison(runs: Sequence[Path], target: Path, underlay: Path | None =
 
 def _same(first: Shown, other: Shown) -> bool:
     """Return whether both saw the same scans and the same truth, so that it is enough to draw them once."""
-    tables = [(each.series["scans"], each.series["returns"], each.series["truth"]) for each in (first, other)]
+    tables = [(run.series["scans"], run.series["returns"], run.series["truth"]) for run in (first, other)]
     wanted = (("time",), ("scan", "position"), ("scan", "position"))
     return all(
         np.array_equal(one[name], two[name], equal_nan=True)

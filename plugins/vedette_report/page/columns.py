@@ -75,10 +75,10 @@ def _rays(series: Series) -> Array | None:
     rays = np.full((len(sensor), 2), np.nan)
     for i, told in enumerate(series.about["sensors"].values()):
         if list(told["axes"])[:1] == ["bearing"] and shown and sorted(shown["axes"]) == ["x", "y"]:
-            own = sensor == i
-            angle = returns["z"][own, 0] + np.nan_to_num(scans["heading"][returns["scan"][own]])
+            rows = sensor == i
+            angle = returns["z"][rows, 0] + np.nan_to_num(scans["heading"][returns["scan"][rows]])
             ray = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-            rays[own] = ray[:, [("x", "y").index(name) for name in shown["axes"]]]
+            rays[rows] = ray[:, [("x", "y").index(name) for name in shown["axes"]]]
     return rays if np.isfinite(rays).any() else None
 
 

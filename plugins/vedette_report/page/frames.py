@@ -49,7 +49,7 @@ def frames(recording: Path, times: Array, config: str = "{}", every: int = 1) ->
 
 def _shown(scans: Sequence[int], at: Callable[[int], Numbered | None]) -> list[dict[str, Any]]:
     """Return some of the frames as pictures, evenly chosen: as many as fit, by the size of the first."""
-    found: list[dict[str, Any]] = []
+    frames: list[dict[str, Any]] = []
     limits: tuple[float, float] | None = None
     most, k = min(MOST, len(scans)), 0
     while k < len(scans):
@@ -58,13 +58,13 @@ def _shown(scans: Sequence[int], at: Callable[[int], Numbered | None]) -> list[d
             scan, frame = one
             limits = limits_of(frame) if limits is None else limits
             made = picture(frame, limits)
-            if not found:
+            if not frames:
                 most = min(most, int(BYTES / len(made["png"])))
             if not most:
                 return []
-            found.append({"scan": scan, **made})
+            frames.append({"scan": scan, **made})
         k += max(1, -(-len(scans) // most))
-    return found
+    return frames
 
 
 def _clip(config: str) -> Sequence[Scan] | None:

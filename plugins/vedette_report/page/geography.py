@@ -70,7 +70,7 @@ def _within_reach(line: dict[str, Any], origin: Origin) -> Lines:
         return [line]
     edges = np.flatnonzero(np.diff(near)) + 1
     parts = zip(np.split(line["points"], edges), np.split(near, edges), strict=True)
-    return [{"points": points, "closed": False} for points, own in parts if own[0] and len(points) > 1]
+    return [{"points": points, "closed": False} for points, depths in parts if depths[0] and len(points) > 1]
 
 
 def _lines(data: Any) -> Iterator[dict[str, Any]]:
@@ -86,12 +86,12 @@ def _lines(data: Any) -> Iterator[dict[str, Any]]:
     elif kind == "LineString":
         yield _line(data["coordinates"], closed=False)
     elif kind in ("MultiLineString", "Polygon"):
-        for each in data["coordinates"]:
-            yield _line(each, closed=kind == "Polygon")
+        for polygon_of in data["coordinates"]:
+            yield _line(polygon_of, closed=kind == "Polygon")
     elif kind == "MultiPolygon":
         for polygon in data["coordinates"]:
-            for each in polygon:
-                yield _line(each, closed=True)
+            for polygon_of in polygon:
+                yield _line(polygon_of, closed=True)
     elif kind not in ("Feature", "Point", "MultiPoint"):
         raise ValueError(f"unknown type {kind!r}")
 
@@ -107,7 +107,7 @@ def graticule(origin: Origin, low: Array, high: Array) -> Lines:
     """Return meridians and parallels that cross the box from `low` to `high` (2,) in m, each with its `label`."""
     narrow = max(float(np.cos(np.radians(origin.latitude))), 0.05)
     size = float(np.max(high - low)) / _DEGREE
-    step = next((each for each in reversed(_STEPS) if size / each <= 6), _STEPS[0])
+    step = next((candidate for candidate in reversed(_STEPS) if size / candidate <= 6), _STEPS[0])
     north = origin.latitude + np.array([low[1], high[1]]) / _DEGREE + step * np.array([-1, 1])
     east = origin.longitude + np.array([low[0], high[0]]) / (_DEGREE * narrow) + step * np.array([-1, 1])
     along = np.linspace(0.0, 1.0, 30)

@@ -28,10 +28,10 @@ def metrics(figures: Sequence[Mapping[str, Any]], modes: Sequence[str], axes: Se
     names = [*known, *(name for each in figures for name in each if name not in known and name not in _LEFT_OUT)]
     least = min(2, len(figures))
     rows = [row for name in dict.fromkeys(names) for row in _rows(name, figures, modes, axes, unit) if _known(row) >= least]
-    found = [_objects(run.get("truths")) for run in figures]
+    objects = [_objects(run.get("truths")) for run in figures]
     told = []
-    for true in dict.fromkeys(name for run in found for name in run if sum(name in each for each in found) >= least):
-        cells = {of.name: [_number(run.get(true, {}).get(of.name)) for run in found] for of in OF_OBJECTS}
+    for true in dict.fromkeys(name for run in objects for name in run if sum(name in each for each in objects) >= least):
+        cells = {of.name: [_number(run.get(true, {}).get(of.name)) for run in objects] for of in OF_OBJECTS}
         told.append({"name": true, **cells})
     heads = {of.name: [of.about, _unit(of.unit, unit)] for of in OF_OBJECTS}
     return {"rows": rows, "objects": told, "of_objects": heads}
@@ -60,8 +60,8 @@ def _rows(
 
 def _objects(told: Any) -> dict[str, Mapping[str, Any]]:
     """Return the true objects of a summary by name; what is none, in a file that somebody altered, is left out."""
-    each = [one for one in told if isinstance(one, dict)] if isinstance(told, list) else []
-    return {one["name"]: one for one in each if isinstance(one.get("name"), str)}
+    entries = [one for one in told if isinstance(one, dict)] if isinstance(told, list) else []
+    return {one["name"]: one for one in entries if isinstance(one.get("name"), str)}
 
 
 def _known(row: dict[str, Any]) -> int:

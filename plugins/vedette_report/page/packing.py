@@ -27,9 +27,9 @@ class Packed:
 
 def pack(name: str, values: NDArray[Any]) -> Packed:
     """Return a column as text; its numbers keep their bits."""
-    own = np.ascontiguousarray(values).reshape(-1)
-    raw = own.astype(own.dtype.newbyteorder("<"), copy=False).view(np.uint8).reshape(-1, own.itemsize)
-    return Packed(name, own.dtype.str[1:], b64encode(zlib.compress(raw.T.tobytes(), 6)).decode())
+    flat = np.ascontiguousarray(values).reshape(-1)
+    raw = flat.astype(flat.dtype.newbyteorder("<"), copy=False).view(np.uint8).reshape(-1, flat.itemsize)
+    return Packed(name, flat.dtype.str[1:], b64encode(zlib.compress(raw.T.tobytes(), 6)).decode())
 
 
 def single(values: Array, bits: int = PLAIN) -> NDArray[np.float32]:

@@ -46,13 +46,13 @@ class Shown:
         if path.suffix != ".npz" and not path.is_dir():
             there = "is a file" if path.exists() else "there is no such folder"
             raise InputError(f"{path}: {there}; must be the folder that `vedette run` or `vedette study` wrote")
-        own = path if path.suffix == ".npz" else path / SERIES
-        (series, every), folder = read_thinned(own), own.parent
+        file = path if path.suffix == ".npz" else path / SERIES
+        (series, every), folder = read_thinned(file), file.parent
         if not series.tables:
-            raise InputError(f"{own}: is empty: the run was ended before its first complete block")
+            raise InputError(f"{file}: is empty: the run was ended before its first complete block")
         figures = read_table(folder / "summary.json") if (folder / "summary.json").exists() else {}
         name = folder.resolve().name
-        if own.name == SMOOTHED:
+        if file.name == SMOOTHED:
             name, figures = f"{name} (smoothed)", figures.get("smoothed", {})
         config = without_passwords(_text(folder / "config.json"))
         ended = (folder / "summary.txt").exists() or not name.startswith(UNFINISHED)

@@ -29,7 +29,7 @@ def page(
     except ValueError:
         raise InputError(f"{title}: the files of its run say infinity or nan of what must be a number") from None
     data = [f'<script type="application/json" id="facts">{_safe(told)}</script>']
-    data += [_COLUMN.format(i, each.name, each.type, each.text) for i, packed in enumerate(runs) for each in packed]
+    data += [_COLUMN.format(i, column.name, column.type, column.text) for i, packed in enumerate(runs) for column in packed]
     parts = {
         "TITLE": html.escape(title),
         "STYLES": "".join(f"<style>{_asset(name)}</style>\n" for name in STYLES),

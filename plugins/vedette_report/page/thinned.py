@@ -17,17 +17,17 @@ def read_thinned(path: Path) -> tuple[Series, int]:
 
     Scans and entries are numbered anew. InputError as from `read_series`.
     """
-    with open_series(path) as found:
-        rows = found.rows()
+    with open_series(path) as arrays:
+        rows = arrays.rows()
         every = max(1, *(-(-rows.get(table, 0) // most) for table, most in MOST.items()))
         parts, thin = list[Tables](), _Thin(every)
-        for block in found.blocks():
+        for block in arrays.blocks():
             parts.append(thin.of(block))
         tables = {
             table: {name: np.concatenate([part[table][name] for part in parts]) for name in columns}
             for table, columns in (parts[0] if parts else {}).items()
         }
-        return Series(found.about, tables), every
+        return Series(arrays.about, tables), every
 
 
 class _Thin:

@@ -30,20 +30,20 @@ class Pooled:
 
     def data(self) -> dict[str, object]:
         """Return the figures as plain data."""
-        own = self.target
-        names = {"truth": own.truth, "tracks": [track.id for track in own.tracks], "lost_at_s": list(own.lost)}
-        return names | {"scans": self.scans, "anees": self.anees, "nis": self.nis, "hint": own.hint}
+        target = self.target
+        names = {"truth": target.truth, "tracks": [track.id for track in target.tracks], "lost_at_s": list(target.lost)}
+        return names | {"scans": self.scans, "anees": self.anees, "nis": self.nis, "hint": target.hint}
 
 
 def pooled(told: Sequence[Recorded], p_gate: float) -> tuple[Pooled, ...]:
     """Return the objects that tracks covered, each with the figures of all of them; `p_gate` is the tracker's."""
     objects = []
-    for own in {id(one.target): one.target for one in told}.values():
-        if own is not None:
-            tracks = [one for one in told if one.target is own]
+    for target in {id(one.target): one.target for one in told}.values():
+        if target is not None:
+            tracks = [one for one in told if one.target is target]
             seen = [one.innovations for one in tracks]
             nis, hit, axes = (np.concatenate([getattr(one, name) for one in seen]) for name in ("nis", "hit", "axes"))
             anees = float(np.mean(np.concatenate([one.nees for one in tracks if one.nees is not None])))
             mean = float(pooled_nis(nis, hit, axes, p_gate)) if np.any(hit > 0) else None
-            objects.append(Pooled(own, sum(one.scans for one in tracks), anees, mean))
+            objects.append(Pooled(target, sum(one.scans for one in tracks), anees, mean))
     return tuple(objects)

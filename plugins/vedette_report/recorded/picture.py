@@ -65,10 +65,10 @@ def _drawn(title: str, tracks: Sequence[Lines], axes: int, measured: int) -> Fig
         white.vlines(lags, 0.0, track.correlation, color=shade, linewidth=canvas.stroke(2))
         white.plot(lags, track.correlation, "o", color=shade, markersize=canvas.mark(4))
     named = [("NEES", axes), ("NIS", measured)]
-    for each, (name, count) in zip(over_time, named[-len(over_time) :], strict=True):
-        each.axhspan(*chi_square_band(count, 0.05), color=canvas.FAINT, alpha=0.6, linewidth=0)
-        each.axhline(1.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
-        each.set(
+    for series, (name, count) in zip(over_time, named[-len(over_time) :], strict=True):
+        series.axhspan(*chi_square_band(count, 0.05), color=canvas.FAINT, alpha=0.6, linewidth=0)
+        series.axhline(1.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
+        series.set(
             yscale="log", ylabel=canvas.wrapped(f"{name} over what is expected"), xlabel="time since the track began [s]"
         )
     if truth:
@@ -82,6 +82,6 @@ def _drawn(title: str, tracks: Sequence[Lines], axes: int, measured: int) -> Fig
     white.axhline(0.0, color=canvas.INK, linewidth=canvas.stroke(0.8))
     white.set(xlabel="lag [scans]", ylabel=canvas.wrapped("correlation of innovations"))
     white.xaxis.get_major_locator().set_params(integer=True)
-    for each in made.axes:
-        canvas.plain(each)
+    for series in made.axes:
+        canvas.plain(series)
     return made

@@ -160,21 +160,21 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
     """Report the tracks of a run that has kept its states, as `recorded_consistency` does."""
     tracker, entries = experiment.tracker, _entries(experiment.tracker, result)
     known = {track.id: track for track in result.tracks if track.id in entries}
-    found: list[Recorded | None] = []
+    records: list[Recorded | None] = []
     for path, own in zip(result.recording.truth, followed(experiment, result), strict=True):
         covered = False
         for track, at in zip(own.tracks, own.scans, strict=True):
             if track.id in known and np.any(at & _shared(track, path)):
                 covered = True
-                found.append(_told(tracker, track, _gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
+                records.append(_told(tracker, track, _gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
         if not covered:
             near = [(float(np.mean(_distance(one, path))), i) for i, one in known.items() if _shared(one, path).any()]
             if near:
                 _, best = min(near)
-                found.append(_told(tracker, known[best], _gathered(tracker, entries[best]), path))
+                records.append(_told(tracker, known[best], _gathered(tracker, entries[best]), path))
     if not result.recording.truth:
-        found = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
-    told = tuple(one for one in found if one is not None)
+        records = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
+    told = tuple(one for one in records if one is not None)
     if not told and 0 < result.intake.frames == result.intake.scans:
         raise InputError(
             "source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES"
@@ -190,8 +190,8 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
 
 def _at(entries: Sequence[Entry], track: Track, at: Mask) -> list[Entry]:
     """Return what a track used at those of its scans (s,)."""
-    own = set(track.times[at].tolist())
-    return [entry for entry in entries if entry[1] in own] if not at.all() else list(entries)
+    times = set(track.times[at].tolist())
+    return [entry for entry in entries if entry[1] in times] if not at.all() else list(entries)
 
 
 def _shared(track: Track, path: Trajectory) -> Mask:
@@ -207,10 +207,10 @@ def _common(track: Track, path: Trajectory) -> Space:
 def _errors(track: Track, path: Trajectory) -> tuple[Array, Array]:
     """Return errors (s, n) and covariances (s, n, n) over the common axes, at the shared scans."""
     common, keep = _common(track, path), _shared(track, path)
-    own, theirs = track.space.locate(common), path.space.locate(common)
+    ours, theirs = track.space.locate(common), path.space.locate(common)
     states = [state[theirs] for time in track.times[keep] if (state := path.at(float(time))) is not None]
-    error = common.difference(np.array(states), track.mean[keep][:, own])
-    return error, track.cov[keep][:, own][:, :, own]
+    error = common.difference(np.array(states), track.mean[keep][:, ours])
+    return error, track.cov[keep][:, ours][:, :, ours]
 
 
 def _distance(track: Track, path: Trajectory) -> Array:
@@ -238,18 +238,18 @@ def _told(
         return told if np.count_nonzero(seen.hit > 0) >= 3 else None
     shared = _shared(track, path)
     keep = np.ones(np.count_nonzero(shared), dtype=bool) if at is None else at[shared]
-    error, cov = (each[keep] for each in _errors(track, path))
+    error, cov = (values[keep] for values in _errors(track, path))
     if len(error) <= error.shape[-1]:
         return None
-    each = nees(error, cov) / free_axes(cov)
+    values = nees(error, cov) / free_axes(cov)
     return evolve(
         told,
         truth=path.name,
         scans=len(error),
-        anees=float(np.mean(each)),
+        anees=float(np.mean(values)),
         credibility=noncredibility(error, cov),
         times=track.times[shared][keep],
-        nees=each,
+        nees=values,
         axes=round(float(np.median(free_axes(cov)))),
         target=target,
     )
@@ -286,13 +286,13 @@ def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array,
     """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
     weights = state.weights[row, 1:]
     used = np.flatnonzero(weights)
-    own = _returns(state, row)[used]
+    used_returns = _returns(state, row)[used]
     sensor, seen = it.sensor, it.scan.detections
-    noise = seen.noise[own[np.argmax(weights[used])]] if len(own) and seen.noise is not None else None
+    noise = seen.noise[used_returns[np.argmax(weights[used])]] if len(used_returns) and seen.noise is not None else None
     expected, S, _ = it.returns_of(prior, noise)
-    residual = sensor.measurement.difference(seen.z[own], expected)
+    residual = sensor.measurement.difference(seen.z[used_returns], expected)
     if seen.missing is not None:
-        residual = np.where(seen.missing[own], 0.0, residual)
+        residual = np.where(seen.missing[used_returns], 0.0, residual)
     declared = float(sensor.detects(prior.mean[it.plan.state.locate(sensor.observes)])) * it.plan.p_gate
     return np.sum(weights[used][:, None] * residual, axis=0), S, declared
 
@@ -300,12 +300,12 @@ def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array,
 def _gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
     names = [entry[0] for entry in entries]
     most = max(set(names), key=lambda name: (sum(e[3] > 0 for e in entries if e[0] == name), name))
-    own = [entry for entry in entries if entry[0] == most]
-    lags, valid = min(LAGS, len(own) - 1), np.array([entry[3] > 0 for entry in own])
+    alike = [entry for entry in entries if entry[0] == most]
+    lags, valid = min(LAGS, len(alike) - 1), np.array([entry[3] > 0 for entry in alike])
     correlation: Array = np.zeros(0)
     pairs: Array = np.zeros(0)
     if lags > 0 and valid.sum() >= 3:
-        correlation, pairs = autocorrelation(np.array([e[5] for e in own]), np.array([e[6] for e in own]), lags, valid)
+        correlation, pairs = autocorrelation(np.array([e[5] for e in alike]), np.array([e[6] for e in alike]), lags, valid)
     times, nis, hit, declared = (np.array([entry[i] for entry in entries], dtype=float) for i in range(1, 5))
     axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
     return Innovations(times, nis, hit, declared, axes, correlation, pairs)

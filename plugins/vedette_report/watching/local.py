@@ -58,10 +58,10 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     def refuses(self) -> bool:
         """Return whether the request is refused; it is then answered."""
-        found = self._refusal()
-        if found is not None:
-            self.send_error(found[0], found[1])
-        return found is not None
+        refusal = self._refusal()
+        if refusal is not None:
+            self.send_error(refusal[0], refusal[1])
+        return refusal is not None
 
     def _refusal(self) -> tuple[int, str] | None:
         """Return why a request is refused, with the code for it; None if it is not."""

@@ -100,7 +100,7 @@ class LivePage:
                 seen = [self._waiting.get()]
                 while len(seen) < _TOGETHER and not self._waiting.empty():
                     seen.append(self._waiting.get())
-                told = [each for each in seen if each is not None]
+                told = [note for note in seen if note is not None]
                 if told:
                     self._journal.add(self._records.record(told), len(told), told[-1].scan.frame)
                 sleep(_REST)

@@ -100,14 +100,14 @@ class Records:
         centre = middle(series) if self._centre is None else self._centre
         made = dict(arrays(series, centre))
         made[COVERED] = covered if compared else np.full_like(covered, np.nan)
-        made[CAME] = np.array([each.came for each in seen])
+        made[CAME] = np.array([record.came for record in seen])
         if self._centre is None and any(np.isfinite(made[name]).any() for name in PLACES if name in made):
             self._centre = centre
         return made
 
     def _rows_of(self, seen: Sequence[Seen]) -> tuple[dict[str, dict[str, Any]], bool]:
         """Return the tables of some scans, counted from the first one's, and whether they were compared with the truth."""
-        told = [each.told for each in seen if each.told is not None]
+        told = [record.told for record in seen if record.told is not None]
         if told:
             rows = together(told)
             for table in ("returns", "entries", "truth"):
@@ -117,17 +117,17 @@ class Records:
             return rows, True
         parts: list[Tables] = [self._none]
         entries = 0
-        for i, each in enumerate(seen):
-            part = self._rows.of(each.scan, each.before, each.state, each.estimate, each.modes)
+        for i, record in enumerate(seen):
+            part = self._rows.of(record.scan, record.before, record.state, record.estimate, record.modes)
             part["returns"]["scan"] += i
             part["entries"]["scan"] += i
             part["weights"]["entry"] += entries
-            entries += len(each.state.ids)
+            entries += len(record.state.ids)
             parts.append(part)
         rows, block = together(parts), self._compared(seen)
         for table, columns in judged(block, len(seen), rows["entries"]["confirmed"]).items():
             rows[table] |= columns
-        rows["truth"] = self._truth.true([each.scan.time for each in seen])
+        rows["truth"] = self._truth.true([record.scan.time for record in seen])
         return rows, block is not None
 
     def _compared(self, seen: Sequence[Seen]) -> Block | None:
@@ -135,9 +135,9 @@ class Records:
         begin = monotonic()
         if begin < self._judged_at or (len(seen) > 1 and len(seen) * self._judging > _PAUSE):
             return None
-        for each in seen:
-            state = each.state
-            self._judge.add(each.scan, state.ids, state.confirmed, each.estimate, state.nis, state.hit, each.modes)
+        for record in seen:
+            state = record.state
+            self._judge.add(record.scan, state.ids, state.confirmed, record.estimate, state.nis, state.hit, record.modes)
         block = self._judge.finish_block()
         end = monotonic()
         self._judging = (end - begin) / max(len(seen), 1)

@@ -31,11 +31,11 @@ class TrueObjects:
 
     def true(self, times: Sequence[float]) -> dict[str, Column]:
         """Return the rows of scans at these times, none before those of the last call, numbered from 0."""
-        found = [self._of(time) for time in times]
+        states = [self._of(time) for time in times]
         return {
-            "scan": np.repeat(np.arange(len(found), dtype=np.int32), [len(own) for own, _ in found]),
-            "object": np.concatenate([np.zeros(0, np.int32), *(own for own, _ in found)]),
-            "position": np.concatenate([np.zeros((0, 2)), *(spots for _, spots in found)]),
+            "scan": np.repeat(np.arange(len(states), dtype=np.int32), [len(own) for own, _ in states]),
+            "object": np.concatenate([np.zeros(0, np.int32), *(own for own, _ in states)]),
+            "position": np.concatenate([np.zeros((0, 2)), *(spots for _, spots in states)]),
         }
 
     def _of(self, time: float) -> tuple[Column, Array]:

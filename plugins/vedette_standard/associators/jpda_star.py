@@ -48,21 +48,21 @@ class JpdaStar(Associator):
 
 def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
     """Return the marginals over the best associations of each set of tracks that are detected and of their returns."""
-    found = best_associations(scores, most)
-    hit = found.choice > 0
-    code = np.where(hit, _mixed(2 * found.parent) + _mixed(2 * found.choice + 1), 0)
-    return marginals(scores, found, _of_first(found.hypotheses, code))
+    best = best_associations(scores, most)
+    hit = best.choice > 0
+    code = np.where(hit, _mixed(2 * best.parent) + _mixed(2 * best.choice + 1), 0)
+    return marginals(scores, best, _of_first(best.hypotheses, code))
 
 
-def _of_first(found: Hypotheses, code: Indices) -> Array:
+def _of_first(hypotheses: Hypotheses, code: Indices) -> Array:
     """Return the probability (l,) of leaves if, of hypotheses whose codes (l,) have the same sum, the heaviest count."""
-    sums = np.zeros(len(found.weights), dtype=np.int64)
-    np.add.at(sums, found.rows, code[found.leaves])
-    first = np.zeros(len(found.weights), dtype=bool)
-    first[np.unique(np.stack([found.cluster, sums]), axis=1, return_index=True)[1]] = True
-    weights = np.where(first, found.weights, 0.0)
-    weights = weights / np.bincount(found.cluster, weights)[found.cluster]
-    return np.bincount(found.leaves, weights[found.rows], len(found.track)).astype(float)
+    sums = np.zeros(len(hypotheses.weights), dtype=np.int64)
+    np.add.at(sums, hypotheses.rows, code[hypotheses.leaves])
+    first = np.zeros(len(hypotheses.weights), dtype=bool)
+    first[np.unique(np.stack([hypotheses.cluster, sums]), axis=1, return_index=True)[1]] = True
+    weights = np.where(first, hypotheses.weights, 0.0)
+    weights = weights / np.bincount(hypotheses.cluster, weights)[hypotheses.cluster]
+    return np.bincount(hypotheses.leaves, weights[hypotheses.rows], len(hypotheses.track)).astype(float)
 
 
 def _mixed(numbers: Indices) -> Indices:

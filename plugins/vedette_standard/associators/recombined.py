@@ -51,8 +51,8 @@ def merged_by_track(hypotheses: Hypotheses, estimate: Gaussian, existence: Array
     into, leaf, shares = recombined(hypotheses, estimate, existence, state)
     track, rows = hypotheses.track[hypotheses.leaves], hypotheses.rows
     order = np.lexsort((rows, track))
-    own = hypotheses.leaves[order[np.diff(track[order], prepend=-1) > 0]]
-    return Merging(own, into, leaf, shares, Hypotheses.of(len(own)))
+    first = hypotheses.leaves[order[np.diff(track[order], prepend=-1) > 0]]
+    return Merging(first, into, leaf, shares, Hypotheses.of(len(first)))
 
 
 def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> tuple[Indices, Indices, Array]:
@@ -101,14 +101,14 @@ def _several(hypotheses: Hypotheses) -> Iterator[Several]:
     place = np.zeros(len(of_track), dtype=np.int64)
     for t in np.unique(size[size > 1]).tolist():
         mine = size == t
-        some, own, at = mine[cluster], asked & mine[of_track[track]], mine[cluster[rows]]
+        some, asked_here, at = mine[cluster], asked & mine[of_track[track]], mine[cluster[rows]]
         among = np.flatnonzero(mine[of_track] & (of_track >= 0))
         tracks = among[np.argsort(of_track[among], kind="stable")].reshape(-1, t)
         place[tracks] = np.arange(t)
-        number, row, leaf = np.cumsum(mine) - 1, np.cumsum(some) - 1, np.cumsum(own) - 1
+        number, row, leaf = np.cumsum(mine) - 1, np.cumsum(some) - 1, np.cumsum(asked_here) - 1
         table = np.full((np.count_nonzero(some), t), -1)
         table[row[rows[at]], place[track[leaves[at]]]] = leaf[leaves[at]]
-        held = np.flatnonzero(own)
+        held = np.flatnonzero(asked_here)
         of = number[of_track[track[held]]]
         yield Several(tracks, held, of, hypotheses.weights[some], number[cluster[some]], table)
 
@@ -166,13 +166,13 @@ def _gains(parts: list[Several], shares: list[Array], estimate: Gaussian, existe
     rows = [np.nonzero(share) for share in shares]
     first = [start + part.tracks.shape[1] * part.of for start, part in zip(starts, parts, strict=False)]
     into = np.concatenate([at[leaf] + target for at, (leaf, target) in zip(first, rows, strict=True)])
-    leaf = np.concatenate([part.leaves[own] for part, (own, _) in zip(parts, rows, strict=True)])
+    leaf = np.concatenate([part.leaves[rows_of] for part, (rows_of, _) in zip(parts, rows, strict=True)])
     mass = np.concatenate([share[row] for share, row in zip(shares, rows, strict=True)]) * existence[leaf]
     some = np.bincount(into, mass, starts[-1])
     known = some > CERTAIN
     place = np.cumsum(known) - 1
-    own = known[into]
-    mixtures = Mixtures(place[into[own]], leaf[own], mass[own] / some[into[own]], int(np.sum(known)))
+    rows_of = known[into]
+    mixtures = Mixtures(place[into[rows_of]], leaf[rows_of], mass[rows_of] / some[into[rows_of]], int(np.sum(known)))
     targets = merged(estimate, mixtures, state)
     information, volume = _information(targets.cov)
 

@@ -34,13 +34,13 @@ class Given(GivenTracks):
         rest = [name for name in state.names if name not in self.start]
         if rest and not recording.truth and not recording.starts:
             raise ValueError(f"start: must state {', '.join(map(repr, rest))}, as the recording has no truth")
-        known = [_at_start(each, recording) for each in recording.starts or _first(recording)] or [{}]
+        known = [_at_start(start, recording) for start in recording.starts or _first(recording)] or [{}]
         mean, deviation = np.zeros((len(known), len(state))), np.zeros(len(state))
         for i, name in enumerate(state.names):
             if name in self.start:
                 mean[:, i], deviation[i] = self.start[name]
             else:
-                mean[:, i] = [each.get(name, 0.0) + self.offset.get(name, 0.0) for each in known]
+                mean[:, i] = [start.get(name, 0.0) + self.offset.get(name, 0.0) for start in known]
                 deviation[i] = self.spread[name]
         return Gaussian(state.canonical(mean), np.tile(np.diag(deviation**2), (len(known), 1, 1)))
 

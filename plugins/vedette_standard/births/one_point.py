@@ -22,11 +22,11 @@ def one_point(
     lacking = [axis for axis in state.names if axis not in sensor.observes and axis not in spread]
     if lacking:
         raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
-    count, n, own = len(returns), len(state), state.locate(sensor.observes)
+    count, n, seen = len(returns), len(state), state.locate(sensor.observes)
     mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
     cov[:, range(n), range(n)] = [spread.get(axis, 0.0) ** 2 for axis in state.names]
-    mean[:, own] = spot.mean
-    cov[:, np.array(own)[:, None], own] = spot.cov
+    mean[:, seen] = spot.mean
+    cov[:, np.array(seen)[:, None], seen] = spot.cov
     return Gaussian(mean, cov)
 
 

@@ -147,10 +147,10 @@ class Poisson(Birth):
     def _given(self, found: Any, estimator: Estimator[Any], returns: Indices) -> Gaussian:
         """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
         memory, innovation, log_share = found
-        each, count = np.tile(np.arange(len(log_share)), len(returns)), len(returns)
-        sure = np.zeros((len(each), innovation.loglik.shape[-1]))
-        sure[range(len(each)), 1 + np.repeat(returns, len(log_share))] = 1.0
-        after = estimator.moments(estimator.update(take(memory.belief, each, 0), take(innovation, each, 0), sure))
+        component, count = np.tile(np.arange(len(log_share)), len(returns)), len(returns)
+        sure = np.zeros((len(component), innovation.loglik.shape[-1]))
+        sure[range(len(component)), 1 + np.repeat(returns, len(log_share))] = 1.0
+        after = estimator.moments(estimator.update(take(memory.belief, component, 0), take(innovation, component, 0), sure))
         share = kernels.softmax(log_share[:, returns].T)
         n = len(estimator.state)
         return mixed(Gaussian(after.mean.reshape(count, -1, n), after.cov.reshape(count, -1, n, n)), share, estimator.state)

@@ -101,12 +101,12 @@ class TwoPoint(Birth):
         noise = np.sqrt(np.linalg.eigvalsh(total)[..., -1])
         near = np.min(apart, axis=-1) <= self.max_speed * found.ago + self.deviations * noise
         rows, before, spot = rows[near], before[near], Gaussian(spot.mean[near], spot.cov[near])
-        count, n, own = len(rows), len(state), np.array(state.locate(position))
+        count, n, seen = len(rows), len(state), np.array(state.locate(position))
         mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
         cov[:, range(n), range(n)] = [self.spread.get(axis, 0.0) ** 2 for axis in state.names]
-        mean[:, own], mean[:, velocity] = spot.mean, (spot.mean - found.mean[before]) / found.ago
-        cov[:, own[:, None], own] = spot.cov
-        cov[:, own[:, None], velocity] = cov[:, velocity[:, None], own] = spot.cov / found.ago
+        mean[:, seen], mean[:, velocity] = spot.mean, (spot.mean - found.mean[before]) / found.ago
+        cov[:, seen[:, None], seen] = spot.cov
+        cov[:, seen[:, None], velocity] = cov[:, velocity[:, None], seen] = spot.cov / found.ago
         cov[:, velocity[:, None], velocity] = (spot.cov + found.cov[before]) / found.ago**2
         return within(self.appears_in, Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial)), state)
 

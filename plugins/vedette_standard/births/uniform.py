@@ -82,8 +82,8 @@ class Uniform(Birth):
         low, high, places = self._box(sensor)
         noise = None if detections.noise is None else detections.noise[whole]
         spot = sensor.invert(detections.z[whole], noise)
-        own = np.broadcast_to(sensor.noise(spot.mean), spot.cov.shape) if noise is None else noise
-        stretch = np.sqrt(np.linalg.det(spot.cov) / np.linalg.det(own))
+        R = np.broadcast_to(sensor.noise(spot.mean), spot.cov.shape) if noise is None else noise
+        stretch = np.sqrt(np.linalg.det(spot.cov) / np.linalg.det(R))
         inside = np.all((spot.mean >= low) & (spot.mean <= high), axis=-1) & self._appearing(sensor, spot.mean)
         volume = np.prod(high - low) * len(places) / PLACES ** len(low)
         rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / volume, 0.0)

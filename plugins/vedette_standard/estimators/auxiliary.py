@@ -75,8 +75,8 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
         """Return points drawn from the prior, of equal weight."""
-        own = filters.marginal(prior, axes, self.state, self.zero_variance)
-        return filters.draw_particles(own, self.particles, self.state, rng)
+        marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
+        return filters.draw_particles(marginal, self.particles, self.state, rng)
 
     def predict(self, belief: Particles | Predicted, dt: float, rng: np.random.Generator) -> Particles | Predicted:
         """Return the points `dt` s later, with the centres needed to choose ancestors."""

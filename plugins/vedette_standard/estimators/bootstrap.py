@@ -50,8 +50,8 @@ class BootstrapParticles(OverMotion[Particles]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
         """Return points drawn from the prior, of equal weight."""
-        own = filters.marginal(prior, axes, self.state, self.zero_variance)
-        return filters.draw_particles(own, self.particles, self.state, rng)
+        marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
+        return filters.draw_particles(marginal, self.particles, self.state, rng)
 
     def predict(self, belief: Particles, dt: float, rng: np.random.Generator) -> Particles:
         """Return the points `dt` s later, each with its own noise; resampled first if necessary."""

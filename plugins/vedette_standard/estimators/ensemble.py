@@ -69,8 +69,8 @@ class EnsembleKalman(OverMotion[Ensemble]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Ensemble:
         """Return points drawn from the prior."""
-        own = filters.marginal(prior, axes, self.state, self.zero_variance)
-        shrunk = Gaussian(own.mean, own.cov * (1 - 1 / self.members))  # of which `moments` makes the prior's
+        marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
+        shrunk = Gaussian(marginal.mean, marginal.cov * (1 - 1 / self.members))  # of which `moments` makes the prior's
         points = filters.draw_particles(shrunk, self.members, self.state, rng).points
         return Ensemble(points, _key(points, rng))
 

@@ -63,7 +63,7 @@ class GH(GaussianFilter):
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track, linearised at its mean, and what the constant gains make of it."""
         assert isinstance(observed, Detections)
-        found = evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+        exact = evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
         where = self.state.locate(sensor.observes)
         x = belief.mean[..., where]
         ready = prepare(sensor, observed, sensor.measure(x), sensor.noise(x))
@@ -75,7 +75,7 @@ class GH(GaussianFilter):
         post = left @ P @ np.swapaxes(left, -1, -2) + K @ ready.noise @ np.swapaxes(K, -1, -2)
         shift = (K @ ready.residuals[..., None])[..., 0]
         return new_innovation(
-            found.loglik, found.distance, found.log_volume, found.nis, Hypotheses(shift, kernels.symmetric(post))
+            exact.loglik, exact.distance, exact.log_volume, exact.nis, Hypotheses(shift, kernels.symmetric(post))
         )
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:

@@ -55,8 +55,8 @@ class GaussianSum(Estimator[Modes]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
         """Split the prior."""
-        own = axes.locate(self.state)
-        mean, cov = prior.mean[..., own], prior.cov[..., own, :][..., own]
+        located = axes.locate(self.state)
+        mean, cov = prior.mean[..., located], prior.cov[..., located, :][..., located]
         nodes, weights = np.polynomial.hermite_e.hermegauss(self.parts)
         step = np.sqrt(self.share) * self._direction(cov)
         left = cov - step[..., :, None] * step[..., None, :]

@@ -194,8 +194,10 @@ class Imm(Estimator[Modes]):
 
     def extent(self, belief: Modes, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the box around the gates of all modes."""
-        each = [mode.extent(part, sensor, detections, limit) for mode, part in zip(self.modes, belief.beliefs, strict=True)]
-        return np.min([low for low, _ in each], axis=0), np.max([high for _, high in each], axis=0)
+        extents = [
+            mode.extent(part, sensor, detections, limit) for mode, part in zip(self.modes, belief.beliefs, strict=True)
+        ]
+        return np.min([low for low, _ in extents], axis=0), np.max([high for _, high in extents], axis=0)
 
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each update its own."""
@@ -225,8 +227,8 @@ class Imm(Estimator[Modes]):
         prob = np.zeros((mixtures.count, len(self.modes)))
         np.add.at(prob, into, joint)
         possible = prob[into] > 0.0
-        own = np.where(possible, joint / np.where(possible, prob[into], 1.0), shares[:, None])
-        each = zip(self.modes, belief.beliefs, own.T, strict=True)
+        weights = np.where(possible, joint / np.where(possible, prob[into], 1.0), shares[:, None])
+        each = zip(self.modes, belief.beliefs, weights.T, strict=True)
         beliefs = tuple(mode.merge(one, Mixtures(into, parts, share, mixtures.count)) for mode, one, share in each)
         return new_modes(beliefs, kernels.safe_log(prob / np.sum(prob, axis=-1, keepdims=True)))
 
@@ -242,7 +244,7 @@ class Imm(Estimator[Modes]):
         if dt == 0:
             return later
         origin, apart, covs = kernels.stacked(*self._each(belief), self._own, self._absent, self.state.periods)
-        each = Gaussian(self.state.displace(origin[..., None, :], apart), covs)
+        components = Gaussian(self.state.displace(origin[..., None, :], apart), covs)
         log_switch = self._switch.log(dt)
         _, means, covs_mixed = kernels.imm_mix(belief.log_prob, log_switch, apart, covs)
         gains, joint = [], []
@@ -250,10 +252,10 @@ class Imm(Estimator[Modes]):
             mixed = Gaussian(self.state.displace(origin, means[..., j, :]), covs_mixed[..., j, :, :])
             forward = mode.moments(mode.predict(mode.start(mixed, self.state, rng), dt, rng))
             seen = future_likelihood(forward, mode.moments(later.beliefs[j]), mode.state)
-            own = mode.start(each, self.state, rng)
+            own = mode.start(components, self.state, rng)
             ahead, log_weight = pair_posterior(mode.moments(mode.predict(own, dt, rng)), forward.mean, seen, mode.state)
             back = mode.moments(mode.smooth_step(own, mode.start(ahead, mode.state, rng), dt, rng))
-            gains.append(gain_over_all_axes(each, self.state.locate(mode.state), back, self.state))
+            gains.append(gain_over_all_axes(components, self.state.locate(mode.state), back, self.state))
             joint.append(later.log_prob[..., j, None] + log_pair_probability(belief.log_prob, log_switch[:, j] + log_weight))
         log_joint = np.stack(joint, axis=-1)
         log_prob = kernels.log_sum(log_joint)
@@ -261,7 +263,7 @@ class Imm(Estimator[Modes]):
         share = np.exp(np.where(possible, log_joint - np.where(possible, log_prob[..., None], 0.0), log_switch))
         shifts, smoothed = np.stack([gain[0] for gain in gains], axis=-2), np.stack([gain[1] for gain in gains], axis=-3)
         merged = kernels.moments(share[..., None, :], shifts, smoothed)
-        after = Gaussian(self.state.displace(each.mean, merged.mean[..., 0, :]), merged.cov[..., 0, :, :])
+        after = Gaussian(self.state.displace(components.mean, merged.mean[..., 0, :]), merged.cov[..., 0, :, :])
         beliefs = tuple(
             mode.start(Gaussian(after.mean[..., i, :], after.cov[..., i, :, :]), self.state, rng)
             for i, mode in enumerate(self.modes)

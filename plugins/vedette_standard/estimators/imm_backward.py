@@ -43,8 +43,8 @@ def future_likelihood(predicted: Gaussian, smoothed: Gaussian, state: Space) -> 
     pivots = np.diagonal(lower, axis1=-2, axis2=-1) > 0
     whole = lower + np.where(pivots, 0.0, 1.0)[..., None] * np.eye(n)
     white = np.linalg.inv(whole)
-    own = white @ smoothed.cov @ np.swapaxes(white, -1, -2) + (whole - lower)
-    part, axes = np.linalg.eigh(0.5 * (own + np.swapaxes(own, -1, -2)))
+    cov = white @ smoothed.cov @ np.swapaxes(white, -1, -2) + (whole - lower)
+    part, axes = np.linalg.eigh(0.5 * (cov + np.swapaxes(cov, -1, -2)))
     turn = np.swapaxes(axes, -1, -2) @ white
     part = np.maximum(part, 1e-12)
     info = np.maximum(1.0 / part - 1.0, 0.0)

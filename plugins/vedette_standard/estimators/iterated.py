@@ -74,8 +74,8 @@ class IteratedExtendedKalman(GaussianFilter):
             used = _where(better, (H, nu), used)
             H, nu = _where(better, ahead, (H, nu))
         H, nu = used
-        found = evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate)
-        return found if volume is None else evolve(found, log_volume=volume)
+        innovation = evaluate_each(belief, evolve(ready, residuals=nu), H, x0, p_gate)
+        return innovation if volume is None else evolve(innovation, log_volume=volume)
 
     def _line(self, x: Array, prior: Array, ready: Prepared, where: list[int]) -> tuple[Array, Array]:
         """Return the derivative (*b, t, k, m, n) at `x` (*b, t, k, n), and the linearised residual of each detection at the

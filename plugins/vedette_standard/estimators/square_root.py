@@ -47,13 +47,13 @@ class SquareRootKalman(OverMotion[Root]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Root:
         """Return the prior's marginal over the filter's axes, its covariance as a root."""
-        own = marginal(prior, axes, self.state, self.zero_variance)
-        return Root(own.mean, kernels.root(own.cov))
+        located = marginal(prior, axes, self.state, self.zero_variance)
+        return Root(located.mean, kernels.root(located.cov))
 
     def reframe(self, belief: Root, combined: Gaussian) -> Root:
         """Return the belief in the motion's frame of the `combined` estimate."""
-        own = self.motion.reframe(self.moments(belief), combined)
-        return Root(own.mean, kernels.root(without_variance(own.cov, self.state.locate(self.zero_variance))))
+        reframed = self.motion.reframe(self.moments(belief), combined)
+        return Root(reframed.mean, kernels.root(without_variance(reframed.cov, self.state.locate(self.zero_variance))))
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
         """Return the belief `dt` s later."""
@@ -62,9 +62,9 @@ class SquareRootKalman(OverMotion[Root]):
         x = belief.mean
         twin, periods = self._memo.moving or self._memo.twin(self.motion)
         if twin is not None:
-            found = kernels.predict_root_twin(x, belief.root, dt, twin.function, twin.numbers(x), periods)
-            if found is not None:
-                return Root(*found)
+            root = kernels.predict_root_twin(x, belief.root, dt, twin.function, twin.numbers(x), periods)
+            if root is not None:
+                return Root(*root)
         moved = self.motion.jacobian(x, dt) @ belief.root
         added = np.broadcast_to(kernels.root(self.motion.mean_noise(x, self.moments(belief).cov, dt)), moved.shape)
         wide = np.concatenate([moved, added], axis=-1)

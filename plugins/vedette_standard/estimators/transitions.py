@@ -70,11 +70,11 @@ class Transition:
         if self.rates is None:
             assert self.fixed is not None
             return self.fixed
-        found = self._kept.get(dt)
-        if found is None:
+        log_transition = self._kept.get(dt)
+        if log_transition is None:
             from scipy.linalg import expm
 
             with np.errstate(divide="ignore"):
-                found = np.log(np.maximum(expm(self.rates * dt), 0.0))
-            keep(self._kept, dt, found)
-        return found
+                log_transition = np.log(np.maximum(expm(self.rates * dt), 0.0))
+            keep(self._kept, dt, log_transition)
+        return log_transition

@@ -60,25 +60,25 @@ class Product(MotionModel):
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, n) -> (*b, n)."""
-        return np.concatenate([model.move(x[..., own], dt) for model, own in self._parts()], axis=-1)
+        return np.concatenate([model.move(x[..., axes], dt) for model, axes in self._parts()], axis=-1)
 
     def jacobian(self, x: Array, dt: float) -> Array:
         """Return F: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
-        return _diagonal([(own, model.jacobian(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
+        return _diagonal([(axes, model.jacobian(x[..., axes], dt)) for model, axes in self._parts()], x.shape[-1])
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
-        return _diagonal([(own, model.noise(x[..., own], dt)) for model, own in self._parts()], x.shape[-1])
+        return _diagonal([(axes, model.noise(x[..., axes], dt)) for model, axes in self._parts()], x.shape[-1])
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
         """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n)."""
-        parts = [(own, model.mean_noise(x[..., own], cov[..., own, own], dt)) for model, own in self._parts()]
+        parts = [(axes, model.mean_noise(x[..., axes], cov[..., axes, axes], dt)) for model, axes in self._parts()]
         return _diagonal(parts, x.shape[-1])
 
 
 def _diagonal(blocks: list[tuple[slice, Array]], n: int) -> Array:
     batch = np.broadcast_shapes(*(block.shape[:-2] for _, block in blocks))
     whole = np.zeros((*batch, n, n))
-    for own, block in blocks:
-        whole[..., own, own] = block
+    for axes, block in blocks:
+        whole[..., axes, axes] = block
     return whole

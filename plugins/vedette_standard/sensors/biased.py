@@ -58,7 +58,7 @@ class Biased(WrappedSensor):
     @property
     def twin(self) -> Twin | None:
         """Its compiled twin, if the sensor has one."""
-        own, measured = self.of.observes.names, self.measurement
+        observed, measured = self.of.observes.names, self.measurement
         index = {name: i for i, name in enumerate(self.observes.names)}
         moved = dict(zip(*self._moving(), strict=True))
         return compiled.biased(
@@ -66,8 +66,8 @@ class Biased(WrappedSensor):
             len(self.observes),
             index[self.lag] if self.lag else -1,
             tuple(index[self.add[name]] if name in self.add else -1 for name in measured.names),
-            tuple(index[self.offset[name]] if name in self.offset else -1 for name in own),
-            tuple(moved.get(i, -1) for i in range(len(own))),
+            tuple(index[self.offset[name]] if name in self.offset else -1 for name in observed),
+            tuple(moved.get(i, -1) for i in range(len(observed))),
             tuple(axis.period or 0.0 for axis in measured.axes),
         )
 
@@ -134,16 +134,16 @@ class Biased(WrappedSensor):
         lacking = [name for name in self.observes.names[len(self.of.observes) :] if name not in self.spread]
         if lacking:
             raise NotImplementedError(f"spread: must state the standard deviation of {', '.join(lacking)} in new tracks")
-        own, n = len(self.of.observes), len(self.observes)
+        count, n = len(self.of.observes), len(self.observes)
         mean, cov = np.zeros((*z.shape[:-1], n)), np.zeros((*z.shape[:-1], n, n))
-        mean[..., :own], cov[..., :own, :own] = seen.mean, seen.cov
-        prior = np.array([self.spread[name] ** 2 for name in self.observes.names[own:]])
+        mean[..., :count], cov[..., :count, :count] = seen.mean, seen.cov
+        prior = np.array([self.spread[name] ** 2 for name in self.observes.names[count:]])
         H = self.jacobian(mean)
-        moves = np.zeros((*z.shape[:-1], own, n - own))
-        first = n - own - len(biases)
-        moves[..., first:] = -np.linalg.pinv(H[..., :own]) @ H[..., own + first :]
-        cov[..., :own, own:] = moves * prior
-        cov[..., own:, :own] = np.swapaxes(cov[..., :own, own:], -1, -2)
-        cov[..., :own, :own] += (moves * prior) @ np.swapaxes(moves, -1, -2)
-        cov[..., range(own, n), range(own, n)] = prior
+        moves = np.zeros((*z.shape[:-1], count, n - count))
+        first = n - count - len(biases)
+        moves[..., first:] = -np.linalg.pinv(H[..., :count]) @ H[..., count + first :]
+        cov[..., :count, count:] = moves * prior
+        cov[..., count:, :count] = np.swapaxes(cov[..., :count, count:], -1, -2)
+        cov[..., :count, :count] += (moves * prior) @ np.swapaxes(moves, -1, -2)
+        cov[..., range(count, n), range(count, n)] = prior
         return Gaussian(mean, cov)

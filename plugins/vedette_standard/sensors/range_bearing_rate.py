@@ -63,8 +63,8 @@ class RangeBearingRate(RangingSensor):
         """Return unit vector to the target (*b, 2), the distance as a divisor (*b), and the relative velocity (*b, 2)."""
         d = np.stack(offsets(x[..., :2], self._pose), axis=-1)
         r = np.maximum(np.hypot(d[..., 0], d[..., 1]), NEAR)
-        own = self._platform_velocity(x.ndim - 1)
-        return d / r[..., None], r, x[..., 2:] - own
+        velocity = self._platform_velocity(x.ndim - 1)
+        return d / r[..., None], r, x[..., 2:] - velocity
 
     def _platform_velocity(self, axes: int) -> Array:
         """Return the velocity of the platform, (2,) or to broadcast against states with `axes` batch axes."""
@@ -120,8 +120,8 @@ class RangeBearingRate(RangingSensor):
         angle = z[..., 1] + leading(self._pose.heading, z.ndim - 1)
         along = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
         across = np.stack([-along[..., 1], along[..., 0]], axis=-1)
-        own = self._platform_velocity(z.ndim - 1)
-        drift, turning = np.sum(along * own, axis=-1), np.sum(across * own, axis=-1)
+        velocity = self._platform_velocity(z.ndim - 1)
+        drift, turning = np.sum(along * velocity, axis=-1), np.sum(across * velocity, axis=-1)
         # An error of the bearing takes `turning` of the platform's own velocity for the target's, as far as it errs across.
         aside = np.sqrt(np.maximum(np.einsum("...i,...ij,...j", across, polar.cov, across), 0.0) / R[..., 1, 1])
         outer = along[..., :, None] * along[..., None, :]

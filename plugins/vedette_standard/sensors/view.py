@@ -34,13 +34,13 @@ def directed(sectors: Sequence[Sector], bearing: Array) -> Mask:
     """Return whether bearings (*b) lie in one of some sectors (*b); where there are none, all do."""
     if not sectors:
         return np.ones(bearing.shape, dtype=bool)
-    inside: Mask = np.any([np.mod(bearing - each.low, CIRCLE) <= each.high - each.low for each in sectors], axis=0)
+    inside: Mask = np.any([np.mod(bearing - sector.low, CIRCLE) <= sector.high - sector.low for sector in sectors], axis=0)
     return inside
 
 
 def width(sectors: Sequence[Sector]) -> float:
     """Return the angle that some sectors cover together, in rad; where there are none, the whole circle."""
-    return sum(each.high - each.low for each in sectors) if sectors else CIRCLE
+    return sum(sector.high - sector.low for sector in sectors) if sectors else CIRCLE
 
 
 def check_apart(sectors: Sequence[Sector]) -> None:
@@ -89,8 +89,8 @@ class Detection:
 
     def at(self, r: Array, bearing: Array) -> Array:
         """Return the probability at ranges and bearings: (*b), (*b) -> (*b)."""
-        found: Array = self.probability[self.cells(r, bearing)]
-        return found
+        p_detect: Array = self.probability[self.cells(r, bearing)]
+        return p_detect
 
 
 def size(
@@ -102,7 +102,7 @@ def size(
     The view lies in one of the `polygons` and in all `boxes`, `near` to `far` from `place`. On each of many rays from there,
     the distances at which it enters and leaves are exact.
     """
-    lines = [each.corners - place for each in (*polygons, *boxes)]
+    lines = [shape.corners - place for shape in (*polygons, *boxes)]
     reach = max((float(np.max(np.hypot(*corners.T))) for corners in lines), default=math.inf)
     end = reach if far is None else min(far, reach)
     start = np.concatenate(lines)
@@ -120,6 +120,6 @@ def size(
         spot = place + 0.5 * (knots[:, 1:] + knots[:, :-1])[..., None] * ray
         inside = np.all([box.holds(spot) for box in boxes], axis=0) if boxes else np.ones(spot.shape[:-1], dtype=bool)
         if polygons:
-            inside &= np.any([each.holds(spot) for each in polygons], axis=0)
+            inside &= np.any([shape.holds(spot) for shape in polygons], axis=0)
         total += step / power * float(np.sum((knots[:, 1:] ** power - knots[:, :-1] ** power) * inside))
     return total

@@ -47,14 +47,14 @@ class ViewedSensor(PlacedSensor, DirectSensor):
         """Return the corners of the box (n,), infinite where it has no limit."""
         none = (-np.inf, np.inf)
         low, high = np.array(
-            [(each.low, each.high) if (each := self.view.get(name)) else none for name in self.observes.names]
+            [(interval.low, interval.high) if (interval := self.view.get(name)) else none for name in self.observes.names]
         ).T
         return low, high
 
     def _boxes(self) -> tuple[Polygon, ...]:
         if "x" not in self.view and "y" not in self.view:
             return ()
-        reach = self.max_range or max((float(np.max(np.abs(each.corners))) for each in self.polygons), default=np.inf)
+        reach = self.max_range or max((float(np.max(np.abs(polygon.corners))) for polygon in self.polygons), default=np.inf)
         far = 2 * (reach + float(np.max(np.abs(self._pose.position))))
         (left, low), (right, high) = (np.clip(side[:2], -far, far) for side in self._limits())
         return (Polygon(np.array([[left, low], [right, low], [right, high], [left, high]])),)
