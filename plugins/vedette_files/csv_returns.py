@@ -138,7 +138,7 @@ class DetectionColumns:
         if unread and not problems:
             measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in columns.items())
             problems = [Problem(f"{PLACE}.columns.{axis}", f"no sensor measures it: {measured_by}") for axis in unread]
-        axes = [name for reading in found.values() for name in reading.read.names]
+        axes = [name for reading in columns.values() for name in reading.read.names]
         if len(names) > 1 and not self.sensor_column and (problems or len(set(axes)) < len(axes)):
             text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
             problems = [Problem(f"{PLACE}.sensor", f"{text} `sensor_column` may tell, or columns that each has alone")]
