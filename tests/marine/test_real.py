@@ -1,4 +1,4 @@
-"""IMM-PDAF beside CV-PDAF and CT-PDAF on recorded radar, tracks started by themselves: the table of docs/measured/marine.md."""
+"""IMM-PDAF beside CV-PDAF and CT-PDAF on recorded radar, tracks begun by themselves: docs/measured/marine.md."""
 
 import runpy
 
