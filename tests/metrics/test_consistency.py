@@ -12,6 +12,7 @@ from scipy.special import chdtr, stdtr
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
 from vedette_report.recorded.credibility import noncredibility
+from vedette_study.over_runs import calibration_verdicts
 
 ALPHA = 1e-7
 Z = 5.33
@@ -90,7 +91,7 @@ def test_sizes_of_the_exact_verdicts():
         error = draw(rng, cov, 30)
         nees.append(not c.chi_square_verdict("NEES", c.nees(error, cov), 3, 0.05).inside)
         bias.append(not c.bias_verdict(error[:, :1], cov[:1, :1], ("x",), 0.05).inside)
-        axis.append(not c.calibration_verdicts(error, cov, ("x", "y", "z"), 0.15)[1].inside)
+        axis.append(not calibration_verdicts(error, cov, ("x", "y", "z"), 0.15)[1].inside)
         mean.append(not c.run_mean_verdict("mean", 1 + error[:, 0] / np.sqrt(cov[0, 0]), 1.0, 1.0, 0.05).inside)
     assert within_its_size(nees, 0.05)
     assert within_its_size(bias, 0.05)

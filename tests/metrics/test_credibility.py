@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
 from vedette_report.recorded.credibility import noncredibility
+from vedette_study.over_runs import calibration_verdicts
 
 ALPHA = 1e-7
 Z = 5.33
@@ -66,7 +67,7 @@ def test_calibration_names_the_axis():
     rng = np.random.default_rng(10)
     cov = np.diag([1.0, 0.0, 4.0])
     error = rng.normal(size=(1000, 3)) * [1.0, 0.0, np.sqrt(4.0 * 1.8)]
-    x, vx = c.calibration_verdicts(error, cov, ("x", "heading", "vx"), ALPHA)
+    x, vx = calibration_verdicts(error, cov, ("x", "heading", "vx"), ALPHA)
     assert x.inside
     assert not vx.inside
     assert vx.text.startswith("variance of vx: ")
@@ -125,7 +126,7 @@ def verdicts_of(error, P, nu, S):
         c.chi_square_verdict("NIS", c.nees(nu, S), 1, ALPHA),
         c.whiteness_verdict(nu, S, 5, ALPHA),
         c.bias_verdict(error, P, ("x", "vx"), ALPHA),
-        *c.calibration_verdicts(error, P, ("x", "vx"), ALPHA),
+        *calibration_verdicts(error, P, ("x", "vx"), ALPHA),
     ]
 
 

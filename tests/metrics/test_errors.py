@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette.metrics import rmse_over_runs
+from vedette_study.over_runs import rmse_over_runs
 
 
 def test_rmse_over_runs_takes_the_run_as_the_unit():

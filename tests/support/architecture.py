@@ -81,6 +81,7 @@ PLUGINS = (
     "vedette_study.executors",
     "vedette_study.grid",
     "vedette_study.lockstep",
+    "vedette_study.over_runs",
     "vedette_study.panels",
     "vedette_study.plan",
     "vedette_study.scenes",

@@ -2,13 +2,17 @@
 
 from vedette.metrics.bound import Bound
 from vedette.metrics.consistency import (
+    Estimate,
+    Verdict,
     autocorrelation,
     chi_square_band,
+    chi_square_verdict,
     free_axes,
     gate_truncation,
+    mean_over_runs,
     nees,
+    normalised_error,
     pooled_nis,
-    rmse_over_runs,
 )
 from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
