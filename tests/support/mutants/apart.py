@@ -38,12 +38,21 @@ def against_the_mean(self, own, scan):
     return Existence.judge(self, own, evolve(scan, existence=scan.existence - 0.3 * np.mean(scan.existence)))
 
 
+def merged_twice(self, it):
+    """Each event in which two give one return counts twice."""
+    part = Jpda.meet_close(self, it)
+    return evolve(part, close=evolve(part.close, joint=part.close.joint + np.log(2.0)))
+
+
 ASSOCIATION = "far_scenes_change_no_association"
 ASSOCIATORS = [
     ("the best of all tracks together", MBestJpda, ASSOCIATION, {"associate": best_of_all}),
     ("hypotheses are shared by all clusters", KBest, ASSOCIATION, {"branch": shares_what_it_keeps}),
     ("the number of tracks counts", Jpda, ASSOCIATION,
      {"associate": lambda s, a, e: Jpda.associate(s, a / (1.0 + 0.1 * a.shape[-2]), e)}),
+    ("a return is of one target", Jpda, "one_return_may_be_of_two", {"meet_close": lambda s, it: None}),
+    ("hypotheses in which a return is of one target", KBest, "one_return_may_be_of_two", {"meet_close": lambda s, it: None}),
+    ("returns of two count twice", Jpda, "one_return_may_be_of_two", {"meet_close": merged_twice}),
 ]  # fmt: skip
 BIRTHS = [("two tracks a scan", FromReturns, "far_scenes_change_no_birth", {"begin": first_two})]
 LIFECYCLES = [("judged beside the others", Existence, "far_scenes_change_no_life", {"judge": against_the_mean})]

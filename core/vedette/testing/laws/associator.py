@@ -10,7 +10,7 @@ from vedette.roles import Associator
 from vedette.space import Array
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import apart, hypotheses
+from vedette.testing.laws import apart, hypotheses, merged
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.limits import TooLong, at_most
 from vedette.tracking.identity import Identity, Names, weighed
@@ -241,4 +241,5 @@ LAWS = (
     Law(names_tell_pairs_apart),
     *hypotheses.LAWS,
     *apart.OF_ASSOCIATORS,
+    *merged.OF_ASSOCIATORS,
 )

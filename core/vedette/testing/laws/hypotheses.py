@@ -22,7 +22,7 @@ from vedette.testing.laws.lifecycle_cases import still
 from vedette.tracking import pytrees
 from vedette.types import Gaussian
 
-ROOM = {"hypotheses": 1000, "associations": 1000, "leaves": 1000, "scans": 10, "least": 0.0}
+ROOM = {"hypotheses": 1000, "associations": 1000, "leaves": 1000, "m": 1000, "scans": 10, "least": 0.0}
 """Values of the parameters of these names under which nothing is dropped."""
 
 
