@@ -72,9 +72,19 @@ class Transition:
             return self.fixed
         log_transition = self._kept.get(dt)
         if log_transition is None:
-            from scipy.linalg import expm
-
             with np.errstate(divide="ignore"):
-                log_transition = np.log(np.maximum(expm(self.rates * dt), 0.0))
+                log_transition = np.log(np.maximum(_after(self.rates, dt), 0.0))
             keep(self._kept, dt, log_transition)
         return log_transition
+
+
+def _after(rates: Array, dt: float) -> Array:
+    """Return exp(rates dt); of two modes in closed form, which costs microseconds where threads of a BLAS cost ms."""
+    if len(rates) != 2:
+        from scipy.linalg import expm
+
+        found: Array = expm(rates * dt)
+        return found
+    total = float(rates[0, 1] + rates[1, 0])
+    gone = -np.expm1(-total * dt) / total if total > 0 else dt
+    return np.asarray(np.eye(2) + rates * gone)

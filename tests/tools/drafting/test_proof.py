@@ -11,7 +11,7 @@ from support.paths import recording
 from vedette.cli import main
 from vedette.commands import DONE, UNFIT
 from vedette_tools.drafting.config import drafted
-from vedette_tools.drafting.proof import kept
+from vedette_tools.drafting.proof import kept, proved
 from vedette_tools.drafting.reports import steady
 from vedette_tools.drafting.text import Design
 from vedette_tools.drafting.trial import Trial
@@ -120,6 +120,27 @@ def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
     assert kept({first: trial(-500, 5), other: trial(-100, 5, share=0.9)}, first, clean=True) == first
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=True) == other
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=False) == first
+
+
+def test_alternatives_end_with_the_budget_and_it_is_told():
+    """Trials of 10 s each: three fit into 35 s; each failed one is counted."""
+    now, ran = [0.0], []
+
+    def run(design):
+        now[0] += 10.0
+        ran.append(design)
+        return None if len(ran) == 2 else trial(-500, 5)
+
+    first = Design(1.0, 1.0)
+    proof = proved(first, run, 1.0, budget=35.0, clock=lambda: now[0])
+    assert len(ran) == 3
+    assert proof.design == first
+    assert any("35 s" in line for line in proof.said)
+    assert any(line.strip().startswith("1 alternatives") for line in proof.said)
+    ran.clear()
+    whole = proved(first, run, 1.0, budget=1e9, clock=lambda: now[0])
+    assert len(ran) > 10
+    assert not any("s of CPU" in line for line in whole.said)
 
 
 def test_a_row_under_a_wrong_name_is_left_out():
