@@ -71,7 +71,8 @@ def _batches(size: int) -> tuple[Heat, ...]:
     )
 
 
-BATCHES = (*_batches(32), *_batches(1_000), *_batches(100_000))
+POLAR_BATCH = Heat("EKF, 1,000 tracks", Case("ekf", 1, 1_000), (STEP, STAGED, FUSED, TEXTBOOK, LIMIT), batch=True)
+BATCHES = (*_batches(32), *_batches(1_000), POLAR_BATCH, *_batches(100_000))
 
 
 @dataclass(frozen=True)
@@ -104,6 +105,9 @@ TARGETS = (
     Target("IMM-PDAF, 3 modes, 8 returns", STAGED, LIMIT, 4.5),
     *(Target(f"{name}, {size} tracks", STAGED, LIMIT, most) for size in LARGE for name, most in BATCH_TARGETS),
     *(Target(f"{name}, 100,000 tracks", CHUNKED, LIMIT, most) for name, most in BATCH_TARGETS),
+    Target("KF, 100,000 tracks", STEP, LIMIT, 4),
+    Target("KF, 100,000 tracks", FUSED, LIMIT, 3),
+    Target("EKF, 1,000 tracks", FUSED, LIMIT, 3),
     *(Target(f"KF, {size} tracks", STAGED, SIMDKALMAN, 1 / 10) for size in LARGE),
     *(Target(f"{name}, {size} tracks", STAGED, TEXTBOOK, 1 / 500) for size in LARGE for name, _ in BATCH_TARGETS),
     Target("GNN, 200 targets, 373 returns", STEP, STONESOUP, 1 / 100),

@@ -117,10 +117,12 @@ def make(
         return _crowd(rng, tracks, returns, common)
     x0 = np.array([4000.0, 3000.0, 12.0, -5.0])
     if family in ("ekf", "ukf", "foreign"):
-        where, _ = _flown(rng, x0, steps, 1)
+        where, _ = _flown(rng, x0, steps, tracks or 1)
         polar = np.stack([np.hypot(where[..., 0], where[..., 1]), np.arctan2(where[..., 1], where[..., 0])], axis=-1)
         z = polar + rng.standard_normal(polar.shape) * POLAR
-        return Problem(tracks=None, x0=x0, P0=P0, z=z, probe=(), **common)
+        if tracks is None:
+            return Problem(tracks=None, x0=x0, P0=P0, z=z, probe=(), **common)
+        return Problem(tracks=tracks, x0=x0, P0=P0, z=z[:, :, None], probe=_probe(tracks), **common)
     if axes != 2:
         common["F"] = np.kron(np.array([[1.0, 1.0], [0.0, 1.0]]), np.eye(axes))[None]
         common["Q"] = np.kron(noise(1.0, MODES[0][0])[::2, ::2], np.eye(axes))[None]
@@ -131,7 +133,12 @@ def make(
     z[:, :, 0] = where + SIGMA * rng.standard_normal(where.shape)  # the first is the target's, the others are clutter
     if tracks is None:
         return Problem(tracks=None, x0=x0, P0=P0, z=z[:, 0], probe=(), **common)
-    return Problem(tracks=tracks, x0=x0, P0=P0, z=z, probe=(0, min(1, tracks - 1), tracks // 2, tracks - 1), **common)
+    return Problem(tracks=tracks, x0=x0, P0=P0, z=z, probe=_probe(tracks), **common)
+
+
+def _probe(tracks: int) -> tuple[int, ...]:
+    """Return the tracks of a batch that are checked."""
+    return 0, min(1, tracks - 1), tracks // 2, tracks - 1
 
 
 def _flown(rng: np.random.Generator, x0: Array, steps: int, count: int, returns: int = 1) -> tuple[Array, Array]:

@@ -75,6 +75,14 @@ def kf(problem: Problem) -> Job:
     return Job(lambda: many(1), lambda found: (found[None, :4].copy(), found[4:].reshape(1, 4, 4).copy()), many)
 
 
+def ekf(problem: Problem) -> Job:
+    """Run tracks by range and bearing; of one target there is no limit."""
+    models = aligned(model(problem, 0))
+    return batch(problem, 1, lambda start, z, blocks, steps, state, out, loglik: call(
+        "batch_ekf", models, start, z, blocks, steps, state, loglik
+    ), models)  # fmt: skip
+
+
 def imm(problem: Problem) -> Job:
     return _imm(problem, "imm")
 
@@ -107,7 +115,8 @@ def _imm(problem: Problem, name: str) -> Job:
 
 def batch(problem: Problem, modes: int, run: Callable[..., None], keep: Array) -> Job:
     """Run tracks in blocks of eight: (blocks, 14 or 15 modes, 8), z (steps, blocks, 2 k, 8); `keep`: data of `run`."""
-    assert problem.tracks is not None
+    if problem.tracks is None:
+        raise LookupError(f"has no limit of {problem.family!r} for one target")
     blocks, k = -(-problem.tracks // 8), problem.z.shape[-2]
     spare = blocks * 8 - problem.tracks
     z = np.concatenate([problem.z, problem.z[:, :spare]], axis=1).reshape(problem.steps, blocks, 8, k * 2)
@@ -128,4 +137,4 @@ def batch(problem: Problem, modes: int, run: Callable[..., None], keep: Array) -
     return Job(once, answer)
 
 
-ENTRIES = {"kf": {"": kf}, "imm": {"": imm}, "imm_pdaf": {"": imm_pdaf}}
+ENTRIES = {"kf": {"": kf}, "ekf": {"": ekf}, "imm": {"": imm}, "imm_pdaf": {"": imm_pdaf}}

@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from benchmarks.job import Answer, Job
-from benchmarks.problems import DENSITY, GATE, P_DETECT, P_GATE, Problem
+from benchmarks.problems import DENSITY, GATE, P_DETECT, P_GATE, POLAR, Problem
 from vedette import kernels
+from vedette_standard.sensors.range_bearing import RangeBearing
 
 WHICH = f"kernels: {kernels.RUNNING}"
 CHUNK = 2_000
@@ -109,6 +110,44 @@ def fused(problem: Problem) -> Pipeline:
     return Pipeline(lambda size: prior(problem, size), step, online=online)
 
 
+def ekf(problem: Problem) -> Pipeline:
+    """Predict, what the sensor's twin says of the return, and the update by it."""
+    twin = RangeBearing(*POLAR).twin
+    if twin is None:
+        raise LookupError("has no compiled sensors")
+    F, Q, sure, periods = problem.F[0], problem.Q[0], np.array([0.0, 1.0]), ((1, 2 * np.pi),)
+    predict, evaluate, update = kernels.predict, kernels.evaluate_twin, kernels.weighted_update
+
+    def step(state: Any, z: Any) -> Any:
+        ahead = predict(*state, F, Q)
+        seen = evaluate(ahead.mean, ahead.cov, z, None, twin.function, twin.parameters, (0, 1), P_GATE, periods)
+        after = update(ahead.mean, ahead.cov, seen.detail.shift, seen.detail.post, sure, ())
+        return after.mean, after.cov
+
+    def start(size: int | None) -> Any:
+        x, P = prior(problem, size or 1)
+        return x[:, None], P[:, None]
+
+    return Pipeline(start, step, single=False)
+
+
+def ekf_fused(problem: Problem) -> Pipeline:
+    """Run all of a scan in one kernel."""
+    twin = RangeBearing(*POLAR).twin
+    if twin is None:
+        raise LookupError("has no compiled sensors")
+    F, Q, certain, none = problem.F[0], problem.Q[0], 1.0 - 1e-12, np.array(0.0)
+    look, rest = (twin.function, twin.parameters, (0, 1)), (certain, np.inf, none, False, ((1, 2 * np.pi),))
+    scan_step = kernels.scan_step_twin
+
+    def step(state: Any, z: Any) -> Any:
+        found = scan_step(*state, F, Q, z, *look, *rest)
+        assert found is not None
+        return found.after.mean, found.after.cov
+
+    return Pipeline(ekf(problem).start, step, single=False)
+
+
 def imm(problem: Problem) -> Pipeline:
     """Mix, predict, update, and combine all modes, which are an axis of the arrays."""
     F, Q, H, R, change = np.stack(problem.F), np.stack(problem.Q), problem.H, problem.R, np.log(problem.switching)
@@ -159,6 +198,7 @@ def levels(pipeline: Callable[[Problem], Pipeline], name: str) -> dict[str, Call
 
 
 LEVELS: dict[str, dict[str, Any]] = {
+    "ekf": levels(ekf, "kernels") | levels(ekf_fused, "fused"),
     "kf": levels(kf, "kernels") | levels(fused, "fused"),
     "imm": levels(imm, "kernels"),
     "imm_pdaf": levels(imm_pdaf, "kernels"),

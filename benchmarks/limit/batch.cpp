@@ -96,6 +96,51 @@ extern "C" void batch_kf(const Model<double>* model, const Belief<V8>* start, co
         }
 }
 
+namespace {
+// Range and bearing from the origin, by their derivative at the mean: R holds their variances, H has its zeros left out.
+APART Look<V8> look_at_polar(const Belief<V8>& b, const Model<double>& model) {
+    Look<V8> seen;
+    V8 range = root(b.x[0] * b.x[0] + b.x[1] * b.x[1]), over = 1.0 / range, east = b.x[0] * over, north = b.x[1] * over;
+    V8 H[m][2] = {{east, north}, {-north * over, east * over}};
+    seen.z[0] = range, seen.z[1] = angle(b.x[1], b.x[0]);
+    for (int a = 0; a < m; a++)
+        for (int i = 0; i < n; i++) seen.cross[i][a] = H[a][0] * b.P[at(i, 0)] + H[a][1] * b.P[at(i, 1)];
+    for (int a = 0; a < m; a++)
+        for (int c = 0; c <= a; c++)
+            seen.S[at(a, c)] = H[a][0] * seen.cross[0][c] + H[a][1] * seen.cross[1][c] + model.R[at(a, c)];
+    V8 over_det = seen.over_det = 1.0 / (seen.S[0] * seen.S[2] - seen.S[1] * seen.S[1]);
+    seen.inverse[0] = seen.S[2] * over_det, seen.inverse[1] = -seen.S[1] * over_det, seen.inverse[2] = seen.S[0] * over_det;
+    for (int i = 0; i < n; i++)
+        for (int a = 0; a < m; a++)
+            seen.gain[i][a] = seen.cross[i][0] * seen.inverse[at(0, a)] + seen.cross[i][1] * seen.inverse[at(1, a)];
+    return seen;
+}
+}  // namespace
+
+extern "C" void batch_ekf(const Model<double>* model, const Belief<V8>* start, const V8* z, long blocks, long steps,
+                          Belief<V8>* state, V8* loglik) {
+    const double turn = 6.283185307179586, shifter = 6755399441055744.0;
+    for (long step = 0; step < steps; step++)
+        for (long b = 0; b < blocks; b++) {
+            Belief<V8> ahead = predicted(step ? state[b] : start[b], *model);
+            Look<V8> seen = look_at_polar(ahead, *model);
+            const V8* own = z + (step * blocks + b) * m;
+            V8 u = own[0] - seen.z[0], v = own[1] - seen.z[1];
+            v -= turn * ((v * (1.0 / turn) + shifter) - shifter);
+            state[b] = absorbed(ahead, seen, u, v, seen.cross);
+            loglik[b] = -0.5 * (seen.squared_distance(u, v) - logarithm(seen.over_det)) - log_2pi;
+        }
+}
+
+// What `batch_ekf` spends on its angles and ranges alone.
+extern "C" void batch_polar(const V8* x, long blocks, long times, V8* out) {
+    for (long time = 0; time < times; time++)
+        for (long b = 0; b < blocks; b++) {
+            out[2 * b] = root(x[2 * b] * x[2 * b] + x[2 * b + 1] * x[2 * b + 1]);
+            out[2 * b + 1] = angle(x[2 * b + 1], x[2 * b]);
+        }
+}
+
 extern "C" void batch_imm(const double* transition, const Model<double>* models, const Clutter* clutter, const Block* start,
                           const V8* z, int k, long blocks, long steps, Block* state, Belief<V8>* out, V8* loglik) {
     imm<false>(transition, models, clutter, start, z, k, blocks, steps, state, out, loglik);

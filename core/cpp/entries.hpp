@@ -75,7 +75,9 @@ inline PyObject* scan_step(Call& call, Args args) {
         !square(Q, n) || !square(R, m) || H[0] != m || H[1] != n || !are_among(shape.periods, m) || !call.broadcast())
         return nullptr;
     shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
-    shape.log_miss = std::log(1.0 - p_detect * p_gate), shape.log_detect = std::log(p_detect) - log_density;
+    constexpr double tiny = std::numeric_limits<double>::min();
+    shape.log_miss = std::log(std::max(1.0 - p_detect * p_gate, tiny));
+    shape.log_detect = std::log(std::max(p_detect, tiny)) - log_density;
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *weights = call.out(1, 1 + k), *distance = call.out(1, k);
     if (to && cov && weights && distance) call.run(table->scan_step, shape);
     PyObject* after = call.pack_within(to, cov);

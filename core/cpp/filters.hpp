@@ -261,8 +261,55 @@ struct Update : shapes::Update {
     }
 };
 
-// in: x, P, F, Q, z (k, m), H, R; out: x, P, weights (1+k), squared distances (k). Prediction, the returns' scores, their weights and
-// the mixture that they make, of a track that surely exists: what other kernels say one after another, without the memory between.
+// What the returns z (k, m) of a scan make of a predicted track x, P that surely exists: scores, weights and the mixture, as other
+// kernels say one after another, without the memory between. out: x, P, weights (1+k), squared distances (k).
+template <class T, class C, class Shape, class N, class M>
+VEDETTE_INLINE void take_returns(const Shape& shape, T* x, const T* P, const C* H, const C* R, const T* expected, const T& log_miss,
+                                 const T& log_detect, const In& z, const Out* out, N n, M m) {
+    const int k = shape.k;
+    T post[kStates2], nu[kMostMeasured], weights[1 + kMostTaken], shift[kMostTaken * kMostStates], mean[kMostStates];
+    Correction<T> correction;
+    correction.template prepare<C>(P, H, R, n, m);
+    correction.template posterior_covariance<C>(P, H, R, post, n, m);
+    const T least = log_detect - 0.5 * (correction.log_det + m * kLog2Pi), none = least - std::numeric_limits<double>::infinity();
+    T top = weights[0] = log_miss, first{}, total{}, hit{};
+    for (int h = 0; h < k; ++h) {
+        load(at_offset(z, h * m), nu, m);
+        for (int i = 0; i < m; ++i) nu[i] -= expected[i];
+        wrap(nu, shape.periods);
+        const T d = correction.squared_distance(nu, m), score = least - 0.5 * d;
+        Lane<T>::store(out[3], h, d);
+        weights[1 + h] = d <= shape.limit ? score : none;
+        first = weights[1 + h] > top ? 1.0 + h - T{} : first;
+        top = weights[1 + h] > top ? weights[1 + h] : top;
+        correction.mean_shift(nu, shift + h * n, n, m);
+    }
+    for (int h = 0; h <= k; ++h)
+        total += weights[h] = shape.best ? (first == h ? 1.0 - T{} : T{}) : Lane<T>::exp(weights[h] - top);
+    for (int h = 0; h <= k; ++h) Lane<T>::store(out[2], h, weights[h] = normal_or_zero(weights[h] / total));
+    for (int i = 0; i < n; ++i) mean[i] = T{};
+    for (int h = 0; h < k; ++h) {
+        hit += weights[1 + h];
+        for (int i = 0; i < n; ++i) mean[i] += weights[1 + h] * shift[h * n + i];
+    }
+    for (int i = 0; i < n; ++i)
+        for (int j = i; j < n; ++j) post[i * n + j] = weights[0] * (P[i * n + j] + mean[i] * mean[j]) + hit * post[i * n + j];
+    for (int h = 0; h < k; ++h) {
+        T* const apart = shift + h * n;
+        for (int i = 0; i < n; ++i) apart[i] -= mean[i];
+        for (int i = 0; i < n; ++i) {
+            const T scaled = weights[1 + h] * apart[i];
+            for (int j = i; j < n; ++j) post[i * n + j] += scaled * apart[j];
+        }
+    }
+    for (int i = 0; i < n; ++i) {
+        x[i] += mean[i];
+        for (int j = i; j < n; ++j) set_entry(post, i, j, n, post[i * n + j]);
+    }
+    store(out[0], x, n), store_symmetric(out[1], post, n);
+}
+
+// in: x, P, F, Q, z (k, m), H, R
 struct ScanStep : shapes::ScanStep {
     template <class T>
     void run(const In* in, const Out* out) const {
@@ -272,53 +319,37 @@ struct ScanStep : shapes::ScanStep {
     }
     template <class T, class C, class N, class M>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
-        T x[kMostStates], P[kStates2], post[kStates2], expected[kMostMeasured], nu[kMostMeasured];
-        T weights[1 + kMostTaken], shift[kMostTaken * kMostStates], mean[kMostStates];
+        T x[kMostStates], P[kStates2], expected[kMostMeasured];
         predict_moments<T, C>(in, x, P, n);
         const Rectangle<C> H(in[5], m * n);
         const Square<C> R(in[6], m, kSymmetric);
-        Correction<T> correction;
-        correction.template prepare<C>(P, H, R, n, m);
-        correction.template posterior_covariance<C>(P, H, R, post, n, m);
         apply<T, C>(H, x, expected, m, n);
-        const T least = log_detect - 0.5 * (correction.log_det + m * kLog2Pi), none = least - std::numeric_limits<double>::infinity();
-        T top = weights[0] = Lane<T>::broadcast(log_miss), first{}, total{};
-        for (int h = 0; h < k; ++h) {
-            load(at_offset(in[4], h * m), nu, m);
-            for (int i = 0; i < m; ++i) nu[i] -= expected[i];
-            wrap(nu, periods);
-            const T d = correction.squared_distance(nu, m), score = least - 0.5 * d;
-            Lane<T>::store(out[3], h, d);
-            weights[1 + h] = d <= limit ? score : none;
-            first = weights[1 + h] > top ? 1.0 + h - T{} : first;
-            top = weights[1 + h] > top ? weights[1 + h] : top;
-            correction.mean_shift(nu, shift + h * n, n, m);
-        }
-        for (int h = 0; h <= k; ++h)
-            total += weights[h] = best ? (first == h ? 1.0 - T{} : T{}) : Lane<T>::exp(weights[h] - top);
-        for (int h = 0; h <= k; ++h) Lane<T>::store(out[2], h, weights[h] = normal_or_zero(weights[h] / total));
-        T hit{};
-        for (int i = 0; i < n; ++i) mean[i] = T{};
-        for (int h = 0; h < k; ++h) {
-            hit += weights[1 + h];
-            for (int i = 0; i < n; ++i) mean[i] += weights[1 + h] * shift[h * n + i];
-        }
-        for (int i = 0; i < n; ++i)
-            for (int j = i; j < n; ++j)
-                post[i * n + j] = weights[0] * (P[i * n + j] + mean[i] * mean[j]) + hit * post[i * n + j];
-        for (int h = 0; h < k; ++h) {
-            T* const apart = shift + h * n;
-            for (int i = 0; i < n; ++i) apart[i] -= mean[i];
-            for (int i = 0; i < n; ++i) {
-                const T scaled = weights[1 + h] * apart[i];
-                for (int j = i; j < n; ++j) post[i * n + j] += scaled * apart[j];
-            }
-        }
-        for (int i = 0; i < n; ++i) {
-            x[i] += mean[i];
-            for (int j = i; j < n; ++j) set_entry(post, i, j, n, post[i * n + j]);
-        }
-        store(out[0], x, n), store_symmetric(out[1], post, n);
+        take_returns<T, C>(*this, x, P, H, R, expected, Lane<T>::broadcast(log_miss), Lane<T>::broadcast(log_detect), in[4], out, n, m);
+    }
+};
+
+// in: x, P, F, Q, z (k, m), the sensor's parameters. Eight states lie side by side here as its twin takes them.
+struct ScanStepTwin : shapes::ScanStepTwin {
+    template <class T>
+    void run(const In* in, const Out* out) const {
+        with_constants<T>(n, m, are_shared(in, {2, 3}), [&](auto states, auto measured, auto c) {
+            solve<T, decltype(c)>(in, out, states, measured);
+        });
+    }
+    template <class T, class C, class N, class M>
+    VEDETTE_INLINE void solve(const In* in, const Out* out, N n, M m) const {
+        T x[kMostStates], P[kStates2], seen[kMostStates], own[kMostParameters], expected[kMostMeasured], R[kMeasured2], detects;
+        T slope[kMostMeasured * kMostStates], H[kMostMeasured * kMostStates];
+        predict_moments<T, C>(in, x, P, n);
+        for (int a = 0; a < observed; ++a) seen[a] = x[axes[a]];
+        for (int a = 0; a < parameters; ++a) own[a] = Lane<T>::load(in[5], a);
+        const auto numbers = [](T* of) { return reinterpret_cast<double*>(of); };
+        function(Lane<T>::count, numbers(seen), numbers(own), numbers(expected), numbers(slope), numbers(R), numbers(&detects), data);
+        for (int i = 0; i < m * n; ++i) H[i] = T{};
+        for (int i = 0; i < m; ++i)
+            for (int a = 0; a < observed; ++a) H[i * n + axes[a]] = slope[i * observed + a];
+        const T log_miss = safe_log(1.0 - detects * p_gate), log_detect = safe_log(detects) - log_density;
+        take_returns<T, T>(*this, x, P, H, R, expected, log_miss, log_detect, in[4], out, n, m);
     }
 };
 

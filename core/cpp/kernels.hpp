@@ -8,7 +8,7 @@ namespace vedette {
 constexpr int kLanes = 8;
 constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64, kMostPoints = 2 * kMostStates + 1;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
-constexpr int kMostTaken = 4;  // returns of `scan_step`
+constexpr int kMostTaken = 4, kMostParameters = 64;  // returns of `scan_step`, numbers of a twin
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
 // Arrays of a batch: the address of one problem's, and the distance in doubles to the next problem's.
@@ -41,6 +41,10 @@ struct Periods {
     Period each[kMostStates];
 };
 
+// Of the axes that a sensor observes: what it measures, derivative, noise, and probability of detection (twins.hpp).
+using SensorTwin = void (*)(int count, const double* x, const double* parameters, double* z, double* slope, double* noise,
+                            double* detects, void* data);
+
 namespace shapes {
 
 struct Predict {
@@ -58,6 +62,15 @@ struct ScanStep {
     bool best;
     double log_miss, log_detect, limit;  // log_detect less the clutter's log density
     Periods periods;
+};
+struct ScanStepTwin {
+    int n, m, k;
+    bool best;
+    double p_gate, log_density, limit;
+    Periods periods;
+    SensorTwin function;
+    void* data;
+    int parameters, observed, axes[kMostStates];
 };
 struct EvaluateReturns {
     int n, m, k, noises;
@@ -137,6 +150,7 @@ struct Existence {
     kernel(update, 5, Update)                      \
     kernel(filter_step, 7, Update)                 \
     kernel(scan_step, 13, ScanStep)                \
+    kernel(scan_step_twin, 13, ScanStepTwin)       \
     kernel(evaluate_returns, 8, EvaluateReturns)   \
     kernel(weighted_update, 6, WeightedUpdate)     \
     kernel(whiten, 2, Whiten)                      \

@@ -247,7 +247,9 @@ struct Lane<Eight> {
     }
     static Eight maximum(Eight a, Eight b) { return a <= b ? b : a; }
     static Eight wrap(Eight x, double period) {
-        return each(x, [period](double v) { return Lane<double>::wrap(v, period); });
+        const double half = period / 2;
+        const Eight turns = (x / period + kToWhole) - kToWhole, near = x - period * turns;
+        return near >= half ? -half - Eight{} : maximum(near, -half - Eight{});
     }
 };
 

@@ -12,9 +12,6 @@
 
 namespace vedette {
 
-// Of the axes that the sensor observes: what it measures, derivative, noise, and probability of detection.
-using SensorTwin = void (*)(int count, const double* x, const double* parameters, double* z, double* slope, double* noise,
-                            double* detects, void* data);
 constexpr const char* kSensor = "void (int, double *, double *, double *, double *, double *, double *, void *)";
 
 // The state `dt` s later, its derivative, and the noise.
@@ -22,7 +19,7 @@ using MotionTwin = void (*)(int count, double dt, const double* x, const double*
                             double* noise, void* data);
 constexpr const char* kMotion = "void (int, double, double *, double *, double *, double *, double *, void *)";
 
-constexpr int kBlock = 16, kMostParameters = 64;  // states that a twin is given at once, unless they are points
+constexpr int kBlock = 16;  // states that a twin is given at once, unless they are points
 
 template <class Function>
 struct Twin {
@@ -244,6 +241,30 @@ inline PyObject* evaluate_twin(Call& call, Args args) {
     PyObject* const all[] = {args[1], args[2], seen.z, seen.slope, args[3] == Py_None ? seen.noise : args[3],
                              seen.detects, args[7], args[8]};
     return evaluate_returns(call, all);
+}
+
+// Arguments: x, P, F, Q, returns z, function, parameters, axes observed, P_G, limit, log density, best, periods of z.
+inline PyObject* scan_step_twin(Call& call, Args args) {
+    shapes::ScanStepTwin shape;
+    Twin<SensorTwin> twin;
+    Axes axes;
+    if (!PyBool_Check(args[11]) || !read_periods(args[12], shape.periods) || !twin.read(args[5], kSensor)) return nullptr;
+    const npy_intp *x = call.in(args[0], 1), *P = call.in(args[1], 2), *F = call.in(args[2], 2), *Q = call.in(args[3], 2),
+                   *z = call.in(args[4], 2, true), *own = call.in(args[6], 1);
+    shape.p_gate = call.number(args[8]), shape.limit = call.number(args[9]), shape.log_density = call.number(args[10]);
+    if (!call.ok) return nullptr;
+    const npy_intp n = x[0], m = z[1], k = z[0];
+    if (!sized(n, m, own[0]) || k > kMostTaken || !square(P, n) || !square(F, n) || !square(Q, n) || !axes.read(args[7], n) ||
+        !are_among(shape.periods, m) || !call.broadcast())
+        return nullptr;
+    shape.n = static_cast<int>(n), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
+    shape.best = args[11] == Py_True, shape.function = twin.function, shape.data = twin.data;
+    shape.parameters = static_cast<int>(own[0]), shape.observed = axes.count;
+    std::copy_n(axes.each, axes.count, shape.axes);
+    PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *weights = call.out(1, 1 + k), *distance = call.out(1, k);
+    if (to && cov && weights && distance) call.run(table->scan_step_twin, shape);
+    PyObject* after = call.pack_within(to, cov);
+    return call.pack(after, weights, distance);
 }
 
 // Whether a variance in `cov` = F P F' + Q is so small a share of what its terms come to that their rounding shows.

@@ -90,14 +90,25 @@ def test_one_sure_return(seed, batch, kind, n, m, sharpness):
     agree("filter_step", x, P, F, Q, z, H[(0,) * (H.ndim - 2)] if H.size else np.ones((m, n)), R)
 
 
-@given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from(PERIODS), st.floats(0.1, 1.0))
-def test_a_scan_in_one(seed, batch, kind, n, m, k, best, periods, p_detect):
+@given(
+    seeds,
+    batches,
+    kinds,
+    states,
+    measured,
+    counts,
+    st.booleans(),
+    st.sampled_from(PERIODS),
+    st.sampled_from([0.3, 0.9, 1.0]),
+    st.sampled_from([0.99, 1.0]),
+)
+def test_a_scan_in_one(seed, batch, kind, n, m, k, best, periods, p_detect, p_gate):
     """More returns than it is compiled for, too, and returns beyond the gate."""
     draw, runs, model = Draw(seed, (*batch, 1), kind), Draw(seed + 1, batch, kind), Draw(seed + 2, (), "plain")
     F, Q, H, R = model.vector(n, n), model.cov(n), model.vector(m, n), model.cov(m)
     x, P = np.broadcast_to(draw.vector(n), (*batch, 1, n)), np.broadcast_to(draw.cov(n), (*batch, 1, n, n))
     z = np.broadcast_to(runs.vector(k, m, scale=4.0), (*batch, k, m))
-    agree("scan_step", x, P, F, Q, z, H, R, p_detect, 0.99, float(3.0 * m), np.array(-4.0), best, periods)
+    agree("scan_step", x, P, F, Q, z, H, R, p_detect, p_gate, float(3.0 * m), np.array(-4.0), best, periods)
 
 
 @pytest.mark.parametrize("name", ["predict", "filter_step", "scan_step", "gate_scores"])

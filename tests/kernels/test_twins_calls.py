@@ -74,6 +74,10 @@ def an_example_of_each():
         "iterate_twin": (x, P, np.ones((k, 2)), None, *look, (0, 1), 0.99, (), ((1, 6.0),), 5),
         "predict_root_twin": (way, np.zeros((2, 5, 5)), 1.0, *move, ()),
         "evaluate_root_twin": (x, P, np.ones((k, 2)), None, *look, (0, 1), 0.99, ((1, 6.0),)),
+        "scan_step_twin": (
+            *(x[:, None], P[:, None], F, F, np.ones((2, k, 2)), *look, (0, 1)),
+            *(0.99, 9.0, -2.0, False, ((1, 6.0),)),
+        ),
         "lower_triangular": (P,),
         "cancels": (P, F, P),
         "claimed": (weights, True),

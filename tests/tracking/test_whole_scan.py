@@ -5,18 +5,26 @@ import pytest
 from attrs import evolve
 
 import vedette
-from vedette import Detections, Gaussian, Scan
+from vedette import Detections, Gaussian, Scan, kernels
 from vedette.tracking import tracker as home
 
 RUNS = 21
 
 
-def built(associator="pda", **sensor):
-    seen = {"kind": "cartesian_position", "sigma": 2.0, "detection_probability": 0.9, "clutter_density": 1e-3}
+FLAT = {"kind": "cartesian_position", "sigma": 2.0, "clutter_density": 1e-3}
+SCENES = {  # clutter over an area is not uniform in range and bearing, and needs the long way
+    "linear": ("kalman", FLAT),
+    "polar": ("ekf", {"kind": "range_bearing", "sigma_range": 2.0, "sigma_bearing": 0.02}),
+    "flat": ("ekf", FLAT),
+}
+
+
+def built(associator="pda", scene="linear"):
+    estimator, sensor = SCENES[scene]
     return vedette.build(
         {
-            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
-            "sensors": {"radar": seen | sensor},
+            "estimator": {"kind": estimator, "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+            "sensors": {"radar": sensor | {"detection_probability": 0.9}},
             "associator": {"kind": associator},
             "birth": {"kind": "given", "start": {axis: [0.0, 1.0] for axis in ("x", "y", "vx", "vy")}},
             "lifecycle": {"kind": "single_target"},
@@ -34,11 +42,10 @@ def begun(tracker, runs):
 def scans_of(tracker, k, steps=5):
     """Returns near the tracks and far from them, at uneven times, two scans at one time."""
     rng, x = np.random.default_rng(4), np.array(begun(tracker, slice(None)).belief.mean[:, 0, :2])
+    sensor = tracker.sensors["radar"]
     for i in range(steps):
-        yield (
-            0.7 * (i + 1) - 0.7 * (i == 3),
-            x[:, None] + rng.normal(size=(RUNS, k, 2)) * rng.choice([2.0, 9.0, 90.0], (RUNS, k, 1)),
-        )
+        at = x[:, None] + rng.normal(size=(RUNS, k, 2)) * rng.choice([2.0, 9.0, 90.0], (RUNS, k, 1))
+        yield 0.7 * (i + 1 - (i == 3)), sensor.measurement.canonical(sensor.measure(at))
 
 
 def calls_of(monkeypatch):
@@ -55,20 +62,22 @@ def calls_of(monkeypatch):
 
 
 @pytest.mark.parametrize("associator", ["pda", "nearest", "gnn"])
+@pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("k", [0, 1, 4, 5])
-def test_runs_together_are_each_alone(associator, k, monkeypatch):
-    taken, tracker = calls_of(monkeypatch), built(associator)
+def test_runs_together_are_each_alone(associator, scene, k, monkeypatch):
+    taken, tracker = calls_of(monkeypatch), built(associator, scene)
     state, alone = begun(tracker, slice(None)), [begun(tracker, i) for i in range(RUNS)]
     for time, z in scans_of(tracker, k):
         state = tracker.step(state, Scan(time, "radar", Detections.of(z)))
         alone = [tracker.step(one, Scan(time, "radar", Detections.of(z[i]))) for i, one in enumerate(alone)]
     # more returns than an associator promises to solve exactly, and a scan at the time of the one before, go the long way
-    assert taken == [k <= 4 and i != 3 for i in range(5)]
+    has_twins = scene != "polar" or kernels.RUNNING.startswith("compiled")
+    assert taken == [has_twins and k <= 4 and i != 3 for i in range(5)]
     shown = tracker.estimate(state)
     for i, one in enumerate(alone):
         found = tracker.estimate(one)
-        np.testing.assert_allclose(shown.mean[i], found.mean, rtol=1e-12, atol=1e-12)
-        np.testing.assert_allclose(shown.cov[i], found.cov, rtol=1e-12, atol=1e-12)
+        np.testing.assert_allclose(shown.mean[i], found.mean, rtol=1e-11, atol=1e-11)
+        np.testing.assert_allclose(shown.cov[i], found.cov, rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(state.weights[i], one.weights, rtol=1e-11, atol=1e-14)
         np.testing.assert_allclose(state.distances[i], one.distances, rtol=1e-10, atol=1e-12)
     assert (state.steps, state.time) == (alone[0].steps, alone[0].time)

@@ -25,6 +25,7 @@ from vedette.filters.linear import (
     extent_linearised,
     noise_over,
     predict_linearised,
+    scan_step_linearised,
 )
 from vedette.filters.memo import Memo, SensorConstants, embedded, keep, own_twin
 from vedette.filters.mixing import merged, mixed

@@ -106,6 +106,51 @@ def evaluate_linearised(
     return kernels.evaluate_returns(belief.cov, returns.z, expected, H, noise, detects, p_gate, constants.periods)
 
 
+def scan_step_linearised(
+    belief: Gaussian,
+    motion: MotionModel,
+    dt: float,
+    sensor: Sensor,
+    z: Array,
+    p_gate: float,
+    limit: float,
+    log_density: Array,
+    best: bool,
+    memo: Memo,
+) -> tuple[Gaussian, Array, Array] | None:
+    """Return what `Estimator.scan_step` does, in one kernel, for filters that have their own of no method but these.
+
+    Parameters
+    ----------
+    belief, dt, sensor, z, p_gate, limit, log_density, best
+        As there.
+    motion
+        How the targets move.
+    memo
+        The filter's own.
+
+    Returns
+    -------
+    tuple or None
+        None unless the motion is linear, alike for all tracks, and without angles among its axes, and the sensor either has
+        a twin or is linear, alike everywhere, and measures its first axes as they are.
+    """
+    x = belief.mean
+    if not motion.linear or motion.reframes or motion.zero_variance:
+        return None
+    F, Q, periods = memo.step(motion, x, dt)
+    seen, numbers = memo.constants(motion.state, sensor, x), (p_gate, limit, log_density, best)
+    if periods or F.ndim > 2 or Q.ndim > 2:
+        return None
+    if seen.plain is not None:
+        H, R, p_detect = seen.plain
+        return kernels.scan_step(x, belief.cov, F, Q, z, H, R[0, 0], p_detect, *numbers, seen.periods)
+    if seen.twin is not None:
+        twin, axes = seen.twin
+        return kernels.scan_step_twin(x, belief.cov, F, Q, z, twin.function, twin.numbers(x), axes, *numbers, seen.periods)
+    return None
+
+
 def noise_over(belief: Gaussian, sensor: Sensor, where: slice | list[int]) -> Array:
     """Return a sensor's R averaged over a belief: (*b, t, m, m) or (m, m).
 

@@ -67,6 +67,7 @@ move_twin = _fastest(_twins.move_twin, _results.Moved)
 predict_points_twin = _fastest(_twins.predict_points_twin, Gaussian)
 predict_root_twin = _fastest(_twins.predict_root_twin)
 predict_twin = _fastest(_twins.predict_twin, Gaussian)
+scan_step_twin = _fastest(_twins.scan_step_twin, _results.Passed, Gaussian)
 lower_triangular = _fastest(_square_root.lower_triangular)
 
 mix_modes = _fastest(_modes.mix_modes, _results.Mixed, Gaussian)

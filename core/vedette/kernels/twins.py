@@ -10,7 +10,7 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.kernels.results import Measured, Moved
+from vedette.kernels.results import Measured, Moved, Passed
 from vedette.space import Array, Periods
 from vedette.types import Gaussian, Innovation
 
@@ -85,6 +85,25 @@ def evaluate_twin(
     x: Array, P: Array, z: Array, noise: Any, function: Any, parameters: Array, axes: Any, p_gate: float, periods: Periods
 ) -> Innovation | None:
     """`evaluate_returns`, with what the twin says of the means x (*b, t, n); noise (*b, 1, k, m, m): the returns' own."""
+    return None
+
+
+def scan_step_twin(
+    x: Array,
+    P: Array,
+    F: Array,
+    Q: Array,
+    z: Array,
+    function: Any,
+    parameters: Array,
+    axes: Any,
+    p_gate: float,
+    limit: float,
+    log_density: Array,
+    best: bool,
+    periods: Periods,
+) -> Passed | None:
+    """`scan_step`, with what the twin says of the predicted means."""
     return None
 
 

@@ -8,7 +8,13 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields
-from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised
+from vedette.filters import (
+    GaussianFilter,
+    evaluate_linearised,
+    extent_linearised,
+    predict_linearised,
+    scan_step_linearised,
+)
 
 
 @final
@@ -33,6 +39,20 @@ class ExtendedKalman(GaussianFilter):
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track, linearised at its mean."""
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
+
+    def scan_step(
+        self,
+        belief: Gaussian,
+        dt: float,
+        sensor: Sensor,
+        z: Array,
+        p_gate: float,
+        limit: float,
+        log_density: Array,
+        best: bool,
+    ) -> tuple[Gaussian, Array, Array] | None:
+        """Return what a scan makes of runs of one track, in one kernel where the models are such."""
+        return scan_step_linearised(belief, self.motion, dt, sensor, z, p_gate, limit, log_density, best, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""

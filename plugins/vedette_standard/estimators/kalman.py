@@ -20,7 +20,7 @@ from vedette import (
     kernels,
     new_gaussian,
 )
-from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised
+from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, scan_step_linearised
 
 
 @final
@@ -71,16 +71,8 @@ class Kalman(GaussianFilter):
         log_density: Array,
         best: bool,
     ) -> tuple[Gaussian, Array, Array] | None:
-        """Return what a scan makes of runs of one track, in one kernel where neither model depends on the state."""
-        x, memo = belief.mean, self._memo
-        F, Q, periods = memo.step(self.motion, x, dt)
-        seen = memo.constants(self.motion.state, sensor, x)
-        if seen.plain is None or periods or F.ndim > 2 or Q.ndim > 2 or len(self.zero_variance):
-            return None
-        H, R, p_detect = seen.plain
-        return kernels.scan_step(
-            x, belief.cov, F, Q, z, H, R[0, 0], p_detect, p_gate, limit, log_density, best, seen.periods
-        )
+        """Return what a scan makes of runs of one track, in one kernel where the models are such."""
+        return scan_step_linearised(belief, self.motion, dt, sensor, z, p_gate, limit, log_density, best, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""
