@@ -1,4 +1,4 @@
-"""From a clone to the page of one's own CSV: the commands that the docs say, and no more than three."""
+"""From a CSV to its page: the commands that the first page of the docs says, and no more than three."""
 
 import re
 import shlex
@@ -13,16 +13,14 @@ from vedette_files import read_series
 
 @pytest.fixture
 def commands():
-    text = (DOCS / "command-line.md").read_text(encoding="utf-8")
-    (block,) = re.findall(r"## From your CSV to its page\n.*?```text\n(.*?)```", text, re.DOTALL)
-    return [shlex.split(line, comments=True) for line in block.splitlines()]
+    text = (DOCS / "index.md").read_text(encoding="utf-8").partition("## Your own file, in three commands")[2]
+    block = re.search(r"```sh\n(.*?)```", text, re.DOTALL)
+    return [shlex.split(line, comments=True) for line in block[1].splitlines()]
 
 
-def test_three_commands_lead_from_a_clone_to_the_page_of_a_csv(commands, tmp_path, monkeypatch):
+def test_three_commands_lead_from_a_csv_to_its_page(commands, tmp_path, monkeypatch):
     assert len(commands) <= 3
-    install, *own = commands
-    assert install[:2] == ["pip", "install"]
-    assert [command[0] for command in own] == ["vedette"] * len(own)
+    assert [command[0] for command in commands] == ["vedette"] * len(commands)
     rng = np.random.default_rng(3)
     rows = ["time [s],x [m],y [m]"]
     for k in range(40):
@@ -30,8 +28,10 @@ def test_three_commands_lead_from_a_clone_to_the_page_of_a_csv(commands, tmp_pat
             rows.append(f"{2.0 * k},{x + 4 * rng.normal():.2f},{y + 4 * rng.normal():.2f}")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
-    (tmp_path / "mine.csv").write_text("\n".join(rows) + "\n")
-    for command in own:
+    mine = tmp_path / commands[0][-1]
+    mine.parent.mkdir()
+    mine.write_text("\n".join(rows) + "\n")
+    for command in commands:
         assert main(command[1:]) == 0
     (page,) = tmp_path.rglob("report.html")
     entries = read_series(page.parent / "series.npz")["entries"]
