@@ -508,9 +508,27 @@ inline PyObject* joint(Call& call, Args args, bool weigh) {
     bool enough = true;
     Py_BEGIN_ALLOW_THREADS;
     try {
-        Joint one(static_cast<int>(t), static_cast<int>(columns - 1), static_cast<int>(most));
-        for (npy_intp done = 0; done < size; done += t * columns, scores += t * columns, flags += t)
-            one.run(scores, weigh ? to + done : nullptr, flags);
+        Joint one(static_cast<int>(columns - 1), static_cast<int>(most));
+        Meetings met;
+        std::vector<double> shares, misses(static_cast<std::size_t>(t));
+        for (npy_intp done = 0; done < size; done += t * columns, flags += t) {
+            met.clear();
+            for (npy_intp i = 0; i < t; ++i) {
+                const double* row = scores + done + i * columns;
+                for (int j = 1; j < columns; ++j)
+                    if (row[j] > -std::numeric_limits<double>::infinity()) met.returns.push_back(j - 1), met.scores.push_back(row[j]);
+                met.close(row[0]);
+            }
+            shares.resize(met.returns.size());
+            one.run(met, shares.data(), weigh ? misses.data() : nullptr, flags);
+            if (!weigh) continue;
+            std::fill_n(to + done, t * columns, 0.0);
+            for (npy_intp i = 0; i < t; ++i) {
+                double* row = to + done + i * columns;
+                row[0] = misses[i];
+                for (int e = met.starts[i]; e < met.starts[i + 1]; ++e) row[1 + met.returns[e]] = shares[e];
+            }
+        }
     } catch (const std::bad_alloc&) {
         enough = false;
     }

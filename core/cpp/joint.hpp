@@ -37,29 +37,34 @@ struct Side {
 
     // Orders the rows so that few columns are open at once: next is always the one after which fewest are, then the one during
     // which fewest are, then the first. Returns the sum over rows of 2^open, or infinity if more than `most` would be open.
-    double plan(int most) {
-        std::vector<int> left(degrees);
-        std::vector<char> done(rows, 0);
+    // `across` is the other side: which rows a column is in. How many columns a row would open and close is kept up to date.
+    double plan(int most, const Side& across) {
+        std::vector<int> left(degrees), waiting(rows), opened(rows), closed(rows, 0);
+        for (int r = 0; r < rows; ++r) {
+            waiting[r] = r, opened[r] = starts[r + 1] - starts[r];
+            for (int i = starts[r]; i < starts[r + 1]; ++i) closed[r] += degrees[columns[i]] == 1;
+        }
         int open = 0;
         double states = 0.0;
         order.clear();
-        for (int step = 0; step < rows; ++step) {
-            int best = -1, least = std::numeric_limits<int>::max(), lowest = least;
-            for (int r = 0; r < rows; ++r) {
-                if (done[r]) continue;
-                int opened = 0, closed = 0;
-                for (int i = starts[r]; i < starts[r + 1]; ++i) {
-                    opened += left[columns[i]] == degrees[columns[i]];
-                    closed += left[columns[i]] == 1;
-                }
-                const int during = open + opened, after = during - closed;
-                if (during <= most && (after < least || (after == least && during < lowest)))
-                    best = r, least = after, lowest = during;
+        while (!waiting.empty()) {
+            std::size_t best = waiting.size();
+            int least = std::numeric_limits<int>::max(), lowest = least;
+            for (std::size_t w = 0; w < waiting.size(); ++w) {
+                const int r = waiting[w], during = open + opened[r], after = during - closed[r];
+                if (during <= most && (after < least || (after == least && during < lowest))) best = w, least = after, lowest = during;
             }
-            if (best < 0) return std::numeric_limits<double>::infinity();
-            done[best] = 1, open = least;
-            order.push_back(best);
-            for (int i = starts[best]; i < starts[best + 1]; ++i) --left[columns[i]];
+            if (best == waiting.size()) return std::numeric_limits<double>::infinity();
+            const int row = waiting[best];
+            waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(best));
+            open = least;
+            order.push_back(row);
+            for (int i = starts[row]; i < starts[row + 1]; ++i) {
+                const int column = columns[i], opens = left[column] == degrees[column], closes = --left[column] == 1;
+                if (!opens && !closes) continue;
+                for (int j = across.starts[column]; j < across.starts[column + 1]; ++j)
+                    opened[across.columns[j]] -= opens, closed[across.columns[j]] += closes;
+            }
             states += std::ldexp(1.0, lowest);
         }
         return states <= kMostSets ? states : std::numeric_limits<double>::infinity();
@@ -200,25 +205,37 @@ class Sums {
     }
 };
 
+// Tracks and the returns that each may take: track i's are those of e from starts[i] to starts[i + 1], in their order. Log scores
+// of the pairs, and of each track's miss.
+struct Meetings {
+    std::vector<int> starts{0}, returns;
+    std::vector<double> scores, miss;
+
+    int tracks() const { return static_cast<int>(miss.size()); }
+    void clear() { starts.assign(1, 0), returns.clear(), scores.clear(), miss.clear(); }
+    void close(double score) { miss.push_back(score), starts.push_back(static_cast<int>(returns.size())); }
+};
+
 // The association weights of one scan.
 class Joint {
   public:
-    Joint(int tracks, int returns, int most)
-        : t_(tracks), k_(returns), most_(most), users_(returns), one_user_(returns), group_(tracks), stay_(tracks) {}
+    Joint(int returns, int most) : most_(most), users_(returns), one_user_(returns), number_(returns, -1) {}
 
-    // Scores (t, 1+k); weights (t, 1+k), or none if only the tracks of clusters that are too wide are asked for; wide (t).
+    // Weights of the pairs and of misses (t), or null if only the tracks of clusters that are too wide are asked for; wide (t).
     // A track of such a cluster gets the weights that it would have alone.
-    void run(const double* scores, double* weights, bool* wide) {
+    void run(const Meetings& met, double* weights, double* misses, bool* wide) {
+        met_ = &met, t_ = met.tracks();
+        group_.resize(t_), stay_.resize(t_);
         std::fill_n(wide, t_, false);
-        link(scores);
-        if (weights != nullptr)
-            for (int i = 0; i < t_; ++i) alone(scores + row(i), weights + row(i));
+        link();
+        if (misses != nullptr)
+            for (int i = 0; i < t_; ++i) alone(i, weights, misses);
         // Clusters: tracks of a group, in the order of their first ones.
         for (int first = 0; first < t_; ++first) {
             if (root(first) != first || next_[first] < 0) continue;
             tracks_.clear();
             for (int i = first; i >= 0; i = next_[i]) tracks_.push_back(i);
-            sum(scores, weights, wide);
+            sum(weights, misses, wide);
         }
     }
 
@@ -227,14 +244,17 @@ class Joint {
     static constexpr double kLeastMiss = -3000.0;  // a miss is that likely at least, beside the best, in case nothing else is left
     static constexpr double kSafe = 500.0;         // in a sum whose largest term is above exp(-kSafe) nothing that counts is lost
 
-    int t_, k_, most_;
-    std::vector<int> users_, one_user_, group_, next_, last_;
-    std::vector<int> tracks_, track_, return_, number_;
+    const Meetings* met_ = nullptr;
+    int t_ = 0, most_;
+    std::vector<int> users_, one_user_, number_, group_, next_, last_;
+    std::vector<int> tracks_, track_, return_, shared_;
     std::vector<double> stay_, gain_, weight_, free_track_, free_return_, cost_;
     Side by_track_, by_return_;
     Sums sums_;
 
-    std::ptrdiff_t row(int i) const { return static_cast<std::ptrdiff_t>(i) * (1 + k_); }
+    int begin(int i) const { return met_->starts[i]; }
+    int end(int i) const { return met_->starts[i + 1]; }
+    bool shares(int e) const { return users_[met_->returns[e]] > 1; }
 
     int root(int i) {
         while (group_[i] != i) i = group_[i] = group_[group_[i]];
@@ -243,12 +263,12 @@ class Joint {
 
     // Groups tracks that share returns, directly or through others; the smallest number stands for each. Who shares one with
     // nobody has no next.
-    void link(const double* scores) {
+    void link() {
         std::fill(users_.begin(), users_.end(), 0);
         for (int i = 0; i < t_; ++i) group_[i] = i;
         for (int i = 0; i < t_; ++i)
-            for (int j = 0; j < k_; ++j) {
-                if (!(scores[row(i) + 1 + j] > -std::numeric_limits<double>::infinity())) continue;
+            for (int e = begin(i); e < end(i); ++e) {
+                const int j = met_->returns[e];
                 if (users_[j]++ == 0) {
                     one_user_[j] = i;
                     continue;
@@ -264,72 +284,79 @@ class Joint {
         }
     }
 
-    static double least_miss(const double* scores, int k) {
-        const double best = *std::max_element(scores, scores + 1 + k);
-        return std::max(scores[0], best + kLeastMiss);
+    double least_miss(int i) const {
+        double best = met_->miss[i];
+        for (int e = begin(i); e < end(i); ++e) best = std::max(best, met_->scores[e]);
+        return std::max(met_->miss[i], best + kLeastMiss);
     }
 
-    void alone(const double* scores, double* weights) const {
-        const double miss = least_miss(scores, k_), best = std::max(miss, *std::max_element(scores, scores + 1 + k_));
-        double total = weights[0] = std::exp(miss - best);
-        for (int j = 1; j <= k_; ++j)
-            total += weights[j] = scores[j] > -std::numeric_limits<double>::infinity() ? std::exp(scores[j] - best) : 0.0;
-        for (int j = 0; j <= k_; ++j) weights[j] = weights[j] / total < kLeastNormal ? 0.0 : weights[j] / total;
+    void alone(int i, double* weights, double* misses) const {
+        const double miss = least_miss(i);
+        double best = miss;
+        for (int e = begin(i); e < end(i); ++e) best = std::max(best, met_->scores[e]);
+        double total = misses[i] = std::exp(miss - best);
+        for (int e = begin(i); e < end(i); ++e) total += weights[e] = std::exp(met_->scores[e] - best);
+        misses[i] = normal(misses[i] / total);
+        for (int e = begin(i); e < end(i); ++e) weights[e] = normal(weights[e] / total);
     }
 
-    void sum(const double* scores, double* weights, bool* wide) {
+    static double normal(double weight) { return weight < kLeastNormal ? 0.0 : weight; }
+
+    void sum(double* weights, double* misses, bool* wide) {
         const int t = static_cast<int>(tracks_.size());
-        track_.clear(), return_.clear(), number_.assign(k_, -1);
+        track_.clear(), return_.clear(), shared_.clear();
         for (int a = 0; a < t; ++a)
-            for (int j = 0; j < k_; ++j) {
-                if (users_[j] < 2 || !(scores[row(tracks_[a]) + 1 + j] > -std::numeric_limits<double>::infinity())) continue;
+            for (int e = begin(tracks_[a]); e < end(tracks_[a]); ++e) {
+                if (!shares(e)) continue;
+                const int j = met_->returns[e];
                 track_.push_back(a), return_.push_back(j);
-                number_[j] = 0;
+                if (number_[j] < 0) number_[j] = 0, shared_.push_back(j);
             }
-        int shared = 0;
-        for (int& number : number_)
-            if (number == 0) number = shared++;
+        std::sort(shared_.begin(), shared_.end());
+        const int shared = static_cast<int>(shared_.size());
+        for (int b = 0; b < shared; ++b) number_[shared_[b]] = b;
         for (int& j : return_) j = number_[j];
+        for (int j : shared_) number_[j] = -1;
         by_track_.build(t, shared, track_, return_), by_return_.build(shared, t, return_, track_);
-        const double through_tracks = by_track_.plan(most_), through_returns = by_return_.plan(most_);
+        const double through_tracks = by_track_.plan(most_, by_return_), through_returns = by_return_.plan(most_, by_track_);
         if (std::min(through_tracks, through_returns) == std::numeric_limits<double>::infinity()) {
             for (int i : tracks_) wide[i] = true;
             return;
         }
-        if (weights == nullptr) return;
-        scale(scores, t, shared);
+        if (misses == nullptr) return;
+        scale(t, shared);
         const bool tracks_first = through_tracks <= through_returns;
         if (tracks_first)
             sums_.run(by_track_, free_track_, free_return_, weight_, through_tracks);
         else
             sums_.run(by_return_, free_return_, free_track_, weight_, through_returns);
-        share(scores, weights, tracks_first ? sums_.rows : sums_.columns);
+        share(weights, misses, tracks_first ? sums_.rows : sums_.columns);
     }
 
     // Weights of at most 1 for each part of an association. Staying off the shared returns is one thing, be it for a miss or for
     // returns that no other track wants. Where a common scale might lose the sum's largest term, the dual numbers of the best
     // association make that one's parts 1.
-    void scale(const double* scores, int t, int shared) {
+    void scale(int t, int shared) {
         gain_.clear(), free_track_.assign(t, 1.0), free_return_.assign(shared, 1.0);
         double most = 0.0;
-        for (int a = 0, e = 0; a < t; ++a) {
-            const double* own = scores + row(tracks_[a]);
-            const double miss = least_miss(own, k_);
+        for (int a = 0, f = 0; a < t; ++a) {
+            const int i = tracks_[a];
+            const double miss = least_miss(i);
             double best = miss, total = 0.0, top = 0.0;
-            for (int j = 0; j < k_; ++j)
-                if (users_[j] == 1 && own[1 + j] > best) best = own[1 + j];
+            for (int e = begin(i); e < end(i); ++e)
+                if (!shares(e)) best = std::max(best, met_->scores[e]);
             total = std::exp(miss - best);
-            for (int j = 0; j < k_; ++j)
-                if (users_[j] == 1) total += std::exp(own[1 + j] - best);
-            stay_[tracks_[a]] = best + std::log(total);
-            for (int j = 0; j < k_; ++j) {
-                if (users_[j] < 2 || !(own[1 + j] > -std::numeric_limits<double>::infinity())) continue;
-                gain_.push_back(own[1 + j] - stay_[tracks_[a]]);
+            for (int e = begin(i); e < end(i); ++e)
+                if (!shares(e)) total += std::exp(met_->scores[e] - best);
+            stay_[i] = best + std::log(total);
+            for (int e = begin(i); e < end(i); ++e) {
+                if (!shares(e)) continue;
+                gain_.push_back(met_->scores[e] - stay_[i]);
                 top = std::max(top, gain_.back());
             }
             most += top;
             free_track_[a] = -top;
-            for (; e < static_cast<int>(gain_.size()); ++e) gain_[e] -= top;
+            for (; f < static_cast<int>(gain_.size()); ++f) gain_[f] -= top;
         }
         if (most > kSafe) balance(t, shared);
         for (double& log : gain_) log = std::exp(log);
@@ -352,21 +379,16 @@ class Joint {
     }
 
     // Writes the weights: the shared returns' own, and what is left of each track to its miss and its own returns.
-    void share(const double* scores, double* weights, const std::vector<double>& free) {
-        std::size_t e = 0;
+    void share(double* weights, double* misses, const std::vector<double>& free) {
+        std::size_t f = 0;
         for (std::size_t a = 0; a < tracks_.size(); ++a) {
-            const double* own = scores + row(tracks_[a]);
-            double* to = weights + row(tracks_[a]);
+            const int i = tracks_[a];
             double total = free[a];
-            for (std::size_t f = e; f < track_.size() && track_[f] == static_cast<int>(a); ++f) total += sums_.edges[f];
-            const double rest = free[a] / total, stay = stay_[tracks_[a]];
-            to[0] = rest * std::exp(least_miss(own, k_) - stay);
-            for (int j = 0; j < k_; ++j) {
-                if (!(own[1 + j] > -std::numeric_limits<double>::infinity())) continue;
-                to[1 + j] = users_[j] == 1 ? rest * std::exp(own[1 + j] - stay) : sums_.edges[e++] / total;
-            }
-            for (int j = 0; j <= k_; ++j)
-                if (to[j] < kLeastNormal) to[j] = 0.0;
+            for (std::size_t g = f; g < track_.size() && track_[g] == static_cast<int>(a); ++g) total += sums_.edges[g];
+            const double rest = free[a] / total, stay = stay_[i];
+            misses[i] = normal(rest * std::exp(least_miss(i) - stay));
+            for (int e = begin(i); e < end(i); ++e)
+                weights[e] = normal(shares(e) ? sums_.edges[f++] / total : rest * std::exp(met_->scores[e] - stay));
         }
     }
 };

@@ -243,6 +243,12 @@ class Associator(Component):
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
 
+    def associate_pairs(self, pairs: Any) -> Any:
+        """Return weights (p,), misses (t,) and the tracks (t,) that are not exact, as `associate` would of a table of these
+        `vedette.tracking.Pairs` without evidence; None: it needs tables. Only where no two tracks share a return.
+        """
+        return None
+
     def meet_close(self, expected: Any) -> Any:
         """Return the meeting, a `vedette.tracking.Part`, of rows that may give one return with another; None: none may."""
         raise NotImplementedError(f"{self.kind!r} takes no merged returns")

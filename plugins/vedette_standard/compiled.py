@@ -1,4 +1,6 @@
-"""What is compiled of this plugin, where it was built: the twins of sensors and motions, and the work of lifecycles."""
+"""What is compiled of this plugin, where it was built: the twins of sensors and motions, the work of lifecycles, and
+joint association of pairs.
+"""
 
 from __future__ import annotations
 

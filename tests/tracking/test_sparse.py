@@ -154,7 +154,7 @@ def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch
 def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch):
     """Few pairs are within gates, but one cluster holds so many tracks and returns that its table is too large."""
     given, sizes = list(scans(9, count=5, targets=250)), []
-    tracker, states, _ = run(monkeypatch, config("jpda"), given[:4], 1)
+    tracker, states, _ = run(monkeypatch, config("m_best_jpda"), given[:4], 1)
     real = clusters.check_clusters
     monkeypatch.setattr(clusters, "check_clusters", lambda *shape: sizes.append(int(np.prod(shape))))
     pairs = np.count_nonzero(tracker.step(states[-1], given[4]).gates.returns >= 0)
@@ -166,6 +166,17 @@ def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch)
     assert "ends doubtful tracks sooner" in str(caught.value)
     monkeypatch.undo()
     assert len(tracker.step(states[-1], given[4]).ids)
+
+
+def test_jpda_takes_the_same_cluster_without_a_table(monkeypatch):
+    given = list(scans(9, count=5, targets=250))
+    monkeypatch.setattr(clusters, "check_clusters", lambda *shape: pytest.fail(f"a table of {shape}"))
+    _, states, _ = run(monkeypatch, config("jpda", lifecycle="m_of_n"), given, 1)
+    monkeypatch.undo()
+    _, every, _ = run(monkeypatch, config("jpda", lifecycle="m_of_n"), given, 10**9)
+    assert states[-1].approximated == every[-1].approximated > 250
+    np.testing.assert_allclose(states[-1].existence, every[-1].existence, rtol=1e-9)
+    np.testing.assert_allclose(dense_weights(states[-1], len(given[-1].detections.z)), every[-1].weights, atol=1e-9)
 
 
 def smaller_boxes(real):

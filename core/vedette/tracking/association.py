@@ -13,7 +13,7 @@ from vedette.hypotheses import LeafScores
 from vedette.space import Array, Indices
 from vedette.tracking import births
 from vedette.tracking.branching import Branched, branched
-from vedette.tracking.clusters import Pairs, by_cluster
+from vedette.tracking.clusters import Pairs, Taken, by_cluster
 from vedette.tracking.expected import Expected
 from vedette.tracking.meeting import Met, Part
 from vedette.types import Detections, Frame
@@ -33,6 +33,7 @@ class Associated:
     claims    (k,) the probability that a return is from an existing track
     approximated  number of tracks whose weights are not exact
     branched  the leaves that the associator made of those that met, where it keeps hypotheses
+    taken     of pairs within gates: what they took; `weights` are of misses alone, and there are no distances then
     """
 
     weights: Array
@@ -43,6 +44,7 @@ class Associated:
     claims: Array
     approximated: int
     branched: Branched | None
+    taken: Taken | None
 
 
 new_associated = maker(Associated)
@@ -60,7 +62,7 @@ def associate(it: Expected, met: Met) -> Associated:
     asked = kernels.if_existing(scores, innovation.loglik[..., 0], it.existence) if plan.decides else scores
     weights = plan.associator.associate(asked, None) if plain else _weighed(it, asked)
     if plan.keeps_tracks and not plan.approximates:
-        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None)
+        return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None, None)
     seen, claims, approximated = None, UNCLAIMED, 0
     if plan.approximates and not framed:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
@@ -69,7 +71,7 @@ def associate(it: Expected, met: Met) -> Associated:
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
         claims = kernels.claimed(weights, plan.exclusive)
-    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None)
+    return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None, None)
 
 
 def _weighed(it: Expected, scores: Array) -> Array:
@@ -114,7 +116,7 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
     absent = 1.0 - prior + missed
     unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
     seen = hit, np.where(choice > 0, 1.0, unseen), (1.0 - np.exp(loglik)) / it.plan.p_gate
-    return Associated(weights, distances, returns, None, seen, after.claims, after.approximated, after)
+    return Associated(weights, distances, returns, None, seen, after.claims, after.approximated, after, None)
 
 
 def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
@@ -136,14 +138,9 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
         table[:, 0, 1:][place] = weights[pair]
         used.append(table)
 
-    column = pairs.column()
-    width = 1 + int(np.max(column, initial=0))
-    table, distances, returns = np.zeros((t, 1 + width)), np.zeros((t, width)), np.full((t, width), -1)
-    table[:, 0] = misses
-    table[pairs.tracks, 1 + column], distances[pairs.tracks, column] = weights, pairs.distances
-    returns[pairs.tracks, column] = pairs.returns
     claims = births.claimed_by_pairs(pairs.returns, weights, k, plan.exclusive)
-    return Associated(table, distances, returns, used, seen, claims, approximated, None)
+    taken = Taken(pairs, weights, misses)
+    return Associated(misses[:, None], np.zeros((t, 0)), None, used, seen, claims, approximated, None, taken)
 
 
 def _within_gates(met: Sequence[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:

@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import kernels
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask
-from vedette.tracking.memory_limits import check_clusters
+from vedette.tracking.memory_limits import check_births, check_clusters
 
 
 def places(groups: Indices, count: int) -> Indices:
@@ -48,6 +48,32 @@ class Pairs:
 
 
 @frozen(eq=False)
+class Taken:
+    """The weights of pairs (p,) and of misses (t,) after a scan."""
+
+    pairs: Pairs
+    weights: Array
+    misses: Array
+
+    def tables(self, rows: Indices, begun: Indices) -> tuple[Array, Array, Indices]:
+        """Return weights, distances and returns, as a `State` has them, of some tracks and of those that begin at returns.
+
+        Only these are made, as a track whose gate holds most returns makes them wide.
+        """
+        pairs, t, place = self.pairs, len(rows), np.full(len(self.misses), -1)
+        place[rows] = np.arange(t)
+        some = np.flatnonzero(place[pairs.tracks] >= 0)
+        row, column = place[pairs.tracks[some]], pairs.column()[some]
+        width = 1 + int(np.max(column, initial=0))
+        check_births(t, len(begun), width)
+        shape = t + len(begun), width
+        weights, distances, returns = np.zeros((shape[0], 1 + width)), np.zeros(shape), np.full(shape, -1)
+        weights[:t, 0], weights[row, 1 + column], weights[t:, 1] = self.misses[rows], self.weights[some], 1.0
+        distances[row, column], returns[row, column], returns[t:, 0] = pairs.distances[some], pairs.returns[some], begun
+        return weights, distances, returns
+
+
+@frozen(eq=False)
 class Group:
     """Clusters that are padded to one size: which tracks and pairs are in them, and where they come to lie.
 
@@ -70,6 +96,10 @@ def by_cluster(
     """
     weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(len(prior)), 0
     hit, existence, p_detect = np.zeros(len(prior)), np.array(prior), np.zeros(len(prior))
+    if evidence is None and (found := associator.associate_pairs(pairs)) is not None:
+        weights, misses, inexact = found
+        seen = (hit, existence, p_detect) if permanent else _seen(pairs, weights, misses, prior, p_gate)
+        return weights, misses, seen, int(np.count_nonzero(inexact))
     for group in _groups(pairs):
         check_clusters(*group.shape[:2], group.shape[2] - 1)
         scores = np.full(group.shape, -np.inf)
@@ -93,6 +123,23 @@ def by_cluster(
         for to, values in zip((hit, existence, p_detect), seen, strict=True):
             to[group.tracks] = values[group.track_at]
     return weights, misses, (hit, existence, p_detect), approximated
+
+
+def _seen(pairs: Pairs, weights: Array, misses: Array, prior: Array, p_gate: float) -> tuple[Array, Array, Array]:
+    """Return detection, existence and P_D of tracks that share no return: all that a track may have taken is one return.
+
+    That is in no track's weights for certain unless it is in one pair's.
+    """
+    scores, shares, sure = np.zeros((len(misses), 1, 2)), np.empty((len(misses), 1, 2)), weights == 1.0
+    scores[:, 0, 0], scores[pairs.tracks[sure], 0, 1] = pairs.miss, pairs.scores[sure]
+    shares[:, 0, 0], shares[:, 0, 1] = (
+        misses,
+        np.minimum(np.bincount(pairs.tracks, weights, len(misses)), np.nextafter(1.0, 0.0)),
+    )
+    shares[pairs.tracks[sure], 0, 1] = 1.0
+    loglik = np.repeat(pairs.loglik[:, None, None], 2, axis=-1)
+    seen = kernels.existence(scores, shares, prior[:, None], loglik, p_gate, True)
+    return seen.hit[:, 0], seen.existence[:, 0], seen.p_detect[:, 0]
 
 
 def _groups(pairs: Pairs) -> Iterator[Group]:

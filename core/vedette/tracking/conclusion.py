@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from attrs import evolve
 
 from vedette import kernels
 from vedette.space import Array, Indices
@@ -21,6 +22,8 @@ from vedette.tracking.registration import LINKS, Offsets
 from vedette.tracking.rows import Rows, judged, new_rows
 from vedette.tracking.state import State, next_state
 from vedette.types import Detections, Gaussian
+
+NONE: Indices = np.zeros(0, dtype=np.int64)
 
 
 def conclude(it: Expected, met: Met, by: Associated) -> State:
@@ -38,17 +41,18 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
     if plan.offsets is not None:
         belief, offsets, linked = _agreed(it, plan.offsets, by, belief)
     if plan.keeps_tracks:
+        weights, distances, returns = _tables(by)
         return next_state(
             state,
             time=it.scan.time,
             belief=belief,
             existence=it.existence,
-            weights=by.weights,
-            distances=by.distances,
+            weights=weights,
+            distances=distances,
             approximated=state.approximated + by.approximated,
             steps=state.steps + 1,
-            returns=by.returns,
-            names=after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims),
+            returns=returns,
+            names=after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims),
             offsets=offsets,
             linked=linked,
         )
@@ -97,6 +101,11 @@ def _agreed(it: Expected, common: Offsets, by: Associated, belief: Any) -> tuple
     return *common.agree(it.plan.estimator, before, rows, belief, shares, leaves), linked
 
 
+def _tables(by: Associated) -> tuple[Array, Array, Indices | None]:
+    """Return the weights, distances and returns of all tracks, as a `State` has them."""
+    return (by.weights, by.distances, by.returns) if by.taken is None else by.taken.tables(np.arange(len(by.weights)), NONE)
+
+
 def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
     """Return the returns in the gates of the state's tracks, or leaves; None where no track splits or merges."""
     state = it.state
@@ -105,7 +114,10 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
         return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, after.gated, after.newborn.returns)
     if it.plan.permanent or not it.gate.axes:
         return None
-    return new_gates(state.ids, state.confirmed, state.born, state.ids, scores, by.returns, None)
+    rows, returns = state.ids, by.returns
+    if by.taken is not None:
+        rows, returns = rows[by.taken.pairs.tracks], by.taken.pairs.returns[:, None]
+    return new_gates(state.ids, state.confirmed, state.born, rows, scores, returns, None)
 
 
 def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
@@ -164,7 +176,8 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
     if by.seen is not None:
         hit, existence, p_detect = by.seen
         memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
-    names = after_scan(plan.identity, state.names, it.observed, by.weights, by.returns, by.claims)
+    weights, _, returns = (by.weights, None, None) if it.observed.identity is None else _tables(by)
+    names = after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims)
     rows = new_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     if alive is not None and np.count_nonzero(alive) < alive.size:
         if alive.ndim > 1:
@@ -172,8 +185,13 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
             raise ValueError(f"lifecycle: {told}")
         # What ended is recycled before the birth looks at the scan, so such targets count as missed by it once more.
         rows, unseen = pytrees.take(rows, alive, 0), births.recycled(it, unseen, belief, ~alive, existence)
-    if not plan.begins or not isinstance(it.observed, Detections):
-        return rows, unseen, None, 0
-    unseen = births.looked(it, unseen, by.claims)
-    begin = births.newborn(it, by.claims)
-    return births.with_newborn(it, rows, begin) if len(begin.returns) else rows, unseen, None, len(begin.returns)
+    begun = NONE
+    if plan.begins and isinstance(it.observed, Detections):
+        unseen = births.looked(it, unseen, by.claims)
+        begin = births.newborn(it, by.claims)
+        begun, rows = begin.returns, births.with_newborn(it, rows, begin) if len(begin.returns) else rows
+    if by.taken is not None:
+        on = np.arange(len(by.weights)) if alive is None else np.flatnonzero(alive)
+        weights, distances, returns = by.taken.tables(on, begun)
+        rows = evolve(rows, weights=weights, distances=distances, returns=returns)
+    return rows, unseen, None, len(begun)

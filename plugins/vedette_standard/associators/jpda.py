@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
-from vedette import Array, Associator, Mask, fields, kernels
+from vedette import Array, Associator, Indices, Mask, fields, kernels
 from vedette.tracking import Expected, Pairs, Part
+from vedette_standard.associators.of_pairs import propagated, summed
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
 
@@ -65,8 +64,25 @@ class Jpda(Associator):
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
         weights, wide = kernels.joint_weights(scores, self.exact)
         for run in {index[:-1] for index in zip(*np.nonzero(wide), strict=True)}:
-            _propagate(scores[run], wide[run], weights[run], self.tolerance, self.sweeps)
+            own, rows = scores[run], np.flatnonzero(wide[run])
+            tracks, returns = np.nonzero(np.isfinite(own[rows, 1:]))
+            at = rows[tracks], 1 + returns
+            found, misses = self._propagated(tracks, returns, own[at], own[rows, 0], own.shape[-1] - 1)
+            weights[run][rows, 0], weights[run][at] = misses, found
         return weights
+
+    def associate_pairs(self, pairs: Pairs) -> tuple[Array, Array, Mask]:
+        """Return the weights of pairs (p,) and misses (t,), and the tracks of clusters that are too wide."""
+        tracks, returns, scores, miss = pairs.tracks, pairs.returns, pairs.scores, pairs.miss
+        weights, misses, wide = summed(tracks, returns, scores, miss, pairs.k, self.exact)
+        if wide.any():
+            some = wide[tracks]
+            weights[some], found = self._propagated(tracks[some], returns[some], scores[some], miss, pairs.k)
+            misses[wide] = found[wide]
+        return weights, misses, wide
+
+    def _propagated(self, tracks: Indices, returns: Indices, scores: Array, miss: Array, k: int) -> tuple[Array, Array]:
+        return propagated(tracks, returns, scores, miss, k, self.tolerance, float(self.sweeps), float(MOST_MESSAGES))
 
     def meet_close(self, expected: Expected) -> Part | None:
         """Return the meeting of rows that may give one return with another one; None: none may."""
@@ -75,69 +91,3 @@ class Jpda(Associator):
     def associate_close(self, expected: Expected, pairs: Pairs, part: Part, places: Any) -> Any:
         """Return the weights of pairs where two rows may give one return, by the sum over all joint events."""
         return associate_close(expected, pairs, part, places)
-
-
-def _propagate(scores: Array, wide: Mask, weights: Array, tolerance: float, sweeps: int) -> None:
-    """Replace the weights (t, 1+k) of clusters that are too wide by those of belief propagation."""
-    # An impossible miss is given a finite score: its weight is still 0, unless nothing else is left.
-    miss = np.maximum(scores[:, :1], np.max(scores, axis=-1, keepdims=True) - 3000.0)
-    gain = np.concatenate([np.zeros_like(miss), scores[:, 1:] - miss], axis=-1)
-    for tracks, returns in _clusters(np.isfinite(scores[:, 1:]) & wide[:, None]):
-        weights[tracks, 0], claims = _propagated(gain[np.ix_(tracks, 1 + returns)], tolerance, sweeps)
-        weights[np.ix_(tracks, 1 + returns)] = claims
-
-
-def _clusters(linked: Mask) -> Iterator[tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Yield tracks and returns of each cluster of at least two tracks; linked (t, k)."""
-    t, k = linked.shape
-    tracks, returns = np.nonzero(linked)
-    labels = kernels.linked_clusters(tracks, returns, t, k)
-    for label in np.flatnonzero(np.bincount(labels[:t]) > 1).tolist():
-        yield np.flatnonzero(labels[:t] == label), np.flatnonzero(labels[t:] == label)
-
-
-def _propagated(gain: Array, tolerance: float, sweeps: int) -> tuple[Array, Array]:
-    """Return misses (t,) and claims (t, k) by messages between tracks and returns, likelihood ratios l = exp(gain):
-    m_ti = l_ti / (1 + sum_j!=i l_tj n_jt), n_it = 1 / (1 + sum_s!=t m_si), claims l_ti n_it / (1 + sum_j l_tj n_jt).
-
-    It converges for every input, if slowly where as many returns as tracks are all nearly certain: a return that is
-    still claimed more than once when the sweeps run out is shared out.
-    Williams, Lau, Approximate Evaluation of Marginal Association Probabilities with Belief Propagation,
-    IEEE Trans. Aerospace and Electronic Systems 50, 2014.
-    """
-    tracks, returns = np.nonzero(np.isfinite(gain))
-    ratio = np.exp(np.minimum(gain[tracks, returns], 700.0))
-    of_track, of_return = (tracks, _places(tracks)), (returns, _places(returns))
-    # From the scarcer side: all returns free to take, or all tracks.
-    first = gain.shape[0] <= gain.shape[1]
-    to_track = np.ones_like(ratio) if first else 1.0 / (1.0 + _others(ratio, of_return))
-    for _ in range(min(sweeps, max(1, MOST_MESSAGES // len(ratio)))):
-        # Sum without the own term rather than subtract it: total - own would lose small terms to rounding.
-        to_return = ratio / (1.0 + _others(ratio * to_track, of_track))
-        before, to_track = to_track, 1.0 / (1.0 + _others(to_return, of_return))
-        if np.max(np.abs(to_track / before - 1.0)) <= tolerance:
-            break
-    likely = np.zeros_like(gain)
-    likely[tracks, returns] = ratio * to_track
-    missed = 1.0 / (1.0 + np.sum(likely, axis=-1))
-    claims = likely * missed[:, None]
-    shared = claims / np.maximum(1.0, np.sum(claims, axis=-2))
-    return missed + np.sum(claims - shared, axis=-1), shared
-
-
-def _places(owners: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Return the place (p,) of each pair among those of its owner, in their order."""
-    order, number = np.argsort(owners, kind="stable"), np.bincount(owners)
-    places = np.empty_like(order)
-    places[order] = np.arange(len(owners)) - np.repeat(np.cumsum(number) - number, number)
-    return places
-
-
-def _others(values: Array, at: tuple[NDArray[np.intp], NDArray[np.intp]]) -> Array:
-    """Return for each pair (p,) the sum of the values of its owner's other ones; `at`: owner and place among the owner's."""
-    rows = np.zeros((int(at[0].max()) + 1, int(at[1].max()) + 2))
-    before, after = np.zeros_like(rows), np.zeros_like(rows)
-    rows[at] = values
-    before[:, 1:] = np.cumsum(rows[:, :-1], axis=-1)
-    after[:, :-1] = np.cumsum(rows[:, :0:-1], axis=-1)[:, ::-1]
-    return (before + after)[at]

@@ -8,7 +8,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from vedette import kernels
-from vedette_standard.associators import jpda
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.nearest import Nearest
@@ -238,15 +237,6 @@ def test_many_targets_all_in_each_others_gates(gap, shape):
         assert weights[:, 0].max() < 1e-3
     chosen = GlobalNearest().associate(scores, None)
     assert chosen[:, 1:].sum(axis=0).max() <= 1.0
-
-
-def test_clusters_are_what_shares_returns():
-    linked = np.array([[1, 1, 0, 0, 0], [0, 1, 0, 1, 0], [0, 0, 1, 0, 0], [0, 0, 0, 1, 0], [0, 0, 0, 0, 0]], dtype=bool)
-    clusters = [(tracks.tolist(), returns.tolist()) for tracks, returns in jpda._clusters(linked)]
-    assert clusters == [([0, 1, 3], [0, 1, 3])]
-    linked[4, 2] = True
-    clusters = [(tracks.tolist(), returns.tolist()) for tracks, returns in jpda._clusters(linked)]
-    assert clusters == [([0, 1, 3], [0, 1, 3]), ([2, 4], [2])]
 
 
 def summed_without_exclusion(scores, most):
