@@ -85,6 +85,22 @@ PICTURES = {
 
 PLANE = ("x", "y", "vx", "vy")
 
+BIASES = {"turned": 0.01, "north": 30.0, "east": 30.0, "late": 0.5, "vx": 10.0, "vy": 10.0}
+"""Of what is known where a track starts; not that of ranges, which would make some of them negative."""
+
+STEPPED = st.shared(
+    st.sampled_from(
+        [
+            (("p", "q"), [[1.0, 0.5], [0.0, 0.9]], [[0.2, 0.1], [0.1, 0.3]], 0.5),
+            (("p", "q"), [[0.0, 1.0], [-0.5, 0.2]], np.diag([0.0, 1.0]), 2.0),
+            (("x", "vx"), [[1.0, 0.5], [0.0, 1.0]], np.diag([0.0, 1.0]), 0.5),
+            (("x", "vx"), [[1.0, 2.0], [0.0, 1.0]], np.diag([0.0, 1.0]), 2.0),
+        ]
+    ),
+    key="stepped",
+)
+"""Axes, F, Q and step of a linear motion, which go together."""
+
 GIVEN = {
     ("estimator", "fading_memory"): {"alpha": st.floats(1.0, 1.1), "step": st.sampled_from([1.0, 10.0])},
     ("estimator", "g_h"): {"h": st.floats(0.0, 1.0), "k": st.floats(0.0, 0.05), "step": st.sampled_from([0.5, 2.0])},
@@ -151,19 +167,25 @@ GIVEN = {
     ("format", "nmea"): {"talker": st.sampled_from(["RA", "II"])},
     ("motion", "gauss_markov"): {"axes": st.sampled_from([("b",), ("b", "c")])},
     ("motion", "linear"): {
-        "axes": st.just(("p", "q")),
-        "F": st.sampled_from([np.array([[1.0, 0.5], [0.0, 0.9]]), np.array([[0.0, 1.0], [-0.5, 0.2]])]),
-        "Q": st.sampled_from([np.array([[0.2, 0.1], [0.1, 0.3]]), np.diag([0.0, 1.0])]),
+        "axes": STEPPED.map(lambda each: each[0]),
+        "F": STEPPED.map(lambda each: np.array(each[1])),
+        "Q": STEPPED.map(lambda each: np.array(each[2])),
+        "step": STEPPED.map(lambda each: each[3]),
         "B": st.just(np.array([[0.5], [1.0]])),
         "control": st.just(np.array([2.0])),
-        "step": st.sampled_from([0.5, 2.0]),
         "units": st.just({}),
     },
     ("motion", "product"): {"models": SIDE_BY_SIDE},
     ("sensor", "linear"): {
         "axes": st.just(("x", "vx", "y")),
         "R": st.sampled_from([np.array([[4.0, 1.0], [1.0, 9.0]]), np.diag([1.0, 25.0])]),
-        "H": st.sampled_from([np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]), np.array([[1.0, 0.0, 1.0], [1.0, 0.0, -1.0]])]),
+        "H": st.sampled_from(
+            [
+                np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]),
+                np.array([[1.0, 0.0, 1.0], [1.0, 0.0, -1.0]]),
+                np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]]),
+            ]
+        ),
         "measures": st.just(()),
         "units": st.just({}),
     },
@@ -174,7 +196,7 @@ GIVEN = {
         "add": st.sampled_from([{}, {"bearing": "turned"}, {"range": "long", "bearing": "turned"}]),
         "offset": st.sampled_from([{}, {"x": "north", "y": "east"}]),
         "lag": st.sampled_from(["", "late"]),
-        "spread": st.just({}),  # the kit draws biases of any size, beyond what a start knows
+        "spread": st.sampled_from([{}, BIASES]),
     },
 }
 """Strategies for what cannot be inferred."""

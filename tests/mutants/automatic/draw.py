@@ -52,7 +52,7 @@ def files_of_kinds() -> dict[str, dict[str, tuple[str, list[str]]]]:
     """Return by role and kind the file in which its class stands, and those that this imports from its own package."""
     found: dict[str, dict[str, tuple[str, list[str]]]] = {role: {} for role in COUNTS}
     for entry in Registry.installed():
-        if entry.role in APART or (entry.role == "source" and entry.kind in NEED_FILES):
+        if entry.role in APART or entry.role not in COUNTS or (entry.role == "source" and entry.kind in NEED_FILES):
             continue
         role = "camera" if issubclass(entry.cls, ImagingSensor) else entry.role
         own = entry.cls.__module__

@@ -1,7 +1,8 @@
 """What the laws say of the frozen mutants: `PYTHONPATH=tests python -m mutants.automatic.measure --into FILE`.
 
 The code of one function is exchanged in a process of its own, and every kind that the mutant names is examined, exact laws
-first, until an assertion fails. A line of JSON says what came of it:
+first, until an assertion fails; where it lives, other kinds of the role, too, that use its file. A line of JSON says what
+came of it:
 
 `caught`: a law failed on what the component gave. `raises`: laws failed at their first example, as something raised.
 `hangs`: it ran out of CPU time. `lives`: every law held. `gone`: the code has no such site any more.
@@ -27,15 +28,15 @@ from typing import Any
 import numpy as np
 from attrs import evolve
 
-from mutants.automatic.draw import Mutant, frozen, functions
+from mutants.automatic.draw import Mutant, files_of_kinds, frozen, functions
 from mutants.automatic.operators import mutated
 from support.paths import ROOT
 from vedette.config.registry import Registry
 from vedette.testing import Misuse, Profile, examine, laws_of
 from vedette.testing.strategies import components
 
-SECONDS = 45
-"""CPU time of a mutant at most."""
+SECONDS, ENOUGH = 45, 25
+"""CPU time of a mutant at most, and from which on no further kind is tried."""
 
 RAISED = re.compile(r"^(\S+ )?raised \w+|^\w+(Error|Exception|Iteration)\b")
 RAISING_LAWS = 4
@@ -91,7 +92,10 @@ def judged(
         return {"verdict": "gone"}
     role = "sensor" if mutant.role == "camera" else mutant.role
     raising, began = {}, time.process_time()
-    for kind in mutant.kinds:
+    others = [kind for kind, (own, more) in files_of_kinds()[mutant.role].items() if mutant.file in (own, *more)]
+    for kind in dict.fromkeys((*mutant.kinds, *sorted(others))):
+        if kind not in mutant.kinds and time.process_time() - began > ENOUGH:
+            break
         entry = Registry.installed().find(role, kind)
         if entry is None:
             continue

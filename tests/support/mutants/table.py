@@ -18,6 +18,7 @@ from support.mutants.promises import PROMISES
 from support.mutants.promises_supporting import PROMISES_SUPPORTING
 from support.mutants.sensors import SENSORS
 from support.mutants.sources import SOURCES
+from support.mutants.stated import STATED
 from vedette import MotionModel
 from vedette.config.parameters import role_of
 from vedette.testing import FAST, examine, laws_of
@@ -28,7 +29,7 @@ MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *apart.ASSOCIATORS, *HYPOTHESES, *DETECTORS, *FORMATS)),
     *((*row, {}) for row in (*LIFECYCLES, *apart.LIFECYCLES)),
     *((*row, SPREAD) for row in (*BIRTHS, *apart.BIRTHS)),
-    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED, *STATED,
 ]  # fmt: skip
 
 

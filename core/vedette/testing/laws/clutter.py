@@ -7,17 +7,23 @@ integral of the density over what the sensor covers; beyond `max_range`, and out
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
+from vedette.config.parameters import parameters
 from vedette.roles import Sensor
 from vedette.space import Array, Axis
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
+from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.sensor_cases import Looks, full
 from vedette.testing.states import size
 
 FARTHEST = 1e9
 """Farther than this, in units of an axis' usual size, no density may reach."""
+NEAR, FAR = 100.0, 2000.0
+"""Between which ranges, in m, false returns are spread."""
 FAINT = 1e-6
 """A density of less than this share of the greatest that is found does not count: the grid would be wasted on its tail."""
 CELLS = {1: 4001, 2: 41, 3: 33}
@@ -128,6 +134,44 @@ def _end(sensor: Sensor, start: Array, i: int, axis: Axis, sign: float) -> float
     return float(start[i] + sign * low)
 
 
+def false_returns_spread_as_stated(sensor: Sensor, drawn: Looks) -> None:
+    """If it has `clutter_density` per area or volume, or `clutter_uniform_over`: false returns spread over that, evenly."""
+    known, names = {p.name: p for p in parameters(type(sensor))}, sensor.measurement.names
+    placed, power = names == ("x", "y"), 3 if "elevation" in names else 2
+    others = {*names} - {"x", "y", "range", "bearing", "elevation"}
+    widths = [f"max_{name.rpartition('_')[2]}" for name in others]  # the largest range_rate is max_rate
+    if not (placed or "range" in names) or not {*widths} <= {*known}:
+        raise Closed("it measures no range or position in the plane, or does not say how far other axes reach")
+    limits: dict[str, Any] = {"min_range": NEAR, "max_range": FAR, "sectors": (), **dict.fromkeys(widths, 50.0)}
+    evenly = known["clutter_uniform_over"].field.metadata.get("options", ()) if "clutter_uniform_over" in known else ()
+    ways = {over: {"clutter_density": 0.0, "clutter_per_scan": 2.0, "clutter_uniform_over": over} for over in evenly}
+    if "clutter_density" in known and known["clutter_density"].unit == f"1/m^{power}":
+        ways["density"] = {"clutter_density": 1e-6, "clutter_per_scan": 0.0}
+    r, angle = np.array([1.5 * NEAR, 0.4 * FAR, 0.95 * FAR]), np.array([0.3, -0.5, 0.9])
+    z = np.array(sensor.measure(drawn.x))
+    for name, values in (("range", r), ("elevation", angle), ("x", r * np.cos(angle)), ("y", r * np.sin(angle))):
+        if name in names:
+            z[:, names.index(name)] = values + (float(getattr(sensor, name, 0.0)) if placed else 0.0)
+    judged = False
+    for over, values in ways.items():
+        other = changed(sensor, {name: value for name, value in (limits | values).items() if name in known})
+        if other is None or over not in ("density", "area", "range"):
+            continue
+        judged = True
+        degree = 0 if over == "range" else power - 1
+        wanted = r**degree * (np.cos(angle) if power == 3 else 1.0) / (r if placed else 1.0) / 100.0 ** len(others)
+        if over == "density":
+            wanted = 1e-6 * wanted * (1.0 if placed or "bearing" in names else 2 * np.pi)
+        else:
+            whole = (FAR ** (degree + 1) - NEAR ** (degree + 1)) / (degree + 1) * (2.0 if power == 3 else 1.0)
+            wanted = 2.0 * wanted / whole / (2 * np.pi if placed or "bearing" in names else 1.0)
+        same(f"clutter, evenly over {over}", np.broadcast_to(other.clutter(frozen_copy(z)), 3), wanted, 1e-6, wanted)
+        least = np.min(other.clutter(frozen_copy(-0.1 * z)))  # noise may make a range negative
+        demand(least >= 0, f"clutter: must be >= 0 before the sensor too, got {least:.3g}")
+    if not judged:
+        raise Closed("it says nothing of how its false returns spread")
+
+
 def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     """If it has `max_range`: no target beyond is detected."""
     limit = getattr(sensor, "max_range", None)
@@ -189,6 +233,7 @@ def sees_nothing_where_it_covers_nothing(sensor: Sensor, drawn: Looks) -> None:
 LAWS = (
     Law(clutter_takes_any_number_of_returns),
     Law(false_returns_add_up),
+    Law(false_returns_spread_as_stated),
     Law(detects_within_max_range),
     Law(detects_within_its_sectors),
     Law(sees_nothing_where_it_covers_nothing),

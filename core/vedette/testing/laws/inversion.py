@@ -34,7 +34,7 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         H, root = sensor.jacobian(found.mean), np.linalg.cholesky(R)
         # What does not shrink with the return's noise, such as the doubt about a velocity that it says nothing of, cancels.
         own = wider.cov - found.cov
-        white = _whitened(root, H @ own @ np.swapaxes(H, -1, -2))
+        white = _whitened(root, H @ found.cov @ np.swapaxes(H, -1, -2))
         bent = _whitened(root, _bent(sensor, found, own))
         apart = np.linalg.solve(root, off[..., None])[..., 0]
     for i in np.flatnonzero(_nearly_linear(sensor, drawn.x, found, root)):

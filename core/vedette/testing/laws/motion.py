@@ -159,23 +159,28 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
 
 
 def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
-    """An axis vx is the velocity of x: over a short time, x gains dt times what vx gains, and little of its noise."""
+    """An axis vx is the velocity of x: over a short time, x gains dt times vx, and never more of its noise than dt times."""
     names, dt = model.state.names, 1e-3
     pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
     if not pairs:
         raise Closed("it has no velocity of a position")
-    F, Q = _full(model.jacobian(drawn.x, dt), drawn.x, 2), _full(model.noise(drawn.x, dt), drawn.x, 2)
+    F = _full(model.jacobian(drawn.x, dt), drawn.x, 2)
     for i, v in pairs:
         calm = np.abs(F[:, v, v] - 1.0) < 0.02  # a stiff model loses its velocity even in this time
         rate = F[calm, i, v] / dt
         demand(
             np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times"
         )
-        shared = np.abs(Q[:, i, v]) / np.maximum(Q[:, v, v], 1e-300)
-        demand(
-            np.all(shared < 10 * dt),
-            f"noise: {names[i]} gains {shared.max():.3g} s times the noise of v{names[i]} in {dt:g} s, at most that time",
-        )
+    for dt in (1e-3, 1.0, 8.0):  # a position gains with its velocity what that gained, for as long as it had it
+        Q = np.stack([_full(model.noise(drawn.x, part * dt), drawn.x, 2) for part in (1.0, 0.75, 0.5, 0.25)])
+        for i, v in pairs:
+            most = 1.3 * dt * np.max(Q[..., v, v], axis=0)
+            bad = np.abs(Q[0, :, i, v]) > most
+            demand(
+                not np.any(bad),
+                f"noise: in {dt:g} s {names[i]} gains {np.abs(Q[0, bad, i, v])} with v{names[i]}, at most that time "
+                f"times the variance that gains, {most[bad] / 1.3}",
+            )
 
 
 def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
@@ -194,7 +199,7 @@ def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
 
 
 def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
-    """Settling gives a belief over the same axes, with a covariance that is one."""
+    """Settling gives a belief over the same axes, with a covariance that is one, and a `heading` turns as its paths do."""
     rng = np.random.default_rng(drawn.seed)
     own = random_gaussian(model.state, rng, (2, 3))
     if len(model.zero_variance):
@@ -206,12 +211,27 @@ def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
     demand(settled.mean.shape == own.mean.shape, f"reframe: mean must have shape {own.mean.shape}, got {settled.mean.shape}")
     finite("mean", settled.mean)
     covariance("covariance", settled.cov, definite=False)
+    names = model.state.names
+    if "heading" not in names or "heading" not in model.zero_variance:
+        return
+    pairs = [
+        (i, names.index(f"{name[:-1]}y")) for i, name in enumerate(names) if name[-1] == "x" and f"{name[:-1]}y" in names
+    ]
+    turned = np.array(own.mean)
+    for i, j in pairs:
+        turned[..., i], turned[..., j] = -own.mean[..., j], own.mean[..., i]
+    h = names.index("heading")
+    turned[..., h] += np.pi / 2
+    there = Gaussian(frozen_copy(model.state.canonical(turned)), own.cov)
+    apart = model.state.difference(model.reframe(there, there).mean, settled.mean)[..., h]
+    same("reframe: heading of what is turned by pi / 2", np.abs(apart), np.full(apart.shape, np.pi / 2), 1e-9)
 
 
 def differences_undo_steps(model: MotionModel, drawn: Moves) -> None:
-    """In the state space, difference and displace are inverse."""
+    """In the state space, difference and displace are inverse, and speeds are in the units of what moves."""
     spaces.difference_undoes_displace(model.state, drawn.x, drawn.step)
     spaces.plain_axes_do_not_wrap(model.state, drawn.x, drawn.step)
+    spaces.speeds_have_their_units(model.state)
 
 
 def angles_wrap(model: MotionModel, drawn: Moves) -> None:

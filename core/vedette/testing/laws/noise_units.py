@@ -64,7 +64,7 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
         if (lengths, angles) not in ((1.0, 0.0), (0.0, 1.0)):
             continue
         words = _LENGTHS if lengths else _ANGLES
-        doubled = _changed(component, {name: 2.0 * value})
+        doubled = changed(component, {name: 2.0 * value})
         if doubled is None:
             continue
         judged = True
@@ -93,7 +93,7 @@ def demand_units(component: Any, space: Space, states: Space, x: Array, noise: N
     values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
     if not values or not all(isinstance(value, float | int) for value in values.values()):
         raise Closed("no parameter is a length, or not each is a number")
-    other = _changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
+    other = changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
     if other is None:
         raise Closed("it refuses parameters twice as large")
     scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
@@ -128,7 +128,7 @@ def demand_deviations(component: Any, names: tuple[str, ...], x: Array, noise: N
         value = getattr(component, name, None)
         if not isinstance(value, float) or not 0 < value < np.inf:
             continue
-        more = [_changed(component, {name: factor * value}) for factor in (2.0, 3.0)]
+        more = [changed(component, {name: factor * value}) for factor in (2.0, 3.0)]
         if any(one is None for one in more):
             continue
         judged = True
@@ -157,7 +157,7 @@ def _made_square(
     values = {n: getattr(component, n) for n, p in others.items() if p}
     if not all(isinstance(value, float | int | np.ndarray) or value is None for value in values.values()):
         return True
-    other = _changed(component, {n: None if v is None else v * 2.0 ** others[n] for n, v in values.items()})
+    other = changed(component, {n: None if v is None else v * 2.0 ** others[n] for n, v in values.items()})
     if other is None:
         return True
     scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
@@ -167,7 +167,7 @@ def _made_square(
 
 def _matters(component: Component, name: str, i: int, x: Array, noise: Noise) -> bool:
     value = getattr(component, name)
-    other = _changed(component, {name: 1.5 * value + 0.01}) if isinstance(value, float) else None
+    other = changed(component, {name: 1.5 * value + 0.01}) if isinstance(value, float) else None
     return other is None or not np.array_equal(_variances(other, x, noise)[:, i], _variances(component, x, noise)[:, i])
 
 
@@ -176,7 +176,7 @@ def _variances(component: Any, x: Array, noise: Noise) -> Array:
     return np.broadcast_to(np.diagonal(full, axis1=-2, axis2=-1), (len(x), full.shape[-1]))
 
 
-def _changed(component: Any, values: Mapping[str, Any]) -> Any:
+def changed(component: Any, values: Mapping[str, Any]) -> Any:
     try:
         return evolve(component, **values)
     except (TypeError, ValueError):

@@ -1,4 +1,4 @@
-"""The law of sensors that measure how fast something changes that they measure too."""
+"""Laws of sensors that know of time: how fast something changes that they measure too, and by how much they are late."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, derivative
+from vedette.testing.comparisons import Closed, demand, derivative, same
 from vedette.testing.law import Law
-from vedette.testing.laws.sensor_cases import Looks, regular
+from vedette.testing.laws.sensor_cases import Looks, regular, slopes
 
 MOVING = {"x": "vx", "y": "vy", "z": "vz"}
 STEP = 1e-2
@@ -48,4 +48,20 @@ def rates_are_derivatives(sensor: Sensor, drawn: Looks) -> None:
                 )
 
 
-LAWS = (Law(rates_are_derivatives),)
+def a_lag_goes_along_the_velocity(sensor: Sensor, drawn: Looks) -> None:
+    """If it observes a time beside velocities: by that time all that is seen of a target is late, or early."""
+    axes, names = sensor.observes.axes, sensor.observes.names
+    times = [i for i, axis in enumerate(axes) if axis.unit == "s"]
+    pairs = [(names.index(x), names.index(f"v{x}")) for x in names if f"v{x}" in names]
+    if not times or not pairs:
+        raise Closed("it observes no time beside velocities")
+    x = regular(sensor, drawn.x)
+    H = slopes(sensor, x)
+    way = np.sum([H[..., i] * x[:, None, v] for i, v in pairs], axis=0)
+    scale = np.max(np.abs(way), axis=-1, keepdims=True) + 1e-3
+    for i in times:
+        sign = -1.0 if np.sum(H[..., i] * way) < 0 else 1.0
+        same(f"measure: slope to {names[i]}", H[..., i], sign * way, 1e-3, scale)
+
+
+LAWS = (Law(rates_are_derivatives), Law(a_lag_goes_along_the_velocity))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from itertools import combinations
 
 import numpy as np
@@ -180,6 +180,11 @@ def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
     demand(found.mean.shape == (3, n), f"invert: mean must have shape {(3, n)}, got {found.mean.shape}")
     demand(found.cov.shape == (3, n, n), f"invert: cov must have shape {(3, n, n)}, got {found.cov.shape}")
     covariance("invert", found.cov, definite=True)
+    spread = getattr(sensor, "spread", None)
+    for name, deviation in spread.items() if isinstance(spread, Mapping) else ():
+        if name in sensor.observes:
+            i = sensor.observes.names.index(name)
+            same(f"invert: variance of {name}, by `spread`", found.cov[:, i, i], np.full(3, deviation**2), 1e-9)
     apart = sensor.observes.difference(x, found.mean)
     cov = found.cov
     if len(sensor.measurement) < n:
@@ -218,9 +223,11 @@ def standing_elsewhere_keeps_the_axes(sensor: Sensor, drawn: Looks) -> None:
 
 
 def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
-    """In the measurement space, difference and displace are inverse."""
+    """In the measurement space, difference and displace are inverse; speeds are in the units of what moves."""
     spaces.difference_undoes_displace(sensor.measurement, drawn.z, drawn.step)
     spaces.plain_axes_do_not_wrap(sensor.measurement, drawn.z, drawn.step)
+    for space in (sensor.measurement, sensor.observes):
+        spaces.speeds_have_their_units(space)
 
 
 def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
@@ -10,7 +12,7 @@ from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.testing.comparisons import derivative, frozen_copy
 from vedette.testing.law import Profile
-from vedette.testing.states import SEEDS, points, steps_of
+from vedette.testing.states import SEEDS, points, size, steps_of
 
 SMOOTH = 0.05
 """Uncertainty of a derivative by differences, as a part of it, beyond which there is none."""
@@ -30,7 +32,10 @@ class Looks:
 
 def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
     """What every law of a sensor is given."""
-    x = points(sensor.observes, 3).map(frozen_copy)
+    spread = getattr(sensor, "spread", None)  # of a bias: what an inverse assumes of it, around 0
+    known = spread if isinstance(spread, Mapping) else {}
+    within = np.minimum([known.get(axis.name, np.inf) / size(axis) for axis in sensor.observes.axes], 1.0)
+    x = points(sensor.observes, 3).map(lambda x: frozen_copy(x * within))
     z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
     return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
 

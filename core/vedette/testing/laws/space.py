@@ -41,3 +41,14 @@ def plain_axes_do_not_wrap(space: Space, x: Array, step: Array) -> None:
     """An axis without a period is subtracted and added as it is."""
     plain = [i for i, axis in enumerate(space.axes) if axis.period is None]
     same("difference", space.difference(x + step, x)[..., plain], step[..., plain], 1e-9, np.abs(x).max(initial=1.0))
+
+
+def speeds_have_their_units(space: Space) -> None:
+    """An axis vx beside x is in the unit of x per time."""
+    units = {axis.name: axis.unit for axis in space.axes}
+    for name, unit in units.items():
+        speed = units.get(f"v{name}", unit)
+        demand(
+            f"v{name}" not in units or speed.startswith(f"{unit}/"),
+            f"v{name}: must be in {unit}/s, as {name} is, is in {speed}",
+        )
