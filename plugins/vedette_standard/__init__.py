@@ -16,6 +16,7 @@ from vedette_standard.associators.variational import Variational
 from vedette_standard.births.from_returns import FromReturns
 from vedette_standard.births.given import Given
 from vedette_standard.births.poisson import Poisson
+from vedette_standard.births.three_point import ThreePoint
 from vedette_standard.births.two_point import TwoPoint
 from vedette_standard.births.uniform import Uniform
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
@@ -95,6 +96,6 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(Nearest, GlobalNearest, Pda, Jpda, JpdaStar, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),
         *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
-        *(FromReturns, TwoPoint, Given, Poisson, Uniform),
+        *(FromReturns, TwoPoint, ThreePoint, Given, Poisson, Uniform),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

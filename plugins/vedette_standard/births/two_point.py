@@ -2,25 +2,16 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
+from vedette import Array, Birth, Detections, Estimator, Newborn, Sensor, fields
 from vedette.errors import ScanRefused
+from vedette_standard.births.following import Waiting, fastest, in_state, nothing, pairs, spots, velocity_axes
 from vedette_standard.births.one_point import unclaimed, within
 from vedette_standard.regions import Polygon
-
-
-@frozen(eq=False)
-class Waiting:
-    """Positions (k, d) and covariances (k, d, d) of returns that no track claimed, in the scan `ago` () s before."""
-
-    mean: Array
-    cov: Array
-    ago: Array
 
 
 @final
@@ -38,6 +29,13 @@ class TwoPoint(Birth):
     models_unseen: ClassVar[bool] = True
 
     max_speed: float = fields.quantity("m/s", "fastest that a target moves", above=0)
+    sensor_speeds: dict[str, float] = fields.table(
+        "sensor to the fastest of what it sees, in m/s, in the place of `max_speed`", at_least=0, tried=({},)
+    )
+    class_speeds: Array = fields.array(
+        "m/s", "the fastest of each class, where returns name theirs by codes 0, 1, ..: no more than this", ndim=1,
+        default=np.zeros(0),
+    )  # fmt: skip
     spread: dict[str, float] = fields.table("state axis, neither position nor velocity, to its standard deviation")
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     claimed: float = fields.probability(
@@ -63,7 +61,7 @@ class TwoPoint(Birth):
         self, memory: Waiting | None, estimator: Estimator[Any], dt: float, rng: np.random.Generator
     ) -> Waiting | None:
         """Return the returns of the scan before, `dt` longer ago."""
-        return None if memory is None else Waiting(memory.mean, memory.cov, memory.ago + dt)
+        return None if memory is None else memory.later(dt)
 
     def update(
         self,
@@ -80,8 +78,8 @@ class TwoPoint(Birth):
             raise ScanRefused(f"birth: {told}")
         rows = unclaimed(detections, claimed, self.claimed)
         if not len(rows):
-            return _nothing(len(sensor.observes))
-        spot = _spots(sensor, detections, rows)
+            return nothing(len(sensor.observes))
+        spot = spots(sensor, detections, rows)
         return Waiting(spot.mean, spot.cov, np.asarray(0.0))
 
     def begin(
@@ -89,44 +87,14 @@ class TwoPoint(Birth):
     ) -> Newborn:
         """Return a track at each return that follows one of the scan before."""
         rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, sensor.observes
-        idle = found is None or found.ago == 0 or not len(found.mean) or not len(rows)
+        idle = found is None or found.idle or not len(rows)
         if idle and len(claimed):
             return Newborn.none(len(state))
-        velocity, spot = self._velocity(state, position), _spots(sensor, detections, rows)
+        velocity_axes(position, self.spread, state)
+        spot = spots(sensor, detections, rows)
         if idle:
             return Newborn.none(len(state))
-        apart = np.linalg.norm(spot.mean[:, None] - found.mean[None], axis=-1)
-        before = np.argmin(apart, axis=-1)
-        total = spot.cov + found.cov[before]
-        noise = np.sqrt(np.linalg.eigvalsh(total)[..., -1])
-        near = np.min(apart, axis=-1) <= self.max_speed * found.ago + self.deviations * noise
-        rows, before, spot = rows[near], before[near], Gaussian(spot.mean[near], spot.cov[near])
-        count, n, seen = len(rows), len(state), np.array(state.locate(position))
-        mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
-        cov[:, range(n), range(n)] = [self.spread.get(axis, 0.0) ** 2 for axis in state.names]
-        mean[:, seen], mean[:, velocity] = spot.mean, (spot.mean - found.mean[before]) / found.ago
-        cov[:, seen[:, None], seen] = spot.cov
-        cov[:, seen[:, None], velocity] = cov[:, velocity[:, None], seen] = spot.cov / found.ago
-        cov[:, velocity[:, None], velocity] = (spot.cov + found.cov[before]) / found.ago**2
-        return within(self.appears_in, Newborn(rows, Gaussian(mean, cov), np.full(count, self.initial)), state)
-
-    def _velocity(self, state: Space, position: Space) -> Indices:
-        """Return the axes of the velocity, one for each of the position."""
-        names = [f"v{name}" for name in position.names]
-        if lacking := [name for name in names if name not in state]:
-            raise ValueError(f"sensors: must observe positions with a velocity in the state, which lacks {lacking[0]!r}")
-        known = {*names, *position.names, *self.spread}
-        if lacking := [name for name in state.names if name not in known]:
-            raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
-        return np.array([state.names.index(name) for name in names])
-
-
-@cache
-def _nothing(axes: int) -> Waiting:
-    """Return no return of a scan just now."""
-    return Waiting(np.zeros((0, axes)), np.zeros((0, axes, axes)), np.asarray(0.0))
-
-
-def _spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:
-    """Return the positions that some returns give."""
-    return sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
+        limit = fastest(self.max_speed, self.sensor_speeds, self.class_speeds, name, detections)[rows]
+        near, moving = pairs(spot, found, limit, self.deviations)
+        prior = in_state(moving, position, self.spread, state)
+        return within(self.appears_in, Newborn(rows[near], prior, np.full(len(near), self.initial)), state)
