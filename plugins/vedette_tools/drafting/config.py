@@ -397,9 +397,17 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
             named = np.concatenate(codes) if codes else None
             followed = _followed(times, places, stands, named, reported=table.of(name).reported)
+            followed = evolve(followed, chains=tuple(_timed(chain, scans) for chain in followed.chains))
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.of(name).third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
     return by_sensor
+
+
+def _timed(chain: Chain, scans: Sequence[Scan]) -> Chain:
+    """Return a chain at its returns' own times, where they have such."""
+    own = [scans[i].detections.time for i in chain.scans.tolist()]
+    told = [chain.times[i] if each is None else each[chain.returns[i]] for i, each in enumerate(own)]
+    return evolve(chain, times=np.array(told)) if np.all(np.diff(told) > 0) else chain
 
 
 def _followed(

@@ -230,8 +230,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = measured["scan"].title if "scan" in measured else ""
     if scan and _timed(columns[scan], columns[time.title]):
-        assumed.append(f"each return has a time of its own within its {scan}, so it comes by itself")
-        scan = ""
+        assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
     name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
     read |= {who, scan, name}
     return Table(

@@ -11,7 +11,7 @@ from vedette import kernels
 from vedette.hypotheses import HypothesisAssociator
 from vedette.space import Array
 from vedette.tracking import Expected, State, Tracker
-from vedette.types import Frame
+from vedette.types import Detections, Frame
 from vedette_tools.tuning.field_of_view import Cover
 
 NEGLIGIBLE = 40.0
@@ -43,7 +43,9 @@ class Predictive:
         """
         tracker, before, sensor, observed = self.tracker, it.state, it.sensor, it.observed
         existence = it.existence
-        innovation = tracker.estimator.evaluate(it.belief, sensor, observed, 1.0)
+        timed = isinstance(observed, Detections) and observed.time is not None
+        ungated = evolve(it, plan=evolve(it.plan, p_gate=1.0), gate=evolve(it.gate, threshold=math.inf)) if timed else it
+        innovation = ungated.innovation if timed else tracker.estimator.evaluate(it.belief, sensor, observed, 1.0)
         log_density: Array
         if isinstance(observed, Frame):
             expected, log_density = 0.0, NOTHING

@@ -180,3 +180,23 @@ def test_hypotheses_give_what_their_tracks_do_when_they_are_sure():
         tracker = vedette.build(base | {"associator": {"kind": kind}})
         found.append(Predictive(tracker)(tracker.expect(tracker.start(time=0.0), scan), cover)[0])
     assert found[0] == pytest.approx(found[1], abs=1e-9)
+
+
+def test_a_return_with_a_time_of_its_own_is_as_likely_as_a_scan_of_that_time():
+    """Of two tracks at 60 m/s, measured 2 s before the scan: 120 m of motion are 12 errors."""
+    config = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
+        "sensors": {"s": {"kind": "cartesian_position", "sigma": 10.0, "clutter_density": 1e-6}},
+        "associator": {"kind": "jpda"},
+        "birth": {"kind": "from_returns", "spread": {"vx": 60.0, "vy": 60.0}},
+        "lifecycle": {"kind": "existence"},
+    }
+    tracker = vedette.load(config).tracker
+    mean = np.array([[0.0, 0.0, 60.0, 0.0], [5000.0, 0.0, 0.0, 60.0]])
+    state = tracker.start(Gaussian(mean, np.tile(np.diag([100.0, 100.0, 4.0, 4.0]), (2, 1, 1))), 0.0)
+    state = evolve(state, existence=np.array([1.0, 0.7]))
+    z, cover = np.array([[121.0, 3.0]]), Cover(np.zeros((1, 2)), 1e6)
+    own = Scan(4.0, "s", evolve(Detections.of(z, 2), time=np.array([2.0])))
+    found, _ = Predictive(tracker)(tracker.expect(state, own), cover)
+    wanted, _ = Predictive(tracker)(tracker.expect(state, Scan(2.0, "s", Detections.of(z, 2))), cover)
+    assert found == pytest.approx(wanted, abs=0.05)
