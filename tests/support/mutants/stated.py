@@ -5,6 +5,8 @@ from attrs import evolve
 from hypothesis import strategies as st
 
 from vedette import Gaussian, Space
+from vedette_flir.camera import Camera
+from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.polar_position import PolarPosition
@@ -42,6 +44,12 @@ def astern(self, own, combined):
     return evolve(found, mean=mean)
 
 
+def framed(self, x, frame, at):
+    """A frame with a black border."""
+    wide = np.pad(frame.pixels, ((0, 12), (0, 12)))
+    return GaussianSpot.information(self, x, evolve(frame, pixels=wide), at)
+
+
 STATED = [
     ("clutter even over range and stated over area", RB, "false_returns_spread_as_stated",
      {"clutter": lambda s, z: RB.clutter(evolve(s, clutter_uniform_over="range"), z)}, {}),
@@ -57,5 +65,9 @@ STATED = [
      {"measurement": property(lambda s: Space.of(x="m", y="m", vx="km/h", vy="km/h"))}, {}),
     ("a gain of T^3 / 2", PWA, "velocities_move_their_positions",
      {"covariance": lambda s, dt: s.sigma_accel**2 * np.outer([dt**3 / 2, dt], [dt**3 / 2, dt])}, {}),
+    ("saturated pixels that count", GaussianSpot, "unseen_pixels_are_as_dead_ones",
+     {"information": lambda s, x, frame, at: GaussianSpot.information(evolve(s, camera=Camera(3.0)), x, frame, at)},
+     {"camera": st.just(Camera(3.0, saturation=200.0))}),
+    ("black beyond the edge", GaussianSpot, "unseen_pixels_are_as_dead_ones", {"information": framed}, {}),
     ("a frame that does not turn", TURNS, "reframing_keeps_a_belief", {"reframe": astern}, {}),
 ]  # fmt: skip

@@ -90,8 +90,15 @@ def _picture(camera: ImagingSensor, drawn: Looks) -> Frame:
     J, g, _ = camera.information(x, Frame(frozen_copy(pixels)), x)
     if not J.any():
         same("score where J = 0", g, np.zeros_like(g), 1e-9, 1.0)
+        demand(own is None or pixels.max() >= _saturation(camera), "information: is 0 in a frame of its own target")
         raise Closed("no pixel of the kit's picture informs: all are saturated, or it reads no pictures")
     return Frame(frozen_copy(pixels))
+
+
+def _saturation(camera: ImagingSensor) -> float:
+    """Return from which value on pixels say nothing, by its parameter or that of a part."""
+    found = [getattr(part, "saturation", None) for part in (camera, getattr(camera, "camera", None))]
+    return float(min((each for each in found if each is not None), default=np.inf))
 
 
 def _plain(camera: ImagingSensor) -> bool:
@@ -160,6 +167,30 @@ def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
     black = seen(evolve(frame, pixels=frozen_copy(np.nan_to_num(holed))))
     known = "amplitude" in camera.observes  # else it does not know how bright the target is
     demand(not known or lost <= 0 or dead[2][0] > black[2][0], "llr: a dead pixel must not count as a dark one")
+
+
+def unseen_pixels_are_as_dead_ones(sensor: Sensor, drawn: Looks) -> None:
+    """What lies beyond the edge of a frame, or is saturated, says as little as dead pixels; a target in it is detected."""
+    camera = _camera(sensor)
+    x = _at(camera, COLUMN, ROW)
+    able = getattr(camera, "detection_probability", 1.0) == 0 or np.any(camera.detects(x) > 0)
+    demand(able, "detects: is 0 of a target in the middle of a frame")
+    axes = [camera.observes.axes[i] for i in _where(camera)]
+    if all(axis.unit == "px" for axis in (*axes, *camera.measurement.axes)):
+        same("area of a pixel in px^2", np.abs(np.linalg.det(_steps(camera, x))), np.ones(()), 1e-6)
+    pixels, most = np.array(_picture(camera, drawn).pixels), _saturation(camera)
+    column, row = int(COLUMN), int(ROW)
+    dead, bright = pixels.copy(), pixels.copy()
+    dead[:, column + 2 :] = dead[row + 2 :] = np.nan
+    pairs = [("beyond the edge", dead, pixels[: row + 2, : column + 2])]
+    if np.isfinite(most):
+        saturated = pixels.copy()
+        saturated[row, column : column + 2], bright[row, column : column + 2] = np.nan, most
+        pairs.append(("saturated", saturated, bright))
+    for what, lost, frame in pairs:
+        wanted, found = (camera.information(x, Frame(frozen_copy(each)), x) for each in (lost, frame))
+        for name, got, said in zip(("information", "score", "llr"), found, wanted, strict=True):
+            same(f"{name}, {what}", got, said, 1e-9, 1.0 + np.abs(said).max())
 
 
 def a_step_leads_to_the_target(sensor: Sensor, drawn: Looks) -> None:
@@ -276,6 +307,7 @@ def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
 LAWS = (
     Law(pictures_inform),
     Law(pictures_show_where),
+    Law(unseen_pixels_are_as_dead_ones),
     Law(a_step_leads_to_the_target),
     Law(noise_is_what_a_frame_leaves),
     Law(frames_inform_as_stated, effort="statistical"),
