@@ -12,10 +12,10 @@ from vedette.errors import InputError
 from vedette_files.input_files import check_regular, lines, shown, whole_text
 from vedette_files.json_values import parse
 
-LINES, WHOLE, GPX = (".jsonl", ".ndjson"), ".json", ".gpx"
+LINES, WHOLE, GPX = (".jsonl", ".ndjson"), (".json", ".geojson"), ".gpx"
 """How the names of such files end."""
 
-SUFFIXES = (*LINES, WHOLE, GPX)
+SUFFIXES = (*LINES, *WHOLE, GPX)
 
 LOOKED_AT = 2000
 """The titles are those of so many records; what only later ones hold is not read."""

@@ -22,7 +22,7 @@ from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, POLAR, check_together, measured_by
-from vedette_tools.drafting.titles import NAMES, OF_REPORTS, UNITS, Meaning, chosen, meaning
+from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, UNITS, Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
 
 LOOKED_AT = 2000
@@ -322,8 +322,10 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         raise InputError(f"{path}:{number}: {wanted}; got {shown(first)}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab or |"
+        cure = "; write commas instead of blanks" if len(first.split()) > 1 else ""
+        cure = "; XML is read as GPX alone, from a file named .gpx: save others as CSV" if first.startswith("<") else cure
         raise InputError(
-            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
+            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}{cure}"
         )
     dialect = Dialect(delimiter, _decimal(text, delimiter))
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
@@ -442,7 +444,7 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
 
 def _plain(columns: Iterable[str]) -> dict[str, str]:
     """Return titles by their words alone."""
-    return {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in columns}
+    return {re.sub(r"[^a-z0-9]+", "_", title.lower().removeprefix(PROPERTIES)).strip("_"): title for title in columns}
 
 
 def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:

@@ -56,7 +56,13 @@ OF_REPORTS = frozenset((*BORNE, "groundspeed", "groundspeed_kn", "sog", "sog_kno
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
 """Words that say a column is of the sensors' own platform."""
 
-CENTRES = ("pos", "position", "center", "centre")
+COORDINATES = ("coordinates.0", "coordinates.1")
+"""How the titles of a longitude and a latitude end in GeoJSON."""
+
+PROPERTIES = "properties."
+"""How titles of what GeoJSON tells beside positions begin."""
+
+CENTRES = ("pos", "position", "center", "centre", "p", "utm")
 """Words before an axis of a position, as of the middle of a box."""
 
 AXES: dict[str, tuple[str, ...]] = {
@@ -77,8 +83,8 @@ AXES: dict[str, tuple[str, ...]] = {
     "vx": ("vx", "v_x", "velocity_x", "speed_x"),
     "vy": ("vy", "v_y", "velocity_y", "speed_y"),
     "speed": ("speed", "sog", "velocity"),
-    "east": ("east", "easting", "e"),
-    "north": ("north", "northing", "n"),
+    "east": ("east", "easting", "e", "utm_e"),
+    "north": ("north", "northing", "n", "utm_n"),
     **{axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c") for axis in "xy"},
     "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc"),
 }
@@ -118,9 +124,11 @@ def meaning(title: str, below: str = "") -> Meaning:
     >>> meaning("range [cubits]").unknown
     'cubits'
     """
+    if title.endswith(COORDINATES):
+        return Meaning(title, "latitude" if title.endswith("1") else "longitude", "", False, True)
     bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
     stated = bracket[1] if bracket else below
-    plain = title.replace(bracket[0], " ") if bracket else title
+    plain = (title.replace(bracket[0], " ") if bracket else title).removeprefix(PROPERTIES)
     words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|°", plain)]
     axis, own, sure = _axis(words)
     unit = _unit(stated, axis)

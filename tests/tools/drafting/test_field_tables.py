@@ -1,5 +1,6 @@
 """Tables as recorders and spreadsheets write them: each is read as the plain one is, or refused with what would be right."""
 
+import json
 import math
 import tomllib
 from pathlib import Path
@@ -13,6 +14,7 @@ import vedette
 from vedette.config.schema import schema
 from vedette.errors import InputError
 from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.table import read_table
 
 RNG = np.random.default_rng(3)
 LOOKS = [(2.0 * k, 3000.0 + 8.0 * k + RNG.normal(0, 5), 1000.0 - 3.0 * k + RNG.normal(0, 5)) for k in range(40)]
@@ -150,3 +152,40 @@ def drafted(text, where="d.csv"):
         path = Path(folder) / where
         path.write_text(text)
         return draft_config(path)
+
+
+def test_points_of_geojson_are_read_with_their_properties(tmp_path):
+    points = [
+        {
+            "type": "Feature",
+            "properties": {"t": k, "mmsi": 211_000_000 + k % 2},
+            "geometry": {"type": "Point", "coordinates": [10.0 + 1e-4 * k, 54.0]},
+        }
+        for k in range(20)
+    ]
+    path = tmp_path / "d.geojson"
+    path.write_text(json.dumps({"type": "FeatureCollection", "features": points}))
+    table = read_table(path)
+    assert table.time.title == "properties.t"
+    assert table.identity == "properties.mmsi"
+    assert table.measured == {"latitude": "geometry.coordinates.1", "longitude": "geometry.coordinates.0"}
+
+
+@pytest.mark.parametrize(
+    ("titles", "axes"),
+    [("utm_e,utm_n", {"x": "utm_e", "y": "utm_n"}), ("p_x,p_y,p_z", {"x": "p_x", "y": "p_y", "z": "p_z"})],
+)
+def test_more_titles_of_positions(titles, axes, tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text("\n".join([f"time,{titles}", *(f"{k},{500_000 + k},{6e6 - k:.0f},{k}" for k in range(20))]) + "\n")
+    if len(axes) == 2:
+        path.write_text("\n".join(line.rpartition(",")[0] if i else line for i, line in enumerate(path.read_text().split())))
+    assert read_table(path).measured == axes
+
+
+@pytest.mark.parametrize(("text", "cure"), [("t x y\n0 1 2\n", "commas"), ("<?xml version='1.0'?><kml/>\n", "GPX")])
+def test_what_is_no_table_is_refused_with_its_line_and_a_cure(text, cure, tmp_path):
+    path = tmp_path / "d.txt"
+    path.write_text(text)
+    with pytest.raises(InputError, match=rf"d\.txt:1: .*{cure}"):
+        read_table(path)
