@@ -2,6 +2,7 @@
 
     python -m benchmarks.density                       300 targets, 15, 25 and 50 m apart on average
     python -m benchmarks.density --spacings 15 --kinds jpda gnn
+    python -m benchmarks.density --targets 40 --spacings 150
 
 Targets are uniform over a square and drift at some 1 m/s; sigma 5 m, P_D .9, 1e-5 false returns a m^2, 25 scans of seed 1.
 Covered: the least share of targets with a confirmed track within 15 m from the tenth scan on; told apart: the share that has
@@ -19,9 +20,12 @@ from scipy.optimize import linear_sum_assignment
 import vedette
 from vedette import Detections, Scan
 
-TARGETS, SCANS, SIGMA, CLUTTER, NEAR = 300, 25, 5.0, 1e-5, 15.0
+SCANS, SIGMA, CLUTTER, NEAR = 25, 5.0, 1e-5, 15.0
 KINDS = {
+    "nearest": {"kind": "nearest"},
     "gnn": {"kind": "gnn"},
+    "pda": {"kind": "pda"},
+    "m_best_jpda": {"kind": "m_best_jpda"},
     "jpda": {"kind": "jpda"},
     "jpda_star": {"kind": "jpda_star"},
     "k_best": {"kind": "k_best", "hypotheses": 20},
@@ -31,7 +35,7 @@ KINDS = {
 }
 
 
-def line(kind: str, spacing: float) -> str:
+def line(kind: str, spacing: float, targets: int) -> str:
     """Return a row of the table."""
     tracker = vedette.build({
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
@@ -41,12 +45,12 @@ def line(kind: str, spacing: float) -> str:
         "birth": {"kind": "from_returns", "spread": {"vx": 2.0, "vy": 2.0}},
         "lifecycle": {"kind": "existence"},
     })  # fmt: skip
-    rng, side = np.random.default_rng(1), spacing * np.sqrt(TARGETS)
-    start, speed = rng.uniform(0, side, (TARGETS, 2)), rng.normal(0, 1, (TARGETS, 2))
+    rng, side = np.random.default_rng(1), spacing * np.sqrt(targets)
+    start, speed = rng.uniform(0, side, (targets, 2)), rng.normal(0, 1, (targets, 2))
     state, spent, covered, false, own = tracker.start(), [], [], [], 0.0
     for time in range(SCANS):
         at = start + speed * time
-        seen = at[rng.random(TARGETS) < 0.9]
+        seen = at[rng.random(targets) < 0.9]
         clutter = int(rng.poisson(CLUTTER * side * side))
         z = np.concatenate([seen + rng.normal(0, SIGMA, seen.shape), rng.uniform(0, side, (clutter, 2))])
         began = process_time()
@@ -59,7 +63,7 @@ def line(kind: str, spacing: float) -> str:
             covered.append(float(np.mean((apart <= NEAR).any(axis=0))))
             false.append(int(np.count_nonzero((apart > NEAR).all(axis=1))))
             pairs = linear_sum_assignment(np.minimum(apart, NEAR))
-            own = float(np.count_nonzero(apart[pairs] < NEAR)) / TARGETS
+            own = float(np.count_nonzero(apart[pairs] < NEAR)) / targets
     cells = [f"{spacing:g}", kind, f"{np.median(spent):.1f}", f"{np.quantile(spent, 0.95):.1f}", f"{min(covered):.3f}"]
     return f"| {' | '.join([*cells, f'{own:.3f}', f'{np.mean(false):.1f}'])} |"
 
@@ -68,12 +72,13 @@ def main() -> None:
     """Print the table."""
     parser = argparse.ArgumentParser("python -m benchmarks.density", description=__doc__)
     parser.add_argument("--spacings", type=float, nargs="+", default=[15.0, 25.0, 50.0])
+    parser.add_argument("--targets", type=int, default=300)
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=list(KINDS))
     given = parser.parse_args()
     print("| spacing m | kind | median ms | p95 ms | covered | told apart | false |\n" + "| --- " * 7 + "|")
     for spacing in given.spacings:
         for kind in given.kinds:
-            print(line(kind, spacing), flush=True)
+            print(line(kind, spacing, given.targets), flush=True)
 
 
 if __name__ == "__main__":

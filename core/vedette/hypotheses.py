@@ -18,6 +18,8 @@ from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Gaussian
 
+MOST_AT_ONCE = 500_000
+"""Pairs of leaves of one hypothesis that are looked at together: they take some 60 bytes each."""
 ROUNDING = 1e-12
 """Tracks are independent if they are but for rounding, however little a kind may change hypotheses."""
 
@@ -219,15 +221,15 @@ class Hypotheses:
         holding = np.flatnonzero(tracks[self.track[self.leaves]])
         giving = np.flatnonzero(returns[number[self.leaves]] & (mass > 0))
         count = np.bincount(rows[giving], minlength=len(self.weights))
-        first = np.repeat(holding, count[rows[holding]])
-        place = np.arange(len(first)) - np.repeat(
-            np.cumsum(count[rows[holding]]) - count[rows[holding]], count[rows[holding]]
-        )
-        second = giving[(np.cumsum(count) - count)[rows[first]] + place]
-        code = self.track[self.leaves[first]] * len(names) + number[self.leaves[second]]
-        at = np.minimum(np.searchsorted(pairs, code), len(pairs) - 1)
-        same = pairs[at] == code
-        both = np.bincount(at[same], mass[second[same]], len(pairs))
+        begin, number_of, both = np.cumsum(count) - count, count[rows[holding]], np.zeros(len(pairs))
+        for some in np.array_split(np.arange(len(holding)), 1 + np.sum(number_of) // MOST_AT_ONCE):
+            first = np.repeat(holding[some], number_of[some])
+            place = np.arange(len(first)) - np.repeat(np.cumsum(number_of[some]) - number_of[some], number_of[some])
+            second = giving[begin[rows[first]] + place]
+            code = self.track[self.leaves[first]] * len(names) + number[self.leaves[second]]
+            at = np.minimum(np.searchsorted(pairs, code), len(pairs) - 1)
+            same = pairs[at] == code
+            both += np.bincount(at[same], mass[second[same]], len(pairs))
         total = np.array(of_track)
         total[doubtful] += np.maximum(of_return[doubtful] - both[np.searchsorted(pairs, codes[doubtful])], 0.0)
         return np.minimum(total, 1.0)
