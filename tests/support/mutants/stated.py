@@ -1,4 +1,4 @@
-"""Sensors and motions that are wrong in what they state of units, of false returns, of biases and of frames."""
+"""Components that are wrong in what they state of units, of false returns, of biases and of frames."""
 
 import numpy as np
 from attrs import evolve
@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from vedette import Gaussian, Space
 from vedette_flir.camera import Camera
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.polar_position import PolarPosition
@@ -69,5 +70,8 @@ STATED = [
      {"information": lambda s, x, frame, at: GaussianSpot.information(evolve(s, camera=Camera(3.0)), x, frame, at)},
      {"camera": st.just(Camera(3.0, saturation=200.0))}),
     ("black beyond the edge", GaussianSpot, "unseen_pixels_are_as_dead_ones", {"information": framed}, {}),
+    ("a twin's returns that count less", ExtendedKalman, "sees_by_a_twin_as_without",
+     {"evaluate": lambda s, belief, sensor, observed, p_gate: ExtendedKalman.evaluate(
+         s, belief, sensor, observed, p_gate * (0.9 if sensor.twin else 1.0))}, {}),
     ("a frame that does not turn", TURNS, "reframing_keeps_a_belief", {"reframe": astern}, {}),
 ]  # fmt: skip

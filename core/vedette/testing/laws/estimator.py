@@ -13,7 +13,17 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import credibility, draws, exact, gaps, missing_components, mixture, reframing, sharp_beliefs
+from vedette.testing.laws import (
+    credibility,
+    draws,
+    exact,
+    gaps,
+    missing_components,
+    mixture,
+    reframing,
+    sharp_beliefs,
+    twins,
+)
 from vedette.testing.laws.estimator_cases import (
     P_GATE,
     Scene,
@@ -318,4 +328,5 @@ LAWS = (
     *missing_components.LAWS,
     *reframing.LAWS,
     *gaps.OF_ESTIMATORS,
+    *twins.OF_ESTIMATORS,
 )

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any, ClassVar, final
 
-from vedette import kernels
-from vedette.roles import MotionModel, Sensor
+import numpy as np
+from attrs import frozen
+
+from vedette import fields, kernels
+from vedette.filters import predicted
+from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, not_if_it_draws, soft
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks, full
-from vedette.types import Pose
+from vedette.testing.strategies import usual
+from vedette.types import Detections, Gaussian, Pose
+from vedette.wrapping import WrappedSensor
 
 AGREES = 1e-12
 """Of each row's largest entry, and of half a turn where an axis wraps."""
@@ -77,5 +84,38 @@ def says_what_the_motion_says(motion: MotionModel, drawn: Moves) -> None:
                 same(f"{name} of one state", one, among[i], 0.0)
 
 
+def sees_by_a_twin_as_without(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Through a bent sensor's compiled twin a wide belief is updated as through the sensor itself."""
+    state, sensor = estimator.state, usual("sensor", "range_bearing")(sigma_range=20.0, sigma_bearing=0.02)
+    if any(axis not in state.axes for axis in sensor.observes.axes) or estimator.refuses(sensor) is not None:
+        raise Closed("it takes no returns of range and bearing")
+    not_if_it_draws(estimator, "the twin may be given other draws")
+    where, rng = state.locate(sensor.observes), drawn.rng()
+    mean = np.array(drawn.prior.mean)
+    mean[..., where] = [900.0, -500.0] + 50.0 * rng.standard_normal((2, 2, 2))
+    prior = Gaussian(frozen_copy(mean), frozen_copy(9.0 * drawn.prior.cov))
+    z = sensor.measure(mean[:, 0, where])[:, None] + rng.standard_normal((2, 3, 2)) * [150.0, 0.2]
+    scan = Detections(frozen_copy(sensor.measurement.canonical(z)), np.ones((2, 3), dtype=bool))
+    ends = []
+    for seen in (sensor, Untwinned(sensor)):
+        belief = predicted(estimator, estimator.start(prior, state, drawn.rng()), drawn.dt, drawn.rng())
+        found = estimator.evaluate(belief, seen, scan, P_GATE)
+        ends.append((found, estimator.update(belief, found, soft(found.loglik, drawn.seed))))
+    (one, before), (other, after) = ends
+    same("loglik through a twin", one.loglik, other.loglik, 1e-6, 1.0 + np.abs(other.loglik))
+    alike(estimator, before, estimator.moments(after), 1e-6, "through a twin: ")
+
+
+@final
+@frozen(eq=False)
+class Untwinned(WrappedSensor):
+    """Another sensor without its compiled twin."""
+
+    kind: ClassVar[str] = "kit_untwinned"
+
+    of: Sensor = fields.part("the sensor")
+
+
+OF_ESTIMATORS = (Law(sees_by_a_twin_as_without),)
 OF_SENSOR = (Law(says_what_the_sensor_says, needs="twin"),)
 OF_MOTION = (Law(says_what_the_motion_says, needs="twin"),)
