@@ -3,6 +3,7 @@
     python -m benchmarks.density                       300 targets, 15, 25 and 50 m apart on average
     python -m benchmarks.density --spacings 15 --kinds jpda gnn
     python -m benchmarks.density --targets 40 --spacings 150
+    python -m benchmarks.density --targets 30 --spacings 150 --kinds lmb gnn --births uniform
 
 Targets are uniform over a square and drift at some 1 m/s; sigma 5 m, P_D .9, 1e-5 false returns a m^2, 25 scans of seed 1.
 Covered: the least share of targets with a confirmed track within 15 m from the tenth scan on; told apart: the share that has
@@ -35,17 +36,21 @@ KINDS = {
 }
 
 
-def line(kind: str, spacing: float, targets: int) -> str:
+def line(kind: str, spacing: float, targets: int, births: str) -> str:
     """Return a row of the table."""
+    side = spacing * np.sqrt(targets)
+    birth = {"kind": births, "spread": {"vx": 2.0, "vy": 2.0}}
+    if births == "uniform":
+        birth |= {"view": {axis: {"low": 0.0, "high": side} for axis in "xy"}, "initial": targets, "rate": 0.1}
     tracker = vedette.build({
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
         "sensors": {"radar": {
             "kind": "cartesian_position", "sigma": SIGMA, "detection_probability": 0.9, "clutter_density": CLUTTER}},
         "associator": KINDS[kind],
-        "birth": {"kind": "from_returns", "spread": {"vx": 2.0, "vy": 2.0}},
+        "birth": birth,
         "lifecycle": {"kind": "existence"},
     })  # fmt: skip
-    rng, side = np.random.default_rng(1), spacing * np.sqrt(targets)
+    rng = np.random.default_rng(1)
     start, speed = rng.uniform(0, side, (targets, 2)), rng.normal(0, 1, (targets, 2))
     state, spent, covered, false, own = tracker.start(), [], [], [], 0.0
     for time in range(SCANS):
@@ -73,12 +78,13 @@ def main() -> None:
     parser = argparse.ArgumentParser("python -m benchmarks.density", description=__doc__)
     parser.add_argument("--spacings", type=float, nargs="+", default=[15.0, 25.0, 50.0])
     parser.add_argument("--targets", type=int, default=300)
+    parser.add_argument("--births", default="from_returns", choices=["from_returns", "uniform"])
     parser.add_argument("--kinds", nargs="+", default=list(KINDS), choices=list(KINDS))
     given = parser.parse_args()
     print("| spacing m | kind | median ms | p95 ms | covered | told apart | false |\n" + "| --- " * 7 + "|")
     for spacing in given.spacings:
         for kind in given.kinds:
-            print(line(kind, spacing, given.targets), flush=True)
+            print(line(kind, spacing, given.targets, given.births), flush=True)
 
 
 if __name__ == "__main__":
