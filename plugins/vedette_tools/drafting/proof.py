@@ -20,6 +20,9 @@ LESS = 0.02
 GAIN = 0.2
 """A first design is left for one whose tracks are more whole, or that is likelier by this for each return: by hand."""
 
+DOUBTED = 0.5
+"""Errors larger than found must not be less likely by more than this for each return. By hand, on three drawn scenes."""
+
 CLEAN = 0.9
 """Where steady motion explains such a part of the returns, hardly any is false."""
 
@@ -79,7 +82,7 @@ def proved(
                 known[design] = trial
             longest = max(longest, clock() - before)
         if known:
-            best = kept(known, best, clean=clean)
+            best = kept(_as_likely(known, best), best, clean=clean)
         if spent:
             break
     if best not in known:
@@ -111,6 +114,14 @@ def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
     if before in whole and able[best].loglik < able[before].loglik + GAIN * able[before].returns:
         return before
     return best
+
+
+def _as_likely(known: dict[Design, Trial], before: Design) -> dict[Design, Trial]:
+    """Return the trials without those of larger errors that are far less likely: any errors make tracks whole if large."""
+    if before not in known:
+        return known
+    least = known[before].loglik - DOUBTED * known[before].returns
+    return {design: trial for design, trial in known.items() if design.errors <= before.errors or trial.loglik >= least}
 
 
 def _motions(best: Design) -> Iterator[Design]:

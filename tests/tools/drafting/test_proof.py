@@ -143,6 +143,17 @@ def test_alternatives_end_with_the_budget_and_it_is_told():
     assert not any("s of CPU" in line for line in whole.said)
 
 
+def test_errors_that_make_tracks_whole_must_be_about_as_likely():
+    first = Design(1.0, 1.0)
+    for loglik, chosen in ((-540, 3.0), (-560, 1.0)):
+        proof = proved(
+            first,
+            lambda design: trial(loglik, 5) if design.errors > 1 else trial(-500, 9),  # noqa: B023
+            1.0,
+        )
+        assert proof.design.errors == chosen
+
+
 def test_a_row_under_a_wrong_name_is_left_out():
     times = np.arange(30.0)
     spots = np.stack([3 * times, np.sin(times)], axis=-1)
