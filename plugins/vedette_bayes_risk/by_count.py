@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 from attrs import frozen
@@ -22,6 +23,9 @@ class BayesRiskByCount(DistributedDetection):
     """
 
     kind: ClassVar[str] = "bayes_risk_by_count"
+    known_failures: ClassVar[Mapping[str, str]] = {
+        "evidence_is_a_likelihood_ratio": "it is a weight of Bayes risk, for the associator `bayes_risk`"
+    }
 
     costs: Costs = fields.part("what each decision costs", default=Costs())
 

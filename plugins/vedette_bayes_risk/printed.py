@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import ClassVar, final
 
 import numpy as np
@@ -24,6 +25,9 @@ class BayesRiskPrinted(DistributedDetection):
 
     kind: ClassVar[str] = "bayes_risk_printed"
     misprint: ClassVar[str] = "equations 2 and 4: summed from below, they decide for a target where few sensors confirm"
+    known_failures: ClassVar[Mapping[str, str]] = {
+        "evidence_is_a_likelihood_ratio": "it is a weight of Bayes risk, for the associator `bayes_risk`"
+    }
 
     costs: Costs = fields.part("what each decision costs", default=Costs())
 

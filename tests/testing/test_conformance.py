@@ -21,16 +21,20 @@ from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.hot_spots import Spot
+from vedette_marine.geometry import PictureGeometry
 from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
-from vedette_sim import Drawn, Leg, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
+from vedette_sim import Bounds, Drawn, Leg, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
+from vedette_sim.crossing import Crossing
 from vedette_sim.infrared import HotSpot, HotTarget
+from vedette_standard.births.places import Edge
 from vedette_standard.births.poisson import Appearance
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
+from vedette_standard.regions import Polygon
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -39,17 +43,36 @@ DRAWN = Drawn(
     start={"x": (0, 10), "y": (5, 10), "vx": (3, 1), "vy": (-2, 1)},
     appears=1.0,
 )
+TURNING = Drawn(
+    models=(ConstantVelocity(sigma_accel=0.5), CoordinatedTurn(0.5, 0.02)),
+    start={"x": (0, 10), "y": (5, 10), "vx": (3, 1), "vy": (-2, 1), "turn_rate": (0.1, 0.1)},
+    transition=[[0.9, 0.1], [0.1, 0.9]],
+    appears=1.0,
+)
 LEGS = (
-    Leg("turn", seconds=4.0, rate=0.5),
-    Leg("accelerate", seconds=4.0, accel=3.0),
+    Leg("turn", seconds=2.0, rate=0.5),
+    Leg("accelerate", seconds=2.0, accel=3.0),
+    Leg("push", seconds=3.0, push=np.array([12.0, -6.0])),
     Leg("stop", decel=20.0),
 )
-COMES_AND_GOES = Ship(start=[200.0, -350.0], course=2.0, speed=9.0, legs=LEGS, appears=1.5, disappears=11.0)
+
+
+def comes_and_goes():
+    """A ship on legs, laid when it is drawn: a mutant of legs lays its own."""
+    return Ship(start=[200.0, -350.0], course=2.0, speed=9.0, legs=LEGS, appears=1.5, disappears=11.0)
+
+
+EVERYWHERE = Bounds(-600.0, 600.0)
+CLUTTERED = Look(interval=0.5, first=1.5, clutter={"x": EVERYWHERE, "y": EVERYWHERE})
+CROSSING = st.builds(Crossing, st.just((ConstantVelocity(0.5),)), st.just((20.0, 9.0)), st.just(3.0), st.just(8.0))
 SIMULATION = {
-    "duration": st.floats(2.0, 12.0),
-    "looks": st.just({SENSOR: Look(interval=1.0, jitter=0.3)}),
-    "ships": st.sampled_from([{}, {"ship": COMES_AND_GOES}]),
-    "drawn": st.sampled_from([{}, {"boat": DRAWN}, {"boat": DRAWN, "other": DRAWN}]),
+    "duration": st.floats(4.0, 12.0),
+    "looks": st.sampled_from(
+        [{SENSOR: look} for look in (Look(interval=0.5, first=1.5), CLUTTERED, Look(interval=1.0, jitter=0.3))]
+    ),
+    "ships": st.one_of(st.just({}), st.fixed_dictionaries({"ship": st.builds(comes_and_goes)})),
+    "drawn": st.sampled_from([{"boat": DRAWN}, {"boat": DRAWN, "other": TURNING}, {"boat": TURNING}, {}]),
+    "crossings": st.one_of(st.just({}), st.just({}), st.fixed_dictionaries({"two": CROSSING})),
 }
 
 SIDE_BY_SIDE = st.sampled_from(
@@ -67,14 +90,19 @@ BOXED = st.builds(
     lambda motion: Carrying(motion, {"width": "px", "height": "px"}), st.builds(ConstantVelocity, st.floats(0.1, 1.0))
 )
 
-IN_THE_MIDDLE = {"x": (32.0, 2.0), "y": (32.0, 2.0), "vx": (0.0, 5.0), "vy": (0.0, 5.0)}
+SPOTS = (HotSpot(80.0, 2.0), HotSpot(80.0, 2.0, x=-5.0), HotSpot(80.0, 2.0, x=5.0))
+IN_THE_MIDDLE = {"x": (20.0, 2.0), "y": (24.0, 2.0), "vx": (0.0, 5.0), "vy": (0.0, 5.0)}
 
-VESSEL = Vessel(Ship(start=[-200.0, 300.0], speed=8.0), length=40.0, width=8.0, ais=Transponder(antenna=[-10.0, 1.0]))
+
+def vessels():
+    """Two ships, one of which comes and goes."""
+    boat = Vessel(Ship(start=[-200.0, 300.0], speed=8.0), length=40.0, width=8.0, ais=Transponder(antenna=[-10.0, 1.0]))
+    return {"boat": boat, "ferry": Vessel(comes_and_goes(), length=30.0, width=9.0)}
+
+
 PICTURES = {
     "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128, beam=0.06)),
-    "vessels": st.sampled_from(
-        [{"boat": VESSEL}, {"boat": VESSEL, "ferry": Vessel(COMES_AND_GOES, length=30.0, width=9.0)}]
-    ),
+    "vessels": st.builds(vessels),
     "frames": st.just(5),
     "interval": st.sampled_from([1.0, 2.5]),
     "lost": st.sampled_from([0, 2]),
@@ -83,6 +111,12 @@ PICTURES = {
     **dict.fromkeys(("land", "rain", "buoys", "racons"), st.just(())),
 }
 
+GREEN_AND_WHITE = [[0, 0, 0], [0, 255, 0], [255, 255, 255]]
+EXTENDED = st.fixed_dictionaries(
+    {SENSOR: components(RangeBearing, {"sigma_extent": st.sampled_from([0.0, 4.0, 30.0]), "min_range": st.just(0.0)})}
+)
+SLANTED = Polygon([[-300.0, -250.0], [280.0, -320.0], [350.0, 40.0], [60.0, -20.0], [-120.0, 330.0]])
+AREAS = {"survives_in": st.sampled_from([(), (SLANTED,), (SLANTED, Polygon([[400.0, 0.0], [500.0, 90.0], [380.0, 200.0]]))])}
 PLANE = ("x", "y", "vx", "vy")
 
 BIASES = {"turned": 0.01, "north": 30.0, "east": 30.0, "late": 0.5, "vx": 10.0, "vy": 10.0}
@@ -117,7 +151,10 @@ GIVEN = {
     ("preprocessor", "bayes_risk_printed"): COUNTING | COSTS,
     ("preprocessor", "bayes_risk_by_count"): COUNTING | COSTS,
     ("preprocessor", "bayes_risk_decision"): COUNTING | COSTS,
-    ("preprocessor", "clustered_detection"): {name: COUNTING[name] for name in ("sensors", "threshold")},
+    ("preprocessor", "clustered_detection"): {
+        "sensors": COUNTING["sensors"],
+        "threshold": st.floats(30.0, 100.0),  # its evidence takes a target's returns to lie within the threshold
+    },
     ("preprocessor", "count_likelihood_detection"): COUNTING,
     ("preprocessor", "decorrelated_conversion"): {
         "of": st.builds(
@@ -125,28 +162,45 @@ GIVEN = {
             st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
         )
     },
+    ("preprocessor", "naive_conversion"): {"sensors": EXTENDED},
+    ("preprocessor", "unbiased_conversion"): {"sensors": EXTENDED},
+    ("preprocessor", "debiased_conversion"): {"sensors": EXTENDED},
+    ("preprocessor", "modified_unbiased_conversion"): {"sensors": EXTENDED},
     ("preprocessor", "cfar"): {"sensors": st.just({"receiver": RadarScreen()}), "window": st.sampled_from([2, 16, 32])},
     ("preprocessor", "spot_detector"): {"sensors": st.just({"camera": BoxCentroid()}), "sides": st.just((7.0, 15.0))},
     ("preprocessor", "radar_picture"): {
-        "sensors": st.just({"screen": RadarScreen()}),  # the kit draws no pictures: tests/test_marine_chain.py does
-        "chain": st.just(Chain()),
-        "geometry": st.none(),
+        "sensors": st.just({"screen": RadarScreen()}),
+        "chain": st.just(Chain(nearest=20.0)),
+        "geometry": st.just(PictureGeometry(5.0, [79.5, 29.5], 160, 60, range=990.0, colours=GREEN_AND_WHITE)),
+        "sigma_bearing": st.sampled_from([0.02, 0.0]),
     },
     ("source", "simulation"): SIMULATION,
     ("source", "infrared_scene"): {
-        "targets": st.just({"spot": HotTarget(ImageVelocity(20.0), (HotSpot(10.0, 2.0),), start=IN_THE_MIDDLE)}),
-        "frames": st.just(5),
+        "targets": st.just({"spot": HotTarget(ImageVelocity(20.0), SPOTS, start=IN_THE_MIDDLE)}),
+        "frames": st.just(6),
+        "width": st.sampled_from([64, 40]),
+        "height": st.just(48),
         "corner": st.just((0.0, 0.0)),
-        "drift": st.sampled_from([(0.0, 0.0), (3.0, -1.0)]),
+        "rate": st.just(30.0),
+        "drift": st.sampled_from([(60.0, -30.0), (0.0, 0.0), (3.0, -1.0)]),
+        "sigma": st.sampled_from([1.0, 0.2]),
+        "clutter": st.sampled_from([5.0, 0.0, 2.0]),
+        "clutter_time": st.sampled_from([0.2, 0.05]),
     },
     ("source", "radar_pictures_scene"): PICTURES,
     ("source", "radar_points_scene"): {
         "scene": components(RadarPicturesScene, PICTURES),
         "detection_probability": st.floats(0.95, 1.0),  # it states what a radar sees, whatever the kit's sensor would
         "sigma": st.floats(0.5, 1.5),
-        "extent": st.floats(0.0, 0.02),
+        "extent": st.sampled_from([0.02, 0.01]),
+        "clutter": st.sampled_from([3e-5, 5e-7, 0.0]),
     },
+    ("lifecycle", "coast_limited"): AREAS,
+    ("lifecycle", "existence"): AREAS,
+    ("lifecycle", "m_of_n"): AREAS,
+    ("lifecycle", "score"): AREAS,
     ("birth", "poisson"): {
+        "enter": st.sampled_from([(), (Edge((-300.0, 200.0), (300.0, 100.0), 40.0, (-9.0, 3.0), initial=2.0, rate=0.05),)]),
         "appear": st.lists(
             st.builds(
                 Appearance,
@@ -156,7 +210,7 @@ GIVEN = {
             ),
             min_size=1,
             max_size=3,
-        ).map(tuple)
+        ).map(tuple),
     },
     ("birth", "uniform"): {"initial": st.floats(0.1, 5.0), "rate": st.floats(0.0, 0.1)},
     ("format", "asterix"): {"editions": st.sampled_from([{}, {"48": "1.30"}])},

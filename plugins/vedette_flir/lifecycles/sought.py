@@ -41,9 +41,11 @@ class SoughtTarget(Lifecycle):
 
     shown: float = fields.quantity("s", "mean time for which the target stays in view", default=60.0, above=0)
     away: float = fields.quantity("s", "mean time for which it stays away", default=3.0, above=0)
-    confirm: float = fields.probability("existence that confirms a track", default=0.99)
+    confirm: float = fields.probability("existence that confirms a track", default=0.99, tried=(0.99, 0.7))
     settled: float = fields.quantity("s", "age from which a track may be confirmed", default=0.5, at_least=0)
-    delete: float = fields.probability("existence that ends a track that was never confirmed", default=0.03)
+    delete: float = fields.probability(
+        "existence that ends a track that was never confirmed", default=0.03, tried=(0.03, 0.3)
+    )
     forget: float = fields.quantity("s", "time after which a lost track ends", default=10.0, above=0)
 
     def start(self, existence: Array) -> Course:

@@ -53,7 +53,9 @@ class Poisson(Birth):
     )
     sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
     least: float = fields.probability("existence below which no track is started", default=1e-5)
-    negligible: float = fields.quantity("1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0)
+    negligible: float = fields.quantity(
+        "1", "expected number below which a Gaussian is dropped", default=1e-5, at_least=0, tried=(1e-5, 0.0)
+    )
     recycles: bool = fields.flag("count tracks that end as undetected targets, weighted by their existence", default=False)
 
     def __attrs_post_init__(self) -> None:

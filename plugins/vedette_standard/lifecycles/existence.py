@@ -29,7 +29,7 @@ class Existence(Limited):
 
     lifetime: float = fields.quantity("s", "mean time for which a target stays in view", default=600.0, above=0)
     confirm: float = fields.probability("existence that confirms a track", default=0.95)
-    delete: float = fields.probability("existence that ends a track", default=0.05)
+    delete: float = fields.probability("existence that ends a track", default=0.05, tried=(0.05, 1e-3, 0.3))
     show: float = fields.probability(
         "existence below which a confirmed track is not confirmed for now; default: it stays so", default=0.0
     )

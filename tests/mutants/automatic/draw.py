@@ -1,7 +1,8 @@
 """The draw of the frozen mutants: `PYTHONPATH=tests python -m mutants.automatic.draw` writes `frozen.json`.
 
 Of a role, a kind is drawn; then with equal odds the file of its class or one that this imports from its own package; then an
-operator that applies there; then a site. The seed is `SEED`, no site is drawn twice, and none was chosen by hand.
+operator that applies there; then a site. The seed is `SEED`, no site is drawn twice, and none was chosen by hand. The code
+of associators and lifecycles changed much since: `MORE` of them were drawn by the seed `LATER`, before laws changed again.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from __future__ import annotations
 import ast
 import importlib.util
 import json
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import attrs
@@ -16,7 +18,6 @@ import numpy as np
 
 from mutants.automatic.operators import Function, Site, sites
 from support.paths import ROOT
-from vedette.config.parameters import APART
 from vedette.config.registry import Registry
 from vedette.supporting import ImagingSensor
 
@@ -27,6 +28,9 @@ COUNTS = {
     "preprocessor": 50, "source": 50,
 }  # fmt: skip
 """How many of a role; cameras apart from the other sensors, as their laws are."""
+
+LATER = 37
+MORE = {"associator": 30, "lifecycle": 20}
 
 NEED_FILES = {"autoferry", "csv", "jsonl", "radar_pictures", "video", "video_stream"}
 OF_STUDIES = ("reproduction", "outcome", "verdicts", "configs", "scenes")
@@ -52,7 +56,7 @@ def files_of_kinds() -> dict[str, dict[str, tuple[str, list[str]]]]:
     """Return by role and kind the file in which its class stands, and those that this imports from its own package."""
     found: dict[str, dict[str, tuple[str, list[str]]]] = {role: {} for role in COUNTS}
     for entry in Registry.installed():
-        if entry.role in APART or entry.role not in COUNTS or (entry.role == "source" and entry.kind in NEED_FILES):
+        if entry.role not in {*COUNTS, "sensor"} or (entry.role == "source" and entry.kind in NEED_FILES):
             continue
         role = "camera" if issubclass(entry.cls, ImagingSensor) else entry.role
         own = entry.cls.__module__
@@ -95,19 +99,23 @@ def functions(tree: ast.AST, within: str = "") -> dict[str, Function]:
     return found
 
 
-def drawn(seed: int = SEED) -> list[Mutant]:
-    """Draw the mutants of every role."""
+def drawn(seed: int, counts: Mapping[str, int], before: Sequence[Mutant] = ()) -> list[Mutant]:
+    """Draw so many mutants of some roles, of sites that none before has."""
     rng = np.random.default_rng(seed)
-    mutants = []
+    mutants: list[Mutant] = []
     for role, kinds in files_of_kinds().items():
+        if role not in counts:
+            continue
+        taken = {(mutant.file, mutant.function, mutant.site) for mutant in before if mutant.role == role}
+        first = sum(mutant.role == role for mutant in before)
         left: dict[str, dict[str, list[tuple[str, Site]]]] = {}
         for file in {file for own, others in kinds.values() for file in (own, *others)}:
             left[file] = {}
             for name, node in functions(ast.parse((ROOT / file).read_text(encoding="utf-8"))).items():
-                for site in sites(node):
+                for site in (site for site in sites(node) if (file, name, site) not in taken):
                     left[file].setdefault(site.operator, []).append((name, site))
         of_role: list[Mutant] = []
-        while len(of_role) < COUNTS[role]:
+        while len(of_role) < counts[role]:
             kind = sorted(kinds)[rng.integers(len(kinds))]
             own, others = kinds[kind]
             file = own if not others or rng.random() < 0.5 else others[rng.integers(len(others))]
@@ -118,7 +126,7 @@ def drawn(seed: int = SEED) -> list[Mutant]:
             if not left[file][operator]:
                 del left[file][operator]
             sharing = [other for other in sorted(kinds) if other != kind and file in (kinds[other][0], *kinds[other][1])]
-            of_role.append(Mutant(f"{role} {len(of_role)}", role, (kind, *sharing[:1]), file, function, site))
+            of_role.append(Mutant(f"{role} {first + len(of_role)}", role, (kind, *sharing[:1]), file, function, site))
         mutants += of_role
     return mutants
 
@@ -130,5 +138,7 @@ def frozen() -> list[Mutant]:
 
 
 if __name__ == "__main__":
-    rows = ",\n".join(json.dumps(attrs.asdict(mutant)) for mutant in drawn())
-    FROZEN.write_text(f'{{\n"seed": {SEED},\n"mutants": [\n{rows}\n]\n}}\n', encoding="utf-8")
+    first = drawn(SEED, COUNTS)
+    mutants = [*first, *drawn(LATER, MORE, first)]
+    rows = ",\n".join(json.dumps(attrs.asdict(mutant)) for mutant in mutants)
+    FROZEN.write_text(f'{{\n"seeds": {[SEED, LATER]},\n"mutants": [\n{rows}\n]\n}}\n', encoding="utf-8")

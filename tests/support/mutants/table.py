@@ -7,6 +7,7 @@ from support.mutants import apart
 from support.mutants.associators import ASSOCIATORS
 from support.mutants.births import BIRTHS
 from support.mutants.declared import DECLARED
+from support.mutants.declared_supporting import DECLARED_SUPPORTING
 from support.mutants.estimators import ESTIMATORS
 from support.mutants.formats import FORMATS
 from support.mutants.hypotheses import HYPOTHESES
@@ -29,7 +30,7 @@ MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *apart.ASSOCIATORS, *HYPOTHESES, *DETECTORS, *FORMATS)),
     *((*row, {}) for row in (*LIFECYCLES, *apart.LIFECYCLES)),
     *((*row, SPREAD) for row in (*BIRTHS, *apart.BIRTHS)),
-    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED, *STATED,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED, *DECLARED_SUPPORTING, *STATED,
 ]  # fmt: skip
 
 

@@ -124,6 +124,11 @@ def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
     """
     weights = np.asarray(associator.associate(drawn.scores, None))
     same("sum of a row without evidence", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
+    for nats in (2000.0, -2000.0):
+        strong = np.where(np.arange(drawn.scores.shape[-1] - 1) == 0, nats, drawn.evidence)
+        scores = np.concatenate([drawn.scores[..., :1], drawn.scores[..., 1:] + strong - drawn.evidence], axis=-1)
+        weights = _weights(associator, scores, strong)
+        same(f"sum of a row with evidence of {nats:g} nats", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-6)
     alone = drawn.scores[..., :1, :]
     before = _weights(associator, alone, drawn.evidence)
     for i in range(drawn.scores.shape[-1] - 1):

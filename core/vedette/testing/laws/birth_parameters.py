@@ -91,8 +91,9 @@ def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
     """If it gives tracks: they are Gaussians over the state; `start`, `spread` and `offset`, if it has them, say where."""
     state, rng = drawn.estimator.state, drawn.rng()
     path = Trajectory("kit", state, np.array([-1.0, 0.0, 1.0]), rng.uniform(-50.0, 50.0, (3, len(state))))
+    later = evolve(path, name="later", times=path.times + 1.5, states=path.states + 99.0)
     nothing = Detections.of([], 2)
-    recording = Recording((Scan(0.0, SENSOR, nothing), Scan(1.0, SENSOR, nothing)), (path,))
+    recording = Recording((Scan(0.0, SENSOR, nothing), Scan(1.0, SENSOR, nothing)), (later, path))
     tables = {name: getattr(birth, name, None) for name in ("start", "spread", "offset")}
     start, spread, offset = (table if isinstance(table, Mapping) else {} for table in tables.values())
     try:
@@ -233,6 +234,9 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
         np.all(over <= 1e-6),
         f"existence: must be at most e (1 - claimed) / (e + clutter), is {over.max(initial=0.0):.3g} more",
     )
+    if isinstance(least := getattr(birth, "least", None), float):
+        idle = sorted(set(np.flatnonzero(most > 1.001 * least + 1e-12).tolist()) - set(newborn.returns.tolist()))
+        demand(not idle, f"begin: returns {idle} start no track, and would exist with more than `least`, {least:g}")
 
 
 LAWS = (

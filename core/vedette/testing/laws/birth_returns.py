@@ -9,9 +9,9 @@ from vedette.space import Array
 from vedette.supporting import Birth
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.birth_cases import Returns, begun, elsewise
-from vedette.testing.strategies import usual
-from vedette.types import Detections
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, elsewise
+from vedette.testing.strategies import SENSOR, usual
+from vedette.types import Detections, Newborn
 
 
 def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
@@ -79,8 +79,60 @@ def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
     same("existence, with something else where a component is missing", other.existence, first.existence, 1e-9)
 
 
+def _second(birth: Birth, drawn: Returns, first: Array, then: Array) -> Newborn:
+    """The tracks that start at the returns of a second scan, none of which, nor of the first, is a track's."""
+    estimator, sensor, free, rng = drawn.estimator, drawn.sensor, np.zeros(len(first)), drawn.rng()
+    memory, found = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
+    for z in (first, then):
+        scan = Detections.of(z, 2)
+        if birth.models_unseen:
+            memory = birth.predict(memory, estimator, drawn.dt, rng)
+            found = birth.reveal(memory, estimator, sensor, scan, P_GATE)[1]
+        newborn = birth.begin(found, estimator, sensor, SENSOR, scan, free)
+        if birth.models_unseen:
+            memory = birth.update(memory, estimator, sensor, scan, free, P_GATE)
+    return newborn
+
+
+def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
+    """Somewhere in the plane, a target seen twice starts a track, whose covariance holds what the noise of both adds."""
+    if birth.draws or not birth.starts_from(SENSOR):
+        raise Closed("no return starts a track, or what it draws hides it")
+    grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
+    scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * time for time in (0.0, drawn.dt)]
+    try:
+        before = _second(birth, drawn, *scans)
+    except ValueError as refusal:
+        raise Closed(f"it starts no tracks there: {refusal}") from None
+    if not len(before.returns) and getattr(birth, "least", 0.0) > 1e-4:
+        raise Closed("it starts only tracks that likely exist")
+    demand(len(before.returns), "begin: of 25 targets all over the plane, seen twice and never claimed, none starts a track")
+    sigma = np.sqrt(drawn.sensor.noise(np.zeros(2))[0, 0])
+    added = np.zeros(before.prior.cov.shape)
+    for which in (0, 1):
+        for axis in (0, 1):
+            moved = [np.array(z) for z in scans]
+            moved[which][:, axis] += 1e-3 * sigma
+            other = _second(birth, drawn, *moved)
+            if not np.array_equal(other.returns, before.returns):
+                raise Closed("a small step changes which returns start tracks")
+            slope = (other.prior.mean - before.prior.mean) / 1e-3
+            added += slope[:, :, None] * slope[:, None, :]
+    spread = np.sqrt(np.maximum(np.diagonal(before.prior.cov, axis1=-2, axis2=-1), 1e-300))
+    left = (before.prior.cov - 0.5 * added) / spread[:, :, None] / spread[:, None, :]
+    least = float(np.linalg.eigvalsh(left).min())
+    demand(
+        least > -1e-6, f"begin: a covariance holds less than half of what the noise of returns adds, by {least:.3g} of it"
+    )
+
+
 def _most(values: Array) -> str:
     return f"{np.max(np.abs(values), initial=0.0):.3g}"
 
 
-LAWS = (Law(axes_are_found_by_name), Law(each_return_has_its_own_noise), Law(what_is_missing_says_nothing))
+LAWS = (
+    Law(axes_are_found_by_name),
+    Law(each_return_has_its_own_noise),
+    Law(what_is_missing_says_nothing),
+    Law(tracks_are_as_unsure_as_their_returns),
+)

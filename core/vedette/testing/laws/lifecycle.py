@@ -79,6 +79,17 @@ def survival_is_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:
     same("predict(e, 0)", lifecycle.predict(existence, 0.0), existence, 1e-12, 1.0)
 
 
+def existence_stays_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """However long nobody looks, existence is between 0 and 1; if targets are `shown` and `away`, they go and come so."""
+    for dt in (drawn.dt, 1e3, 1e6):
+        after = lifecycle.predict(drawn.existence[0], dt)
+        demand(np.all((after >= 0) & (after <= 1)), f"predict: existence must be in [0, 1] after {dt:g} s, got {after}")
+    for name, start, way in (("shown", 1.0, -1.0), ("away", 0.0, 1.0)):
+        if isinstance(stay := getattr(lifecycle, name, None), float):
+            rate = (float(lifecycle.predict(np.array([start]), 1e-6 * stay)[0]) - start) / 1e-6
+            demand(abs(rate - way) < 1e-3, f"predict: of those {name}, {abs(rate):.3g} change in a mean stay, must be 1")
+
+
 def two_waits_make_one(lifecycle: Lifecycle, drawn: Lives) -> None:
     """To wait twice is to wait once for as long."""
     existence, total = drawn.existence[0], drawn.dt + drawn.later
@@ -143,6 +154,7 @@ LAWS = (
     Law(tracks_are_judged_alone),
     Law(batches_as_it_loops),
     Law(survival_is_a_probability),
+    Law(existence_stays_a_probability),
     Law(two_waits_make_one),
     Law(certain_as_declared),
     Law(permanent_as_declared),

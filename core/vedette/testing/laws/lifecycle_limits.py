@@ -230,6 +230,46 @@ def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
     demand(not lived.any(), f"review: a track lives whose log odds have fallen by 1.1 of its drop, {limit:g}")
 
 
+def forgets_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `forget`: a confirmed track that is lost lives for that long, and no longer."""
+    limit = _limit(lifecycle, "forget")
+    if not after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)[1].all():
+        raise Closed("forty detections do not confirm a track")
+    _ends_at(lifecycle, "forget", [scan(limit / 5, 0.0, 0.9, 1e-3)] * 5, limit, True)
+
+
+def coasts_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `tentative` and `confirmed`: so many detections due may a track miss in a row, and no more."""
+    limits = [_limit(lifecycle, name) for name in ("tentative", "confirmed")]
+    for hits, limit in zip((1, 70), limits, strict=True):
+        found, confirmed, alive = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (hits - 1))
+        if confirmed.all() != (hits > 1) or not alive.all():
+            continue
+        looks = int(np.ceil(limit / 0.9))
+        for missed, lives in ((0.9 * limit, True), (1.1 * limit, False)):
+            _, _, lived = after(lifecycle, [scan(0.001, 0.0, missed / looks)] * looks, found)
+            demand(bool(lived.all()) == lives, f"review: with {missed:.3g} detections due, a track lives: {lived.all()}")
+
+
+def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
+    """If it has `survives_in`, with corners: a track that is detected lives within these areas, and ends outside."""
+    areas = [np.asarray(area.corners) for area in getattr(lifecycle, "survives_in", ()) if hasattr(area, "corners")]
+    if not areas:
+        raise Closed("it has no `survives_in`")
+    every, rng = np.concatenate(areas), np.random.default_rng(len(drawn.hit))
+    place = every.mean(axis=0) + 1.2 * np.ptp(every, axis=0) * rng.uniform(-0.5, 0.5, (40, 2))
+    inside = np.zeros(40, dtype=bool)
+    for corners in areas:  # seen from inside, the corners go round once
+        to = corners - place[:, None]
+        way = np.arctan2(to[..., 1], to[..., 0])
+        turn = np.roll(way, -1, axis=-1) - way
+        inside |= np.abs(np.sum((turn + np.pi) % (2 * np.pi) - np.pi, axis=-1)) > np.pi
+    ones = np.ones(40)
+    _, _, alive = lifecycle.review(lifecycle.start(ones), Review(0.1, ones, ones, 0.9 * ones, ones, place))
+    wrong = place[np.asarray(alive) != inside]
+    demand(not len(wrong), f"review: at {wrong[:1].tolist()}, a track lives outside of its areas, or ends inside")
+
+
 LAWS = (
     Law(found_tracks_live),
     Law(next_to_no_hit_is_none),
@@ -246,4 +286,7 @@ LAWS = (
     Law(ends_below_its_least_existence),
     Law(survives_its_lifetime),
     Law(falls_by_its_drop),
+    Law(forgets_as_stated),
+    Law(coasts_as_stated),
+    Law(survives_in_its_areas),
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from functools import cache
+from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
@@ -18,12 +19,12 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor, Source
-from vedette.testing.bands import judge_run_means
+from vedette.testing.bands import judge_run_means, judge_scale
 from vedette.testing.comparisons import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual
-from vedette.types import Frame, Recording, Scan, Trajectory
+from vedette.types import Detections, Frame, Recording, Scan, Trajectory
 from vedette.wrapping import WrappedSensor
 
 OTHER = "kit_other"
@@ -32,6 +33,10 @@ NEAR, FAR = 20.0, 100.0
 """Squared distances, in deviations: a return is a target's within the first, and none that is farther off than the other."""
 BESIDE, PICTURES = 12.0, 12
 """Pixels from a target from which on there is nothing but background; so many openings say how that varies."""
+
+
+Look = tuple[int, int, NDArray[np.int64], float]
+"""Of a target in a scan: which scan, how many returns it has, those near the target, and how surely it is detected."""
 
 
 @final
@@ -210,37 +215,59 @@ def truth_is_in_order(source: Source, drawn: Opened) -> None:
         same(f"{path.name}: states", path.states, path.space.canonical(path.states), 1e-12)
 
 
-def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
-    """If it gives pictures and truth in px: where a target is, counted from the corner, pixels differ from the others."""
-    recording = drawn.open(source)
+def _pictured(recording: Recording) -> Iterator[tuple[float, Array, list[dict[str, float]]]]:
+    """Yield each picture's time, its pixels, and what is known of each target with truth in px, x and y in this picture."""
     paths = [path for path in recording.truth if all(f"{axis}: px" in _units(path) for axis in "xy")]
-    if not paths or not any(scan.frame is not None for scan in recording.scans):
-        raise Closed("it gives no pictures with truth in px")
-    contrast: list[float] = []
     for scan in recording.scans:
         if scan.frame is None:
-            continue
-        pixels, corner = told(scan), np.zeros(2) if scan.frame.corner is None else scan.frame.corner
-        rows, columns = np.indices(pixels.shape[-2:])
+            raise Closed("its scans are no pictures")
+        corner, known = np.zeros(2) if scan.frame.corner is None else scan.frame.corner, []
         for path in paths:
-            state = path.at(scan.time)
-            if state is None:
-                continue
-            named = dict(zip(path.space.names, state.tolist(), strict=True))
-            x, y = named["x"] + named.get("jx", 0.0) - corner[0], named["y"] + named.get("jy", 0.0) - corner[1]
-            near = np.hypot(columns - x, rows - y) < 1.5
+            if (state := path.at(scan.time)) is not None:
+                named = dict(zip(path.space.names, state.tolist(), strict=True))
+                at = {axis: named[axis] + named.get(f"j{axis}", 0.0) - corner[i] for i, axis in enumerate("xy")}
+                known.append(named | at)
+        yield scan.time, told(scan), known
+
+
+def _distance(pixels: Array, target: Mapping[str, float]) -> Array:
+    """Return how far each pixel is from a target, (h, w)."""
+    rows, columns = np.indices(pixels.shape[-2:])
+    return np.asarray(np.hypot(columns - target["x"], rows - target["y"]))
+
+
+def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
+    """If it gives pictures and truth in px: where a target is, counted from the corner, pixels differ from the others.
+
+    If the truth has `width` and `height`: what stands out is .3 to 1.4 times as wide and high.
+    """
+    contrast: list[float] = []
+    sizes: list[Array] = []
+    for _, pixels, targets in _pictured(drawn.open(source)):
+        for target in targets:
+            near = _distance(pixels, target) < 1.5
             rest = pixels[..., ~near]
-            if near.any() and np.isfinite(pixels[..., near]).any():
-                spread = float(np.nanstd(rest)) + 1e-9
-                if np.nanmax(np.abs(pixels - np.nanmean(rest))) < 6.0 * spread:
-                    continue  # nothing stands out
-                contrast.append((float(np.nanmean(pixels[..., near])) - float(np.nanmean(rest))) / spread)
+            if not near.any() or not np.isfinite(pixels[..., near]).any():
+                continue
+            spread, usual = float(np.nanstd(rest)) + 1e-9, np.nanmean(rest)
+            light = np.abs(np.nan_to_num(pixels - usual))
+            if light.max() < 6.0 * spread:
+                continue  # nothing stands out
+            contrast.append((float(np.nanmean(pixels[..., near])) - float(usual)) / spread)
+            box = np.array([target.get("width", np.nan), target.get("height", np.nan)])
+            at, end = np.array([target["x"], target["y"]]), np.array(pixels.shape[:-3:-1])
+            if len(targets) == 1 and pixels.ndim == 2 and np.all((at > box) & (at < end - box)):
+                bright = light > 0.5 * light.max()
+                if light.max() > 20.0 * np.median(light):  # no noise is so bright
+                    sizes.append(np.array([np.ptp(np.flatnonzero(bright.any(axis=axis))) + 1 for axis in (0, 1)]) / box)
     if not contrast:
-        raise Closed("no target is within a picture, or none stands out")
+        raise Closed("no target is within a picture with truth in px, or none stands out")
     demand(
         abs(np.mean(contrast)) > 1.0,
         f"frame: at the truth pixels are {np.mean(contrast):.3g} deviations from the others on average, must differ",
     )
+    for name, ratio in zip(("width", "height"), np.median(sizes, axis=0) if sizes else (), strict=False):
+        demand(0.3 < ratio < 1.4, f"truth: what stands out is {ratio:.3g} times as large as its {name}, must be .3 to 1.4")
 
 
 def _units(path: Trajectory) -> list[str]:
@@ -248,7 +275,10 @@ def _units(path: Trajectory) -> list[str]:
 
 
 def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
-    """If its truth has vx beside x: x gains what vx adds up to, give or take a fifth, along the whole of a path."""
+    """If its truth has vx beside x: x gains what vx adds up to, give or take a twentieth, along the whole of a path.
+
+    If it has a `heading`, too: that leads the way.
+    """
     judged = False
     for path in drawn.open(source).truth:
         names, dt = path.space.names, np.diff(path.times)[:, None]
@@ -260,11 +290,15 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
         moved, v = path.states[-1, places] - path.states[0, places], path.states[:, speeds]
         steps = dt * (v[1:] + v[:-1]) / 2
         off, far = np.linalg.norm(moved - steps.sum(axis=0)), np.sum(np.linalg.norm(steps, axis=-1))
-        rough = np.sum(dt[:, 0] * np.linalg.norm(np.diff(v, axis=0), axis=-1))  # how much the velocity changes between
+        rough = np.linalg.norm(dt * np.diff(v, axis=0))  # the error is .3 of it for a Brownian path, less for a smooth one
         demand(
-            off <= 0.2 * far + rough + 1e-6,
+            off <= 0.05 * far + 2.0 * rough + 1e-6,
             f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}",
         )
+        if {"heading", "vx", "vy"} <= set(names):
+            vx, vy, to = path.states[:, [names.index(name) for name in ("vx", "vy", "heading")]].T
+            ahead, way = np.sum(vx * np.cos(to) + vy * np.sin(to)), np.sum(np.hypot(vx, vy))
+            demand(ahead >= 0.5 * way, f"{path.name}: heads where no more than {ahead / way:.3g} of its way leads")
     if not judged:
         raise Closed("it has no truth with velocities")
 
@@ -302,7 +336,7 @@ def scans_come_unseen(source: Source, drawn: Opened) -> None:
     demand(2 * blind >= seen, f"scans: {seen}, but {blind} of a sensor that detects nothing: one without returns is a scan")
 
 
-def _near(sensor: Sensor, recording: Recording, beyond: bool = False) -> Iterator[tuple[int, int, NDArray[np.int64], float]]:
+def _near(sensor: Sensor, recording: Recording, beyond: bool = False) -> Iterator[Look]:
     """Yield for each target in each scan: which scan, how many returns, those near it, and how surely it is detected.
 
     `beyond`: for each that is not there yet, or no longer, where it appears, or was last, if nobody else is there; and at
@@ -346,9 +380,16 @@ def returns_are_of_the_truth(source: Source, drawn: Opened) -> None:
 
     A source may have a sensor of its own for the scene, in `sensors`: then as often as that one detects.
     """
+    sensor = _own(source, drawn.sensor)
+    _are_hit([look for k in range(6) for look in _near(sensor, drawn.again(k).open(source))])
+
+
+def _own(source: Source, sensor: Sensor) -> Sensor:
     own = getattr(source, "sensors", None)
-    sensor = own.get(SENSOR, drawn.sensor) if isinstance(own, Mapping) else drawn.sensor
-    looks = [look for k in range(6) for look in _near(sensor, drawn.again(k).open(source))]
+    return own.get(SENSOR, sensor) if isinstance(own, Mapping) else sensor
+
+
+def _are_hit(looks: list[Look]) -> None:
     hits, chances = sum(len(near) > 0 for _, _, near, _ in looks), sum(chance for *_, chance in looks)
     if chances < 20:
         raise Closed("it has too little truth for that")
@@ -368,32 +409,107 @@ def nobody_is_seen_before_or_after(source: Source, drawn: Opened) -> None:
     demand(seen < 0.8 * len(looks), f"returns: in {seen} of {len(looks)} looks lie at a target that is not there")
 
 
-def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
-    """If it has `sigma` and `level` in counts, and perhaps `clutter`: so pixels vary beside the targets, and around that."""
+def _beside(source: Source, drawn: Opened) -> Iterator[list[tuple[float, Array]]]:
+    """Yield for some openings each picture's time, and its pixels less the `level`, NaN where a target is near."""
     level, parts = getattr(source, "level", None), [getattr(source, name, 0.0) for name in ("sigma", "clutter")]
     if not isinstance(level, float) or not all(isinstance(part, float) for part in parts) or not any(parts):
         raise Closed("it has no `sigma` and `level`, or nothing varies")
-    ratios = []
     for k in range(PICTURES):
-        squares = []
-        recording = drawn.again(k).open(source)
+        found = []
+        for time, pixels, targets in _pictured(drawn.again(k).open(source)):
+            near = np.any([_distance(pixels, target) <= BESIDE for target in targets], axis=0)
+            found.append((time, np.where(near, np.nan, pixels - level)))
+        yield found
+
+
+def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
+    """If it has `sigma` and `level` in counts, and perhaps `clutter`: so pixels vary beside the targets, and around that."""
+    squares = [np.array([pixels for _, pixels in each]) ** 2 for each in _beside(source, drawn)]
+    if not all(np.isfinite(each).any() for each in squares):
+        raise Closed("no pixel is beside its targets")
+    stated = np.sum(np.square([getattr(source, name, 0.0) for name in ("sigma", "clutter")]))
+    ratios = np.array([np.nanmean(each) for each in squares]) / stated
+    judge_run_means("variance of pixels", ratios, 0.6, 1.6, drawn.alpha / 20)
+
+
+def backgrounds_drift_as_stated(source: Source, drawn: Opened) -> None:
+    """If it has `clutter`, `clutter_time` and `drift`: a background is the one before, moved by the drift, that fades.
+
+    What is new in it has the variance clutter^2 (1 - keep^2), keep = exp(-dt / clutter_time), beside that of the noise.
+    """
+    clutter, time, drift = (getattr(source, name, None) for name in ("clutter", "clutter_time", "drift"))
+    if not clutter or time is None or drift is None:
+        raise Closed("it has no `clutter` with `clutter_time` and `drift`")
+    sigma, ratios = getattr(source, "sigma", 0.0), []
+    for pictures in _beside(source, drawn):
+        for (begin, one), (end, other) in pairwise(pictures):
+            move, keep = np.multiply(end - begin, drift), np.exp((begin - end) / time)
+            step, edge = np.round(move).astype(int), int(np.ceil(np.max(np.abs(move)))) + 1
+            if np.any(np.abs(move - step) > 0.01):
+                raise Closed("it does not drift by whole pixels")
+            new = (other - keep * np.roll(one, step[::-1], axis=(0, 1)))[edge:-edge, edge:-edge]
+            if np.isfinite(new).sum() < 200:
+                raise Closed("few pixels are beside its targets")
+            ratios.append(np.nanmean(new**2) / (clutter**2 * (1 - keep**2) + sigma**2 * (1 + keep**2)))
+    judge_run_means("variance of what is new in a picture", np.array(ratios), 0.95, 1.05, drawn.alpha / 20)
+
+
+def scatters_as_stated(source: Source, drawn: Opened) -> None:
+    """If it draws, with `sigma` in m: returns err by that in x and y, and by `extent` times a hull's length and width.
+
+    If it has `clutter` in 1/m^2: so dense are false returns in the middle of where they lie.
+    """
+    sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
+    if not source.draws or not isinstance(sigma, float) or not sigma or hasattr(source, "level"):
+        raise Closed("it draws nothing, or has no `sigma` in m")
+    squares, false, looks = [], [], 0
+    for k in range(PICTURES):
+        recording = drawn.again(k, drawn.plain).open(source)
         for scan in recording.scans:
-            if scan.frame is None:
-                raise Closed("its scans are no pictures")
-            pixels, corner = told(scan), np.zeros(2) if scan.frame.corner is None else scan.frame.corner
-            rows, columns = np.indices(pixels.shape[-2:])
-            beside = np.isfinite(pixels)
+            if scan.frame is not None:
+                raise Closed("its scans are pictures")
+            z, free, looks = scan.detections.z, np.ones(len(scan.detections.z), dtype=bool), looks + 1
             for path in recording.truth:
-                state = path.at(scan.time)
-                if state is not None:
-                    named = dict(zip(path.space.names, state.tolist(), strict=True))
-                    x, y = (named[axis] + named.get(f"j{axis}", 0.0) for axis in "xy")
-                    beside &= np.hypot(columns - x + corner[0], rows - y + corner[1]) > BESIDE
-            squares.append((pixels[beside] - level) ** 2)
-        if not np.concatenate(squares).size:
-            raise Closed("no pixel is beside its targets")
-        ratios.append(float(np.mean(np.concatenate(squares))))
-    judge_run_means("variance of pixels", np.array(ratios) / np.sum(np.square(parts)), 0.6, 1.6, drawn.alpha / 20)
+                named = dict(zip(path.space.names, () if (state := path.at(scan.time)) is None else state, strict=False))
+                if not {"x", "y", *(("heading", "length", "width") if extent else ())} <= set(named):
+                    continue
+                off, to = z - [named["x"], named["y"]], named.get("heading", 0.0)
+                turned = off @ [[np.cos(to), -np.sin(to)], [np.sin(to), np.cos(to)]]
+                spread = np.hypot(sigma, extent * np.array([named.get("length", 0.0), named.get("width", 0.0)]))
+                near = np.sum((turned / spread) ** 2, axis=-1) < NEAR
+                free &= ~near
+                squares += [(turned[near] / spread) ** 2] if near.sum() == 1 else []
+            false.append(z[free])
+    if len(squares) < 40:
+        raise Closed("it has too little truth for that")
+    for i, axis in enumerate(("along", "across") if extent else ("x", "y")):
+        judge_scale(f"errors {axis}, of returns", np.array(squares)[:, 0, i], 1.0, drawn.alpha / 3)
+    rest = np.concatenate(false)
+    if density and len(rest) > 200:
+        away = np.linalg.norm(rest - rest.mean(axis=0), axis=-1)
+        found, wanted = np.sum(away < away.max() / 2), density * np.pi * (away.max() / 2) ** 2 * looks
+        demand(
+            abs(found - wanted) < 7.0 * np.sqrt(wanted),
+            f"returns: {found} false ones are in the middle, must be {wanted:.3g} by `clutter`",
+        )
+
+
+def drawn_together_as_alone(source: Source, drawn: Opened) -> None:
+    """If it has `open_together`: runs in lock-step have the times of one drawn alone, and returns at their own states."""
+    if not hasattr(source, "open_together"):
+        raise Closed("it has no `open_together`")
+    sensor, alone = _own(source, drawn.plain), drawn.again(0, drawn.plain).open(source)
+    scenes = source.open_together({SENSOR: drawn.plain}, [np.random.default_rng([drawn.seed, run]) for run in range(6)])
+    if scenes is None or any(scan.pose is not None for scan in alone.scans):
+        raise Closed("it draws no such scene in lock-step, or on a moving platform")
+    times = np.array([scan.time for scan in scenes.scans])
+    same("times in lock-step", times, np.array([scan.time for scan in alone.scans]), 1e-9)
+    looks: list[Look] = []
+    for run, states in enumerate(scenes.states):
+        seen = [scan.detections.z[run][scan.detections.valid[run]] for scan in scenes.scans]
+        scans = [Scan(time, SENSOR, Detections.of(z, z.shape[-1])) for time, z in zip(times.tolist(), seen, strict=True)]
+        looks += _near(sensor, Recording(tuple(scans), (Trajectory(f"of run {run}", scenes.space, times, states),)))
+    _are_hit(looks)
 
 
 def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
@@ -472,6 +588,9 @@ LAWS = (
     Law(pictures_show_the_truth),
     Law(nobody_is_seen_before_or_after),
     Law(pictures_vary_as_stated),
+    Law(backgrounds_drift_as_stated),
+    Law(drawn_together_as_alone),
+    Law(scatters_as_stated, effort="statistical"),
     Law(targets_are_missed_as_stated, effort="statistical"),
     Law(order_of_returns_tells_nothing, effort="statistical"),
 )
