@@ -204,9 +204,7 @@ def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
     own = np.equal.outer(np.arange(t), drawn.returns)
     others = np.max(np.where(own, 0.0, weights), axis=-1, initial=0.0)
     lost = own.any(axis=-1) & (np.sum(weights * own, axis=-1) <= others)
-    demand(
-        not lost.any(), f"weights: track {np.argmax(lost)} takes no more of the return that bears its code than of another"
-    )
+    demand(not lost.any(), f"weights: track {np.argmax(lost)} takes no more of the return with its code than of another")
 
 
 def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
@@ -225,26 +223,17 @@ def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
     return weights
 
 
-LAWS = (
-    Law(pure),
-    Law(batches_as_it_loops),
-    Law(rows_sum_to_one),
-    Law(forbidden_stays_forbidden),
-    Law(row_constants_change_nothing),
-    Law(order_of_tracks_is_free),
-    Law(order_of_returns_is_free),
-    Law(a_far_return_changes_nothing),
-    Law(no_returns_is_a_miss),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, batches_as_it_loops, rows_sum_to_one, forbidden_stays_forbidden, row_constants_change_nothing,
+        order_of_tracks_is_free, order_of_returns_is_free, a_far_return_changes_nothing, no_returns_is_a_miss,
+    )),
     Law(each_return_is_claimed_once, needs="exclusive"),
-    Law(equals_brute_force),
-    Law(settles_ties),
-    Law(needs_no_evidence),
-    Law(surely_detected_tracks_are_held),
-    Law(crowds_are_shared),
-    Law(every_return_counts),
-    Law(one_track_is_a_softmax),
-    Law(names_tell_pairs_apart),
+    *map(Law, (
+        equals_brute_force, settles_ties, needs_no_evidence, surely_detected_tracks_are_held, crowds_are_shared,
+        every_return_counts, one_track_is_a_softmax, names_tell_pairs_apart,
+    )),
     *hypotheses.LAWS,
     *apart.OF_ASSOCIATORS,
     *merged.OF_ASSOCIATORS,
-)
+)  # fmt: skip

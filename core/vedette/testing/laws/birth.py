@@ -25,9 +25,8 @@ def newborn_tracks_are_whole(birth: Birth, drawn: Returns) -> None:
     newborn, k, n = begun(birth, drawn), len(drawn.claimed), len(drawn.estimator.state)
     j = len(newborn.returns)
     demand(len(set(newborn.returns.tolist())) == j, f"returns: must differ from each other, got {newborn.returns}")
-    demand(
-        np.all((newborn.returns >= 0) & (newborn.returns < k)), f"returns: must be in 0 to {k - 1}, got {newborn.returns}"
-    )
+    inside = (newborn.returns >= 0) & (newborn.returns < k)
+    demand(np.all(inside), f"returns: must be in 0 to {k - 1}, got {newborn.returns}")
     demand(newborn.prior.mean.shape == (j, n), f"mean: must have shape {(j, n)}, got {newborn.prior.mean.shape}")
     covariance("prior", newborn.prior.cov, definite=True)
     known = newborn.existence
@@ -46,10 +45,8 @@ def claimed_returns_start_nothing(birth: Birth, drawn: Returns) -> None:
         less[i] /= 2
         other = begun(birth, drawn, less)
         free = other.existence[other.returns == i]
-        demand(
-            len(free) and existence <= free[0] + 1e-9,
-            f"existence: of a track from return {i} is {existence:.4g}, and {free} with half as much claimed",
-        )
+        told = f"existence: of a track from return {i} is {existence:.4g}, and {free} with half as much claimed"
+        demand(len(free) and existence <= free[0] + 1e-9, told)
 
 
 def padding_starts_nothing(birth: Birth, drawn: Returns) -> None:
@@ -84,20 +81,15 @@ def rates_are_densities(birth: Birth, drawn: Returns) -> None:
     after = birth.update(memory, estimator, sensor, nothing, np.zeros(0), P_GATE)
     missed, _ = birth.reveal(after, estimator, sensor, drawn.detections, P_GATE)
     assert missed is not None
-    demand(
-        np.all(missed <= rate * (1 + 1e-9)),
-        f"update: rates must not grow without returns, got {missed} after {rate}",
-    )
+    demand(np.all(missed <= rate * (1 + 1e-9)), f"update: rates must not grow without returns, got {missed} after {rate}")
 
 
-LAWS = (
-    Law(pure),
-    Law(newborn_tracks_are_whole),
-    Law(claimed_returns_start_nothing),
-    Law(padding_starts_nothing),
-    Law(tracks_start_near_their_returns),
-    Law(rates_are_densities),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, newborn_tracks_are_whole, claimed_returns_start_nothing, padding_starts_nothing,
+        tracks_start_near_their_returns, rates_are_densities,
+    )),
     *birth_returns.LAWS,
     *birth_parameters.LAWS,
     *apart.OF_BIRTHS,
-)
+)  # fmt: skip

@@ -69,9 +69,8 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
     if not isinstance(initial, float):
         raise Closed("it has no `initial`")
     newborn = begun(birth, drawn)
-    demand(
-        np.all(newborn.existence <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {newborn.existence}"
-    )
+    known = newborn.existence
+    demand(np.all(known <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {known}")
 
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
@@ -157,9 +156,8 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
     begin = birth.initial_memory(drawn.estimator, drawn.rng())
     for dt in (1.0, 100.0, 1e5):
         rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
-        demand(
-            np.all(np.isfinite(rate) & (rate >= 0)), f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
-        )
+        told = f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
+        demand(np.all(np.isfinite(rate) & (rate >= 0)), told)
     total, parts = 0.25, 32  # short enough that those who appear hardly move meanwhile
     # After a look there are fewer than come and go in the long run: a time step then changes something.
     thinned = birth.update(begin, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
@@ -171,10 +169,8 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
         before = _rate(birth, start, drawn, PLACES)
         grown = [float(np.sum(_rate(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
         scale = max(abs(grown[0]), 0.02 * float(before.sum()))
-        demand(
-            abs(grown[1] - grown[0]) <= 0.6 * scale,
-            f"predict{when}: {total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts",
-        )
+        told = f"{total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts"
+        demand(abs(grown[1] - grown[0]) <= 0.6 * scale, f"predict{when}: {told}")
 
 
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:
@@ -205,9 +201,8 @@ def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
     left = float(np.sum(_rate(brief, ends[0], drawn, PLACES) - _rate(brief, ends[1], drawn, PLACES)))  # no newcomers
     if before <= 1e-9:
         raise Closed("there are none where the kit looks")
-    demand(
-        abs(left / before - np.exp(-1.0)) < 0.08, f"predict: after its lifetime, {left / before:.3g} are left, must be 0.368"
-    )
+    share = left / before
+    demand(abs(share - np.exp(-1.0)) < 0.08, f"predict: after its lifetime, {share:.3g} are left, must be 0.368")
 
 
 def the_unseen_settle(birth: Birth, drawn: Returns) -> None:
@@ -230,26 +225,17 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
     clutter = np.broadcast_to(drawn.sensor.clutter(drawn.detections.z), rate.shape)
     most = rate / np.maximum(rate + clutter, 1e-300) * (1.0 - drawn.claimed)
     over = newborn.existence - most[newborn.returns]
-    demand(
-        np.all(over <= 1e-6),
-        f"existence: must be at most e (1 - claimed) / (e + clutter), is {over.max(initial=0.0):.3g} more",
-    )
+    more = over.max(initial=0.0)
+    demand(more <= 1e-6, f"existence: must be at most e (1 - claimed) / (e + clutter), is {more:.3g} more")
     if isinstance(least := getattr(birth, "least", None), float):
         idle = sorted(set(np.flatnonzero(most > 1.001 * least + 1e-12).tolist()) - set(newborn.returns.tolist()))
         demand(not idle, f"begin: returns {idle} start no track, and would exist with more than `least`, {least:g}")
 
 
-LAWS = (
-    Law(a_sharper_return_starts_a_surer_track),
-    Law(refuses_what_starts_no_track),
-    Law(spread_as_stated),
-    Law(exists_as_stated),
-    Law(starts_from_its_sensors),
-    Law(given_tracks_start_as_stated),
-    Law(a_look_thins_the_unseen),
-    Law(the_unseen_come_and_go_with_time),
-    Law(the_unseen_move),
-    Law(the_unseen_fade),
-    Law(the_unseen_settle),
-    Law(a_track_of_the_unseen_exists_by_their_density),
-)
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        a_sharper_return_starts_a_surer_track, refuses_what_starts_no_track, spread_as_stated, exists_as_stated,
+        starts_from_its_sensors, given_tracks_start_as_stated, a_look_thins_the_unseen, the_unseen_come_and_go_with_time,
+        the_unseen_move, the_unseen_fade, the_unseen_settle, a_track_of_the_unseen_exists_by_their_density,
+    )),
+)  # fmt: skip

@@ -46,10 +46,8 @@ def each_return_has_its_own_noise(birth: Birth, drawn: Returns) -> None:
         (mean, cov), (again, same_cov) = (start[i] for start in starts)
         spread = np.sqrt(np.maximum(np.diagonal(cov), 1e-300))
         off = np.append((again - mean) / spread, (same_cov - cov) / (spread[:, None] * spread))
-        demand(
-            np.all(np.abs(off) < 1e-6),
-            f"begin: the prior of a return with its own noise changes with its row, by {_most(off)}",
-        )
+        told = f"begin: the prior of a return with its own noise changes with its row, by {_most(off)}"
+        demand(np.all(np.abs(off) < 1e-6), told)
 
 
 def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
@@ -70,10 +68,8 @@ def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
         made.append(begun(birth, evolve(drawn, detections=scan, sensor=sensor), np.zeros(k)))
     first, other = made
     told = "what stands where a component is missing, or in padding,"
-    demand(
-        np.array_equal(first.returns, other.returns),
-        f"begin: {told} decides which returns start tracks: {first.returns} or {other.returns}",
-    )
+    which = f"begin: {told} decides which returns start tracks: {first.returns} or {other.returns}"
+    demand(np.array_equal(first.returns, other.returns), which)
     same("mean, with something else where a component is missing", other.prior.mean, first.prior.mean, 1e-9)
     same("covariance, with something else where a component is missing", other.prior.cov, first.prior.cov, 1e-9)
     same("existence, with something else where a component is missing", other.existence, first.existence, 1e-9)
@@ -121,9 +117,7 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     spread = np.sqrt(np.maximum(np.diagonal(before.prior.cov, axis1=-2, axis2=-1), 1e-300))
     left = (before.prior.cov - 0.5 * added) / spread[:, :, None] / spread[:, None, :]
     least = float(np.linalg.eigvalsh(left).min())
-    demand(
-        least > -1e-6, f"begin: a covariance holds less than half of what the noise of returns adds, by {least:.3g} of it"
-    )
+    demand(least > -1e-6, f"begin: covariances hold less than half of what the returns' noise adds, by {least:.3g} of them")
 
 
 def _most(values: Array) -> str:

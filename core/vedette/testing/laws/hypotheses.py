@@ -258,15 +258,10 @@ def branches_purely(associator: Associator, drawn: Scores) -> None:
     same("probability after a scan without returns", _table(none)[:-1, 0], before, 1e-9)
 
 
-LAWS = (
-    Law(leaves_are_of_the_scan),
-    Law(given_tracks_are_somewhere),
-    Law(first_scan_is_enumerated),
-    Law(histories_multiply),
-    Law(order_of_a_scan_is_free),
-    Law(keeping_all_changes_nothing),
-    Law(one_hypothesis_is_the_best),
-    Law(shown_once_oldest_first),
-    Law(merging_keeps_every_weight),
-    Law(branches_purely),
-)
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        leaves_are_of_the_scan, given_tracks_are_somewhere, first_scan_is_enumerated, histories_multiply,
+        order_of_a_scan_is_free, keeping_all_changes_nothing, one_hypothesis_is_the_best, shown_once_oldest_first,
+        merging_keeps_every_weight, branches_purely,
+    )),
+)  # fmt: skip

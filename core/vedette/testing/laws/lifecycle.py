@@ -28,10 +28,8 @@ def verdicts_are_one_a_track(lifecycle: Lifecycle, drawn: Lives) -> None:
     for confirmed, alive in live(lifecycle, drawn):
         for name, verdict in (("confirmed", confirmed), ("alive", alive)):
             shape = drawn.hit.shape[1:]
-            demand(
-                verdict.shape == shape and verdict.dtype == bool,
-                f"{name}: must be {shape} of true or false, got {verdict.shape} of {verdict.dtype}",
-            )
+            told = f"{name}: must be {shape} of true or false, got {verdict.shape} of {verdict.dtype}"
+            demand(verdict.shape == shape and verdict.dtype == bool, told)
 
 
 def tracks_are_judged_alone(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -72,10 +70,8 @@ def survival_is_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Time does not make a target exist more, and no time changes nothing."""
     existence = drawn.existence[0]
     after = lifecycle.predict(existence, drawn.dt)
-    demand(
-        np.all((after >= 0) & (after <= existence)),
-        f"predict: existence {existence} must become less over {drawn.dt:g} s, and not less than 0, got {after}",
-    )
+    told = f"predict: existence {existence} must become less over {drawn.dt:g} s, and not less than 0, got {after}"
+    demand(np.all((after >= 0) & (after <= existence)), told)
     same("predict(e, 0)", lifecycle.predict(existence, 0.0), existence, 1e-12, 1.0)
 
 
@@ -110,9 +106,7 @@ def permanent_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
         raise Closed("it does not say that its tracks go on")
     demand(lifecycle.certain, "certain: must be True, as its tracks are permanent")
     for confirmed, alive in live(lifecycle, drawn):
-        demand(
-            bool(confirmed.all() and alive.all()), "review: every track must be confirmed and go on, as they are permanent"
-        )
+        demand(confirmed.all() and alive.all(), "review: every track must be confirmed and go on, as they are permanent")
 
 
 def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -143,23 +137,15 @@ def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
             memory, _, alive = lifecycle.review(memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
             if not alive.any():
                 break
-        demand(
-            not alive.any(), f"review: a track goes on after ten days or more of scans that could detect it with {chance:g}"
-        )
+        demand(not alive.any(), f"review: a track goes on after ten days of scans that could detect it with {chance:g}")
 
 
-LAWS = (
-    Law(pure),
-    Law(verdicts_are_one_a_track),
-    Law(tracks_are_judged_alone),
-    Law(batches_as_it_loops),
-    Law(survival_is_a_probability),
-    Law(existence_stays_a_probability),
-    Law(two_waits_make_one),
-    Law(certain_as_declared),
-    Law(permanent_as_declared),
-    Law(a_hit_never_harms),
-    Law(unseen_tracks_end),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, verdicts_are_one_a_track, tracks_are_judged_alone, batches_as_it_loops, survival_is_a_probability,
+        existence_stays_a_probability, two_waits_make_one, certain_as_declared, permanent_as_declared, a_hit_never_harms,
+        unseen_tracks_end,
+    )),
     *lifecycle_limits.LAWS,
     *apart.OF_LIFECYCLES,
-)
+)  # fmt: skip

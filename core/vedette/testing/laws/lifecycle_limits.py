@@ -69,10 +69,8 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
                 memory, _, alive = lifecycle.review(memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
                 lived = lived & alive
             ends.append(lived)
-        demand(
-            np.all(ends[0] == ends[1]),
-            f"review: after {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64",
-        )
+        told = f"after {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64"
+        demand(np.all(ends[0] == ends[1]), f"review: {told}")
 
 
 def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -130,9 +128,7 @@ def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float
     for share, wanted in ((0.9, True), (1.2, False)) if lives else ((1.2, False),):
         _, _, lived = after(lifecycle, [evolve(one, dt=share * one.dt) for one in hidden], found)
         demand(not wanted or lived.all(), f"review: a track ended after {share} times {name}, {limit:g}: it should live on")
-        demand(
-            wanted or not lived.any(), f"review: a track lives after {share} times {name}, {limit:g}: it should have ended"
-        )
+        demand(wanted or not lived.any(), f"review: a track lives after {share} times {name}, {limit:g}: it should end")
 
 
 def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -143,9 +139,7 @@ def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
     lives = 0.9 * limit < other
     _ends_at(lifecycle, "max_out_of_coverage", [scan(limit / 5, 0.0, 0.0)] * 5, limit, lives)
     again = [scan(min(0.3 * limit, 0.5 * other), 0.0, 0.0), scan(0.01, 1.0, 0.9)] * 12
-    demand(
-        after(lifecycle, again)[2].all(), "review: times out of coverage add up although the track was covered in between"
-    )
+    demand(after(lifecycle, again)[2].all(), "review: times out of coverage add up although it was covered in between")
 
 
 def waits_without_detection(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -198,10 +192,8 @@ def ends_below_its_least_existence(lifecycle: Lifecycle, drawn: Lives) -> None:
         if existence >= 1:
             continue
         _, _, alive = after(lifecycle, [scan(0.01, 1.0, 0.9, existence)] * 8, lifecycle.start(existence * ONES))
-        demand(
-            bool(alive.all()) if lives else not alive.any(),
-            f"review: a track with existence {existence:g} {'ended' if lives else 'lives'}, least_existence is {least:g}",
-        )
+        told = f"a track with existence {existence:g} {'ended' if lives else 'lives'}, least_existence is {least:g}"
+        demand(alive.all() if lives else not alive.any(), f"review: {told}")
 
 
 def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -241,9 +233,9 @@ def forgets_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
 def coasts_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `tentative` and `confirmed`: so many detections due may a track miss in a row, and no more."""
     limits = [_limit(lifecycle, name) for name in ("tentative", "confirmed")]
-    for hits, limit in zip((1, 70), limits, strict=True):
-        found, confirmed, alive = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (hits - 1))
-        if confirmed.all() != (hits > 1) or not alive.all():
+    for hits, limit in zip((0, 70), limits, strict=True):
+        found, confirmed, alive = after(lifecycle, [scan(0.001, 1.0, 0.9)] * hits or [scan(0.0, 0.0, 0.0)])
+        if confirmed.all() != (hits > 0) or not alive.all():
             continue
         looks = int(np.ceil(limit / 0.9))
         for missed, lives in ((0.9 * limit, True), (1.1 * limit, False)):
@@ -270,23 +262,11 @@ def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     demand(not len(wrong), f"review: at {wrong[:1].tolist()}, a track lives outside of its areas, or ends inside")
 
 
-LAWS = (
-    Law(found_tracks_live),
-    Law(next_to_no_hit_is_none),
-    Law(waiting_in_parts_is_waiting),
-    Law(a_look_at_nothing_keeps_the_verdict),
-    Law(memory_does_not_grow),
-    Law(asks_for_what_it_uses),
-    Law(what_does_not_exist_is_not_confirmed),
-    Law(waits_out_of_coverage),
-    Law(waits_without_detection),
-    Law(keeps_to_max_spread),
-    Law(misses_in_a_row),
-    Law(confirms_after_hits),
-    Law(ends_below_its_least_existence),
-    Law(survives_its_lifetime),
-    Law(falls_by_its_drop),
-    Law(forgets_as_stated),
-    Law(coasts_as_stated),
-    Law(survives_in_its_areas),
-)
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        found_tracks_live, next_to_no_hit_is_none, waiting_in_parts_is_waiting, a_look_at_nothing_keeps_the_verdict,
+        memory_does_not_grow, asks_for_what_it_uses, what_does_not_exist_is_not_confirmed, waits_out_of_coverage,
+        waits_without_detection, keeps_to_max_spread, misses_in_a_row, confirms_after_hits, ends_below_its_least_existence,
+        survives_its_lifetime, falls_by_its_drop, forgets_as_stated, coasts_as_stated, survives_in_its_areas,
+    )),
+)  # fmt: skip

@@ -225,10 +225,8 @@ def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) ->
     carried = H @ sharp.noise @ np.swapaxes(H, -1, -2)
     root = np.linalg.cholesky(R)
     white = np.linalg.eigvalsh(np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, carried), -1, -2)))
-    demand(
-        np.all((white > 0.5) & (white < 2.0)),
-        f"noise: in the sensor's own axes, it is {white.min():.3g} to {white.max():.3g} times the sensor's",
-    )
+    told = f"noise: in the sensor's own axes, it is {white.min():.3g} to {white.max():.3g} times the sensor's"
+    demand(np.all((white > 0.5) & (white < 2.0)), told)
 
 
 def placed_scans_are_placed(preprocessor: Preprocessor, drawn: Raw) -> None:
@@ -264,10 +262,9 @@ def evidence_is_passed_on(preprocessor: Preprocessor, drawn: Raw) -> None:
     demand(with_it.evidence is not None, "evidence: the returns have some, and what is made of them has none")
     assert with_it.evidence is not None
     order = [int(np.argmin(np.linalg.norm(with_it.z - one, axis=-1))) for one in exact.made.z]
-    demand(
-        bool(np.all(np.diff(with_it.evidence[order][np.argsort(own)]) > 0)),
-        f"evidence: of returns with {own.tolist()} nats becomes {with_it.evidence[order].tolist()}",
-    )
+    becomes = with_it.evidence[order]
+    told = f"evidence: of returns with {own.tolist()} nats becomes {becomes.tolist()}"
+    demand(np.all(np.diff(becomes[np.argsort(own)]) > 0), told)
 
 
 def pictures_make_returns(preprocessor: Preprocessor, drawn: Raw) -> None:
@@ -307,17 +304,11 @@ def pictures_make_returns(preprocessor: Preprocessor, drawn: Raw) -> None:
     same("returns of a picture without a pose", made(shown, posed=False).z, some.z, 1e-9)
 
 
-LAWS = (
-    Law(pure),
-    Law(makes_finite_returns),
-    Law(noise_is_positive_definite),
-    Law(padding_changes_nothing),
-    Law(nothing_comes_of_nothing),
-    Law(returns_lie_where_they_were_seen),
-    Law(others_far_away_change_nothing),
-    Law(sharper_returns_make_sharper_ones),
-    Law(placed_scans_are_placed),
-    Law(evidence_is_passed_on),
-    Law(pictures_make_returns),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, makes_finite_returns, noise_is_positive_definite, padding_changes_nothing, nothing_comes_of_nothing,
+        returns_lie_where_they_were_seen, others_far_away_change_nothing, sharper_returns_make_sharper_ones,
+        placed_scans_are_placed, evidence_is_passed_on, pictures_make_returns,
+    )),
     Law(evidence_is_a_likelihood_ratio, effort="statistical"),
-)
+)  # fmt: skip

@@ -262,10 +262,8 @@ def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
                     sizes.append(np.array([np.ptp(np.flatnonzero(bright.any(axis=axis))) + 1 for axis in (0, 1)]) / box)
     if not contrast:
         raise Closed("no target is within a picture with truth in px, or none stands out")
-    demand(
-        abs(np.mean(contrast)) > 1.0,
-        f"frame: at the truth pixels are {np.mean(contrast):.3g} deviations from the others on average, must differ",
-    )
+    mean = float(np.mean(contrast))
+    demand(abs(mean) > 1.0, f"frame: at the truth pixels must differ, are {mean:.3g} deviations from the others on average")
     for name, ratio in zip(("width", "height"), np.median(sizes, axis=0) if sizes else (), strict=False):
         demand(0.3 < ratio < 1.4, f"truth: what stands out is {ratio:.3g} times as large as its {name}, must be .3 to 1.4")
 
@@ -291,10 +289,8 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
         steps = dt * (v[1:] + v[:-1]) / 2
         off, far = np.linalg.norm(moved - steps.sum(axis=0)), np.sum(np.linalg.norm(steps, axis=-1))
         rough = np.linalg.norm(dt * np.diff(v, axis=0))  # the error is .3 of it for a Brownian path, less for a smooth one
-        demand(
-            off <= 0.05 * far + 2.0 * rough + 1e-6,
-            f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}",
-        )
+        told = f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}"
+        demand(off <= 0.05 * far + 2.0 * rough + 1e-6, told)
         if {"heading", "vx", "vy"} <= set(names):
             vx, vy, to = path.states[:, [names.index(name) for name in ("vx", "vy", "heading")]].T
             ahead, way = np.sum(vx * np.cos(to) + vy * np.sin(to)), np.sum(np.hypot(vx, vy))
@@ -323,10 +319,7 @@ def scans_come_once(source: Source, drawn: Opened) -> None:
     scans = drawn.open(source).scans
     for one, other in zip(scans, list(scans)[1:], strict=False):
         twice = one.sensor == other.sensor and one.time == other.time and told(one).size > 0
-        demand(
-            not (twice and np.array_equal(told(one), told(other))),
-            f"scans: the one at {one.time:g} s comes twice",
-        )
+        demand(not (twice and np.array_equal(told(one), told(other))), f"scans: the one at {one.time:g} s comes twice")
 
 
 def scans_come_unseen(source: Source, drawn: Opened) -> None:
@@ -488,10 +481,7 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
     if density and len(rest) > 200:
         away = np.linalg.norm(rest - rest.mean(axis=0), axis=-1)
         found, wanted = np.sum(away < away.max() / 2), density * np.pi * (away.max() / 2) ** 2 * looks
-        demand(
-            abs(found - wanted) < 7.0 * np.sqrt(wanted),
-            f"returns: {found} false ones are in the middle, must be {wanted:.3g} by `clutter`",
-        )
+        demand(abs(found - wanted) < 7.0 * np.sqrt(wanted), f"returns: {found} are false, must be {wanted:.3g} by `clutter`")
 
 
 def drawn_together_as_alone(source: Source, drawn: Opened) -> None:
@@ -538,10 +528,8 @@ def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
         and seen - looks / 2 < reach * np.sqrt(looks) / 2 + 0.25 * looks,  # two that are close share a return
         f"returns: targets are seen {seen} times in {looks} looks of a sensor that detects half",
     )
-    demand(
-        both < 30 or abs(first - both / 2) < reach * np.sqrt(both) / 2,
-        f"returns: that of the first target stands first in {first} of {both} scans with both",
-    )
+    fair = both < 30 or abs(first - both / 2) < reach * np.sqrt(both) / 2
+    demand(fair, f"returns: that of the first target stands first in {first} of {both} scans with both")
 
 
 def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
@@ -567,30 +555,20 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
     if len(places) < 40:
         raise Closed("it has too little truth for that")
     off = float(np.sum(places) / np.sqrt(variance))
+    where = "before" if off < 0 else "behind"
     demand(
-        abs(off) < -ndtri(drawn.alpha / 2),
-        f"returns: those of targets stand {'before' if off < 0 else 'behind'} false ones, by {abs(off):.1f} standard errors",
+        abs(off) < -ndtri(drawn.alpha / 2), f"returns: targets' stand {where} false ones, by {abs(off):.1f} standard errors"
     )
 
 
-LAWS = (
-    Law(the_seed_decides),
-    Law(draws_as_declared),
-    Law(scans_come_in_time_order),
-    Law(scans_are_the_sensors),
-    Law(scans_last_as_stated),
-    Law(truth_is_in_order),
-    Law(every_generator_its_own),
-    Law(scans_come_once),
-    Law(scans_come_unseen),
-    Law(returns_are_of_the_truth),
-    Law(truth_moves_as_its_velocities),
-    Law(pictures_show_the_truth),
-    Law(nobody_is_seen_before_or_after),
-    Law(pictures_vary_as_stated),
-    Law(backgrounds_drift_as_stated),
-    Law(drawn_together_as_alone),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        the_seed_decides, draws_as_declared, scans_come_in_time_order, scans_are_the_sensors, scans_last_as_stated,
+        truth_is_in_order, every_generator_its_own, scans_come_once, scans_come_unseen, returns_are_of_the_truth,
+        truth_moves_as_its_velocities, pictures_show_the_truth, nobody_is_seen_before_or_after, pictures_vary_as_stated,
+        backgrounds_drift_as_stated, drawn_together_as_alone,
+    )),
     Law(scatters_as_stated, effort="statistical"),
     Law(targets_are_missed_as_stated, effort="statistical"),
     Law(order_of_returns_tells_nothing, effort="statistical"),
-)
+)  # fmt: skip
