@@ -75,11 +75,11 @@ def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
     same("existence, with something else where a component is missing", other.existence, first.existence, 1e-9)
 
 
-def _second(birth: Birth, drawn: Returns, first: Array, then: Array) -> Newborn:
-    """The tracks that start at the returns of a second scan, none of which, nor of the first, is a track's."""
-    estimator, sensor, free, rng = drawn.estimator, drawn.sensor, np.zeros(len(first)), drawn.rng()
+def _last(birth: Birth, drawn: Returns, *scans: Array) -> Newborn:
+    """The tracks that start at the returns of the last of some scans, none of which is a track's."""
+    estimator, sensor, free, rng = drawn.estimator, drawn.sensor, np.zeros(len(scans[0])), drawn.rng()
     memory, found = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
-    for z in (first, then):
+    for z in scans:
         scan = Detections.of(z, 2)
         if birth.models_unseen:
             memory = birth.predict(memory, estimator, drawn.dt, rng)
@@ -91,25 +91,30 @@ def _second(birth: Birth, drawn: Returns, first: Array, then: Array) -> Newborn:
 
 
 def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
-    """Somewhere in the plane, a target seen twice starts a track, whose covariance holds what the noise of both adds."""
+    """Somewhere, a target seen two or three times starts a track, as unsure as the noise of these makes it at least."""
     if birth.draws or not birth.starts_from(SENSOR):
         raise Closed("no return starts a track, or what it draws hides it")
     grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
-    scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * time for time in (0.0, drawn.dt)]
+    scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * drawn.dt * i for i in range(3)]
     try:
-        before = _second(birth, drawn, *scans)
+        before = _last(birth, drawn, *scans[:2])
+        scans = scans[:2] if len(before.returns) else scans
+        before = before if len(before.returns) else _last(birth, drawn, *scans)
     except ValueError as refusal:
         raise Closed(f"it starts no tracks there: {refusal}") from None
     if not len(before.returns) and getattr(birth, "least", 0.0) > 1e-4:
         raise Closed("it starts only tracks that likely exist")
-    demand(len(before.returns), "begin: of 25 targets all over the plane, seen twice and never claimed, none starts a track")
+    demand(
+        len(before.returns),
+        "begin: of 25 targets all over the plane, seen three times and never claimed, none starts a track",
+    )
     sigma = np.sqrt(drawn.sensor.noise(np.zeros(2))[0, 0])
     added = np.zeros(before.prior.cov.shape)
-    for which in (0, 1):
+    for which in range(len(scans)):
         for axis in (0, 1):
             moved = [np.array(z) for z in scans]
             moved[which][:, axis] += 1e-3 * sigma
-            other = _second(birth, drawn, *moved)
+            other = _last(birth, drawn, *moved)
             if not np.array_equal(other.returns, before.returns):
                 raise Closed("a small step changes which returns start tracks")
             slope = (other.prior.mean - before.prior.mean) / 1e-3

@@ -230,11 +230,9 @@ def sees_nothing_where_it_covers_nothing(sensor: Sensor, drawn: Looks) -> None:
     demand(np.all(p == 0), f"detects: must be 0 where `covers` is false, got up to {np.max(p):g}")
 
 
-LAWS = (
-    Law(clutter_takes_any_number_of_returns),
-    Law(false_returns_add_up),
-    Law(false_returns_spread_as_stated),
-    Law(detects_within_max_range),
-    Law(detects_within_its_sectors),
-    Law(sees_nothing_where_it_covers_nothing),
-)
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        clutter_takes_any_number_of_returns, false_returns_add_up, false_returns_spread_as_stated, detects_within_max_range,
+        detects_within_its_sectors, sees_nothing_where_it_covers_nothing,
+    )),
+)  # fmt: skip

@@ -302,25 +302,17 @@ def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Sce
     alike(estimator, estimator.update(belief, innovation, weights), wanted, 1e-8)
 
 
-LAWS = (
-    Law(pure),
-    Law(predicts_the_same_again),
-    Law(draws_only_if_it_says_so),
-    Law(draws_from_its_generator),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, predicts_the_same_again, draws_only_if_it_says_so, draws_from_its_generator,
+    )),
     *draws.LAWS,
-    Law(noise_of_steps_adds_up),
-    Law(batches_as_it_loops),
-    Law(tracks_come_and_go),
-    Law(starts_at_its_prior),
-    Law(no_time_changes_nothing),
-    Law(a_short_time_forgets_nothing),
-    Law(a_missed_scan_equals_prediction),
-    Law(returns_of_weight_zero_change_nothing),
-    Law(a_scan_in_one_call_is_its_parts),
-    Law(order_of_returns_is_free),
-    Law(a_miss_has_its_probability),
-    Law(return_likelihood_is_a_density),
-    Law(soft_weights_give_the_mixtures_moments),
+    *map(Law, (
+        noise_of_steps_adds_up, batches_as_it_loops, tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
+        a_short_time_forgets_nothing, a_missed_scan_equals_prediction, returns_of_weight_zero_change_nothing,
+        a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_miss_has_its_probability,
+        return_likelihood_is_a_density, soft_weights_give_the_mixtures_moments,
+    )),
     *exact.LAWS,
     *credibility.LAWS,
     *mixture.LAWS,
@@ -329,4 +321,4 @@ LAWS = (
     *reframing.LAWS,
     *gaps.OF_ESTIMATORS,
     *twins.OF_ESTIMATORS,
-)
+)  # fmt: skip

@@ -241,18 +241,12 @@ def angles_wrap(model: MotionModel, drawn: Moves) -> None:
     spaces.wraps_are_canonical(model.state, drawn.x, drawn.step)
 
 
-LAWS = (
-    Law(pure),
-    Law(batches_as_it_loops),
-    Law(gives_finite_numbers),
-    Law(zero_step_changes_nothing),
-    Law(noise_is_a_covariance),
-    Law(a_sure_belief_has_the_noise_of_its_mean),
-    Law(variances_are_squares),
-    Law(noise_has_its_units),
-    Law(deviations_count),
-    Law(zero_variance_axes_have_no_noise),
-    Law(jacobian_is_the_derivative),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, batches_as_it_loops, gives_finite_numbers, zero_step_changes_nothing, noise_is_a_covariance,
+        a_sure_belief_has_the_noise_of_its_mean, variances_are_squares, noise_has_its_units, deviations_count,
+        zero_variance_axes_have_no_noise, jacobian_is_the_derivative,
+    )),
     Law(linear_as_declared, needs="linear"),
     Law(two_steps_make_one, needs="divisible"),
     Law(noise_matches_draws, effort="statistical"),
@@ -265,4 +259,4 @@ LAWS = (
     Law(differences_undo_steps),
     Law(angles_wrap),
     *twins.OF_MOTION,
-)
+)  # fmt: skip

@@ -282,31 +282,24 @@ def _ways_around(space: Space, x: Array) -> list[Array]:
     return ways
 
 
-LAWS = (
-    Law(pure),
-    Law(batches_as_it_loops),
-    Law(gives_finite_numbers),
-    Law(noise_is_positive_definite),
-    Law(variances_are_squares),
-    Law(noise_has_its_units),
-    Law(deviations_count),
-    Law(jacobian_is_the_derivative),
+LAWS: tuple[Law, ...] = (
+    *map(Law, (
+        pure, batches_as_it_loops, gives_finite_numbers, noise_is_positive_definite, variances_are_squares,
+        noise_has_its_units, deviations_count, jacobian_is_the_derivative,
+    )),
     Law(linear_as_declared, needs="linear"),
-    Law(measurement_lies_in_its_domain),
-    Law(detection_is_a_probability),
-    Law(clutter_is_a_density),
-    Law(further_axes_change_nothing),
+    *map(Law, (
+        measurement_lies_in_its_domain, detection_is_a_probability, clutter_is_a_density, further_axes_change_nothing,
+    )),
     Law(returns_match_the_model, effort="statistical"),
-    Law(inverts_what_it_measures),
-    Law(takes_a_returns_own_noise),
-    Law(standing_elsewhere_keeps_the_axes),
-    Law(differences_undo_steps),
-    Law(angles_wrap),
-    Law(names_mean_the_same),
+    *map(Law, (
+        inverts_what_it_measures, takes_a_returns_own_noise, standing_elsewhere_keeps_the_axes, differences_undo_steps,
+        angles_wrap, names_mean_the_same,
+    )),
     *inversion.LAWS,
     *platforms.LAWS,
     *clutter.LAWS,
     *rates.LAWS,
     *imaging.LAWS,
     *twins.OF_SENSOR,
-)
+)  # fmt: skip
