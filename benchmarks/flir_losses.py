@@ -4,14 +4,16 @@
 
 Each kind is planted into one in `--every` of the segments of at least 150 frames, each time into others. From frame 50 on:
 
-another    100 frames of another clip, then back
+another    100 frames of another clip, its own target taken out, then back
 moved      a cut: the picture is shifted by 100 px, at random up or down and left or right, and mirrored beyond its edge
 fades      the target fades within 30 frames, and is gone for 60
 gone       it is gone at once, for 60 frames
 pole       a pole stands before where it flies, for 40 frames
 exit       the picture is shifted by 4 px a frame until the target is out of it, for 60 frames more
 tip        it fades within 10 frames, and a tip as bright as .8 of it stands where it was, for 60 frames
+passes     a tip stands still where it will be in frame 70, as bright as it, from the start on; it fades there, for 60 frames
 trees      a wood below it, 1.1 sizes away: no loss
+crosses    a spot as bright and half as large crosses it within 40 frames: no loss
 
 What is taken away is replaced by what is around it. Told: existence below one half, from the eleventh frame of a loss on.
 """
@@ -32,8 +34,10 @@ from vedette import Array
 BEGIN = 50
 Frames = list[Array]
 Boxes = dict[int, Array]
-Plant = Callable[[Frames, Boxes, np.random.Generator, Array], int]
-"""Changes frames and boxes of a segment, from its own frame 0 on; returns in which frame the target is back, 0 for none."""
+Plant = Callable[[Frames, Boxes, np.random.Generator, Clip], int | None]
+"""Changes frames and boxes of a segment, from its own frame 0 on; returns in which frame the target is back, 0 for none;
+None where it cannot be planted.
+"""
 
 
 def cleaned(pixels: Array, box: Array, rng: np.random.Generator) -> Array:
@@ -62,34 +66,45 @@ def _gone(frames: Frames, boxes: Boxes, rng: np.random.Generator, share: Callabl
     return end
 
 
-def another(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def another(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
+    seen = min(other.boxes)
     for k in range(BEGIN, min(BEGIN + 100, len(frames))):
-        frames[k] = other[(k - BEGIN) % len(other)].astype(float)
+        i = (k - BEGIN) % len(other.frames)
+        box = other.boxes.get(i, other.boxes.get(i - 1, other.boxes[seen]))
+        frames[k] = cleaned(other.frames[i].astype(float), box, rng)
         boxes.pop(k, None)
     return BEGIN + 100
 
 
-def moved(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def _shift(frames: Frames, boxes: Boxes, rng: np.random.Generator, k: int, step: Array) -> None:
+    """Shift frame k and its box, and mirror the rest of the picture, without the target, beyond its edge."""
+    M, size = np.array([[1.0, 0.0, step[0]], [0.0, 1.0, step[1]]]), frames[k].shape[::-1]
+    shifted = cv2.warpAffine(frames[k], M, size)
+    inside = cv2.warpAffine(np.ones_like(frames[k]), M, size) > 0.5
+    rest = cleaned(frames[k], boxes[k], rng) if k in boxes else frames[k]
+    frames[k] = np.where(inside, shifted, cv2.warpAffine(rest, M, size, borderMode=cv2.BORDER_REFLECT_101))
+    if k in boxes:
+        boxes[k] = boxes[k] + [*step, 0.0, 0.0]
+
+
+def moved(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     at = boxes[min(boxes, key=lambda k: abs(k - BEGIN))][:2]
     middle = 0.5 * np.array(frames[0].shape[::-1])
     step = np.where(at > middle, -100, 100)  # so that it stays in the picture
     for k in range(BEGIN, len(frames)):
-        M = np.array([[1.0, 0.0, step[0]], [0.0, 1.0, step[1]]])
-        frames[k] = cv2.warpAffine(frames[k], M, frames[k].shape[::-1], borderMode=cv2.BORDER_REFLECT)
-        if k in boxes:
-            boxes[k] = boxes[k] + [*step, 0.0, 0.0]
+        _shift(frames, boxes, rng, k, step)
     return BEGIN
 
 
-def fades(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def fades(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     return _gone(frames, boxes, rng, lambda k: max(1.0 - k / 30.0, 0.0), BEGIN + 90)
 
 
-def gone(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def gone(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     return _gone(frames, boxes, rng, lambda k: 0.0, BEGIN + 60)
 
 
-def pole(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def pole(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     box = boxes[min(boxes, key=lambda k: abs(k - BEGIN))]
     for k in range(BEGIN, min(BEGIN + 40, len(frames))):
         if k in boxes:
@@ -101,37 +116,63 @@ def pole(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -
     return BEGIN + 40
 
 
-def leaves(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def leaves(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     shift = 0
     for k in range(BEGIN, len(frames)):
-        inside = k in boxes and boxes[k][0] + shift > -0.5 * boxes[k][2]
-        shift -= 4 if inside else 0
-        M = np.array([[1.0, 0.0, shift], [0.0, 1.0, 0.0]])
-        frames[k] = cv2.warpAffine(frames[k], M, frames[k].shape[::-1], borderMode=cv2.BORDER_REFLECT_101)
-        if k in boxes:
-            boxes[k] = boxes[k] + [shift, 0.0, 0.0, 0.0]
-            if boxes[k][0] < 0:
-                frames[k] = frames[k].copy()
-                mirrored = boxes[k] * [-1.0, 1.0, 1.0, 1.0]
-                frames[k] = cleaned(frames[k], mirrored, rng)
-                del boxes[k]
+        shift -= 4 if k in boxes and boxes[k][0] + shift > -0.5 * boxes[k][2] else 0
+        _shift(frames, boxes, rng, k, np.array([shift, 0]))
+        if k in boxes and boxes[k][0] < 0:
+            del boxes[k]
     return 0
 
 
-def tip(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def _bump(frames: Frames, box: Array, scale: float) -> Array:
+    """Return a smooth spot (h, w) at a box, `scale` times as large as the target there, as bright as it."""
+    (h, w), (x, y, across, down) = frames[0].shape, box
+    rows, columns = np.mgrid[:h, :w]
+    return np.exp(-0.5 * (((columns - x) / (0.3 * scale * across)) ** 2 + ((rows - y) / (0.3 * scale * down)) ** 2))
+
+
+def _bright(frames: Frames, boxes: Boxes) -> tuple[Array, float]:
+    """Return the box at `BEGIN`, and by how much the target is brighter there than the frame's median."""
     first = min(boxes, key=lambda k: abs(k - BEGIN))
     x, y, w, h = boxes[first]
-    rows, columns = np.mgrid[: frames[0].shape[0], : frames[0].shape[1]]
-    bump = np.exp(-0.5 * (((columns - x) / (0.3 * w)) ** 2 + ((rows - y) / (0.3 * h)) ** 2))
     near = frames[first][int(max(y - h / 2, 0)) : int(y + h / 2) + 1, int(max(x - w / 2, 0)) : int(x + w / 2) + 1]
-    bright = 0.8 * (float(near.max()) - float(np.median(frames[first])))
+    return boxes[first], float(near.max()) - float(np.median(frames[first]))
+
+
+def tip(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
+    box, bright = _bright(frames, boxes)
+    bump = 0.8 * bright * _bump(frames, box, 1.0)
     end = _gone(frames, boxes, rng, lambda k: max(1.0 - k / 10.0, 0.0), BEGIN + 70)
     for k in range(BEGIN, min(end, len(frames))):
-        frames[k] = frames[k] + bright * min((k - BEGIN) / 10.0, 1.0) * bump
+        frames[k] = frames[k] + min((k - BEGIN) / 10.0, 1.0) * bump
     return end
 
 
-def trees(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Array) -> int:
+def passes(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int | None:
+    near = [boxes[min(boxes, key=lambda k: abs(k - at))] for at in (0, BEGIN + 20)]
+    if np.all(np.abs(near[1] - near[0])[:2] < 1.5 * near[0][2:]):
+        return None  # it stands still: that tip is where it always was
+    bright = _bright(frames, boxes)[1]
+    bump = bright * _bump(frames, boxes[min(boxes, key=lambda k: abs(k - BEGIN - 20))], 1.0)
+    end = _gone(frames, boxes, rng, lambda k: float(np.clip((30.0 - k) / 20.0, 0.0, 1.0)), BEGIN + 90)
+    for k in range(len(frames)):
+        frames[k] = np.maximum(frames[k], np.median(frames[k]) + bump)
+    return end
+
+
+def crosses(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
+    bright = _bright(frames, boxes)[1]
+    aside = rng.choice([-1.0, 1.0], 2)
+    for k in range(BEGIN, min(BEGIN + 40, len(frames))):
+        box = boxes.get(k, boxes[min(boxes, key=lambda j: abs(j - k))])
+        off = aside * (k - BEGIN - 20.0) / 20.0 * (2.5 * box[2:] + 10.0)
+        frames[k] = np.maximum(frames[k], np.median(frames[k]) + bright * _bump(frames, box + [*off, 0.0, 0.0], 0.5))
+    return 0
+
+
+def trees(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     rows, columns = np.mgrid[: frames[0].shape[0], : frames[0].shape[1]]
     crown = 2.0 * np.sin(columns / 5.0) + 1.5 * np.sin(columns / 2.3)
     rough = 30.0 + 10.0 * cv2.GaussianBlur(rng.normal(size=frames[0].shape), (0, 0), 1.0) * 3.0
@@ -152,6 +193,8 @@ KINDS: dict[str, Plant] = {
     "pole": pole,
     "exit": leaves,
     "tip": tip,
+    "passes": passes,
+    "crosses": crosses,
     "trees": trees,
 }
 
@@ -167,8 +210,10 @@ def planted(recorded: list[Clip], every: int) -> list[tuple[str, Clip, int]]:
             start = min(k for k in clip.boxes if k >= begin)
             frames = [each.astype(float) for each in clip.frames[start:end]]
             boxes = {k - start: box.copy() for k, box in clip.boxes.items() if start <= k < end}
-            other = parts[(i + len(parts) // 2) % len(parts)][0].frames
+            other = parts[(i + len(parts) // 2) % len(parts)][0]
             back = plant(frames, boxes, np.random.default_rng([number, i]), other)
+            if back is None:
+                continue
             eight = np.clip(np.rint(np.array(frames)), 0, 255).astype(np.uint8)
             made.append((kind, evolve(clip, frames=eight, boxes=boxes, segments=((0, len(eight)),)), back))
     return made
