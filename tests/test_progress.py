@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 import vedette
-from vedette.progress import on_terminal, silent
+from vedette.progress import silent
+from vedette_report.progress import on_terminal
 
 CONFIG: dict[str, Any] = {
     "source": {

@@ -6,7 +6,6 @@ Shapes and rules are those of `vedette.roles`; `l` leaves, `h` hypotheses.
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable
 from functools import cached_property
 from typing import Any, ClassVar, Literal, Self
 
@@ -279,21 +278,6 @@ def marginals(scores: LeafScores, grown: Branching, probability: Array) -> tuple
     if grown.lost is not None:
         lost[grown.parent] = grown.lost
     return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost
-
-
-def best_marginals_of_table(
-    scores: Array, most: int, of: Callable[[LeafScores, int], tuple[Array, Array, Array]] = best_marginals
-) -> tuple[Array, Array]:
-    """Return the same by tables of log scores (*b, t, 1+k): weights (*b, t, 1+k) and what is lost (*b, t).
-
-    `of`: what makes them of one run's, as `best_marginals` does.
-    """
-    weights, lost = np.zeros(scores.shape), np.zeros(scores.shape[:-1])
-    for run in np.ndindex(scores.shape[:-2]):
-        pairs = LeafScores.of(scores[run])
-        weights[(*run, slice(None), 0)], shares, lost[run] = of(pairs, most)
-        weights[run][pairs.leaf, 1 + pairs.returns] = shares
-    return weights, lost
 
 
 class HypothesisAssociator(Associator):

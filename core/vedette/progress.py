@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Iterable, Sequence
 from typing import Protocol, TypeVar
 
 T = TypeVar("T")
@@ -18,33 +16,4 @@ class Progress(Protocol):
 
 def silent(items: Sequence[T], about: str, /) -> Iterable[T]:
     """Show nothing."""
-    return items
-
-
-@contextmanager
-def on_terminal() -> Iterator[Progress]:
-    """Yield a bar on standard error where that is a terminal; without rich, a line for each loop; elsewhere nothing."""
-    if not sys.stderr.isatty():
-        yield silent
-        return
-    try:
-        from rich import progress as shown
-        from rich.console import Console
-    except ImportError:
-        yield _in_a_line
-        return
-    columns = (shown.MofNCompleteColumn(), shown.TextColumn("left"), shown.TimeRemainingColumn())
-    with shown.Progress(
-        *shown.Progress.get_default_columns()[:-1], *columns, console=Console(stderr=True), transient=True
-    ) as bar:
-
-        def track(items: Sequence[T], about: str, /) -> Iterable[T]:
-            endless = getattr(items, "once", False)  # what a camera gives: nobody knows how much
-            return bar.track(iter(items) if endless else items, description=about)
-
-        yield track
-
-
-def _in_a_line(items: Sequence[T], about: str, /) -> Iterable[T]:
-    print(f"{about}: {len(items):,} to go", file=sys.stderr)
     return items

@@ -17,9 +17,10 @@ from attrs import evolve
 
 import vedette
 from vedette import ConfigError, InputError, Problem, Progress, VedetteError
-from vedette.progress import on_terminal, silent
+from vedette.progress import silent
 from vedette_marine.ais import KNOT, ROT_STEP
 from vedette_marine.geometry import write_geometry
+from vedette_report.progress import on_terminal
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.marine_surroundings import land_mask
 from vedette_sim.sea import opencv

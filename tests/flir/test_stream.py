@@ -11,7 +11,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import ConfigError, InputError, LazyScans, Scan
 from vedette.cli import main
-from vedette.progress import on_terminal
+from vedette_report.progress import on_terminal
 from vedette_report.streaming import stream
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"

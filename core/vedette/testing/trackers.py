@@ -27,7 +27,6 @@ from vedette.testing.correlations import (
     tail_verdicts,
 )
 from vedette.testing.montecarlo import Runs, World, play, prior_of, world_of
-from vedette.testing.noise_diagnosis import likely_cause
 from vedette.testing.verdicts import (
     LAGS,
     bias_of,
@@ -177,7 +176,7 @@ def consistency(
         usual = play(world, scene.start, times, runs, np.random.default_rng(seed), scene).surprise
     report = judge(played, alpha, band, seed, usual)
     wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
-    cause = likely_cause(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
+    cause = look_up("likely_cause")(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
     return attrs.evolve(report, cause=cause)
 
 

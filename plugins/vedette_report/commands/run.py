@@ -15,13 +15,13 @@ from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load, to_config
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result, Steps
-from vedette.progress import on_terminal
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
 from vedette_files.writing import Inputs, check_folder, locked, results_in, settle, unfinished_runs
 from vedette_report.drawing import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.files import NAMES, write_config, write_files, write_of_plugins
+from vedette_report.progress import on_terminal
 from vedette_report.series import recorded_run
 from vedette_report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette_report.summary import summary

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import ClassVar
 
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
-from vedette.hypotheses import Hypotheses, LeafScores, best_marginals_of_table
+from vedette.hypotheses import Hypotheses, LeafScores
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.recombined import merged_by_track
+from vedette_standard.associators.tables import best_marginals_of_table
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
 from vedette_standard.unresolved.meeting import of_hypotheses

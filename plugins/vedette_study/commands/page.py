@@ -6,8 +6,8 @@ from argparse import Namespace
 from pathlib import Path
 
 from vedette.commands import options
-from vedette.progress import on_terminal
 from vedette_report.page import target_of
+from vedette_report.progress import on_terminal
 from vedette_study.page import write_study_page
 from vedette_study.results import is_study, read_outcome
 from vedette_study.worst_runs import read_run, run_anew, worst

@@ -10,8 +10,8 @@ from shlex import quote
 from vedette.commands import DONE, UNFIT
 from vedette.config import draft_of, load
 from vedette.errors import ConfigError, InputError, Problem
-from vedette.progress import on_terminal
 from vedette_files.writing import whole_file
+from vedette_report.progress import on_terminal
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
 from vedette_tools.drafting.wishes import Wishes

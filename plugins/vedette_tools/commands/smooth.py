@@ -11,10 +11,10 @@ from attrs import asdict
 
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
-from vedette.progress import on_terminal
 from vedette_files.columnar import SUFFIX
 from vedette_files.csv_times import check_pattern
 from vedette_files.writing import Inputs
+from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client
 from vedette_tools.smoothing.files import processes, smooth_files, tables
 from vedette_tools.smoothing.table import seconds

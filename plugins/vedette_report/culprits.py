@@ -9,7 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
+from vedette import WrappedMotion, WrappedSensor, fields
 from vedette.errors import VedetteError
 from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array
@@ -17,9 +17,8 @@ from vedette.testing.correlations import BEYOND_3, modes_verdict
 from vedette.testing.montecarlo import Runs, World, play
 from vedette.testing.truth import modes_of, motion_of
 from vedette.testing.verdicts import lost_runs
-from vedette.tracking.tracker import Tracker
+from vedette.tracking import Tracker
 from vedette.types import Gaussian
-from vedette.wrapping import WrappedMotion, WrappedSensor
 
 LAGS = (1, 2, 3)
 """Products of innovations of the same scan, of the next, and of those after tell Q from R."""
