@@ -71,6 +71,7 @@ from vedette_report.drawing import drawing as drawing
 from vedette_report.recorded import recorded_consistency as recorded_consistency
 from vedette_report.tables import draw_result as draw_result
 from vedette_report.tables import result_html as result_html
+from vedette_report.tables import score_html as score_html
 from vedette_report.tables import tabulate_result as tabulate_result
 from vedette_standard.whole_tracks import WholeTracks as WholeTracks
 from vedette_study.study import monte_carlo as monte_carlo

@@ -78,19 +78,6 @@ def parameters_html(value: Any) -> str:
     return html_table(getattr(value, "kind", type(value).__name__), rows)
 
 
-def figures_html(title: str, figures: Mapping[str, Any]) -> str:
-    """Return the table of figures that exist, to four digits."""
-    return html_table(
-        title, [(name.replace("_", " "), _figure(value)) for name, value in figures.items() if value is not None]
-    )
-
-
-def _figure(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return ", ".join(map(_figure, value))
-    return f"{value:.4g}" if isinstance(value, float) else str(value)
-
-
 def _parts(value: Any) -> list[Any]:
     """Return the components among a component's parameters."""
     values = (

@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 
 from vedette import kernels
 from vedette.roles import Associator
@@ -141,16 +141,6 @@ class Hypotheses:
         best = np.diff(self.cluster, prepend=-1) > 0
         return np.sort(self.leaves[best[self.rows]])
 
-    def holding(self, leaves: Indices) -> Indices:
-        """Return the leaves, ascending, of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
-        held = np.zeros(len(self.track), dtype=bool)
-        held[leaves] = True
-        number = np.bincount(self.rows, held[self.leaves], len(self.weights))
-        order = np.lexsort((-number, self.cluster))
-        best = np.zeros(len(self.weights), dtype=bool)
-        best[order[np.diff(self.cluster, prepend=-1) > 0]] = True
-        return np.sort(self.leaves[best[self.rows]])
-
     @cached_property
     def probability(self) -> Array:
         """The probability of each leaf (l,): the weight of the hypotheses that hold it."""
@@ -232,52 +222,6 @@ class Hypotheses:
         total = np.array(of_track)
         total[doubtful] += np.maximum(of_return[doubtful] - both[np.searchsorted(pairs, codes[doubtful])], 0.0)
         return np.minimum(total, 1.0)
-
-    def decided(self) -> Hypotheses:
-        """Return the hypotheses that hold, of each track, a leaf with the oldest ancestor that the heaviest one has."""
-        ancestor = self.past[self.leaves, -1]
-        begun, rows = ancestor >= 0, self.rows
-        best = np.diff(self.cluster, prepend=-1) > 0
-        settled = np.zeros(int(np.max(ancestor, initial=-1)) + 1, dtype=bool)
-        settled[ancestor[begun & best[rows]]] = True
-        count = len(self.weights)
-        number = np.bincount(rows[begun], minlength=count)
-        agreeing = np.bincount(rows[begun], settled[ancestor[begun]], count)
-        agrees = (number == agreeing) & (number == number[best][self.cluster])
-        weights = self.weights[agrees]
-        weights = weights / np.bincount(self.cluster[agrees], weights)[self.cluster[agrees]]
-        starts = np.concatenate([[0], np.cumsum(np.diff(self.starts)[agrees])])
-        return evolve(
-            self, cluster=self.cluster[agrees], weights=weights, starts=starts, leaves=self.leaves[agrees[rows]]
-        )  # fmt: skip
-
-
-def best_associations(scores: LeafScores, most: int) -> Branching:
-    """Return the `most` best joint associations of each cluster of tracks in one scan, as if there were no others."""
-    return Hypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
-
-
-def best_marginals(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:
-    """Return the marginals of the `most` best joint associations of each cluster of tracks, as if there were no others.
-
-    They are the probability (t,) of each track's miss, that (p,) of each pair, and the probability (t,) of all other
-    associations of the track's cluster, or a bound of it where the sum would take long.
-    """
-    grown = best_associations(scores, most)
-    return marginals(scores, grown, grown.hypotheses.probability)
-
-
-def marginals(scores: LeafScores, grown: Branching, probability: Array) -> tuple[Array, Array, Array]:
-    """Return what `best_marginals` does, by the probability (l,) of each leaf of one scan's associations."""
-    columns = 1 + scores.k
-    misses, shares, lost = np.zeros(len(scores.miss)), np.zeros(len(scores.scores)), np.zeros(len(scores.miss))
-    hit = grown.choice > 0
-    misses[grown.parent[~hit]] = probability[~hit]
-    pairs = scores.leaf * columns + 1 + scores.returns
-    shares[np.searchsorted(pairs, grown.parent[hit] * columns + grown.choice[hit])] = probability[hit]
-    if grown.lost is not None:
-        lost[grown.parent] = grown.lost
-    return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost
 
 
 class HypothesisAssociator(Associator):

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import sys
 import warnings
+from argparse import ArgumentParser
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from importlib.resources import files
@@ -58,6 +59,20 @@ class Look:
     def file(self, name: str) -> str:
         """Return the name of a picture's file."""
         return f"{name}.{self.form}"
+
+
+def add_pictures(parser: ArgumentParser) -> None:
+    """Add the options of a command that say how pictures are drawn."""
+    parser.add_argument(
+        "--format", default="png", choices=["png", "svg", "pdf"], help="format of the pictures; default: png"
+    )
+    parser.add_argument(
+        "--columns",
+        default="screen",
+        choices=["screen", "one", "two"],
+        help="size of the pictures: for a screen, or for one or two columns of a paper; default: screen",
+    )
+    parser.add_argument("--style", metavar="FILE", help="a matplotlib style file, applied after Vedette's own")
 
 
 @contextmanager

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from attrs import asdict
 
+from vedette.display import html_table
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.types import Rows
@@ -89,3 +91,16 @@ def _finite(value: Any) -> Any:
     if isinstance(value, dict):
         return {name: _finite(item) for name, item in value.items()}
     return value
+
+
+def figures_html(title: str, figures: Mapping[str, Any]) -> str:
+    """Return the table of figures that exist, to four digits."""
+    return html_table(
+        title, [(name.replace("_", " "), _figure(value)) for name, value in figures.items() if value is not None]
+    )
+
+
+def _figure(value: Any) -> str:
+    if isinstance(value, tuple | list):
+        return ", ".join(map(_figure, value))
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import attrs
 import numpy as np
 
 from vedette.config import did_you_mean, installed_figures
 from vedette.display import html_table
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Result
+from vedette.metrics import Score
 from vedette_files import Terms, table_of
 from vedette_files.libraries import needed
-from vedette_report.figures import figures
+from vedette_report.figures import figures, figures_html
 from vedette_report.traces import Judged
 
 
@@ -93,3 +95,10 @@ TABLES: dict[str, Callable[[Result], dict[str, Any]]] = {
     "metrics": _metrics_row,
 }
 """The tables of a result, by name."""
+
+
+def score_html(score: Score) -> str:
+    """Return the figures of a run in a table, and those of each true object in others."""
+    figures = {name: value for name, value in score.figures().items() if name != "truths"}
+    per_truth = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in score.truths)
+    return figures_html(f"Score over {score.scans} scans", figures) + per_truth

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.metrics import Estimate, Verdict, chi_square_verdict, mean_over_runs, normalised_error
+from vedette.metrics import Estimate, Verdict, chi_square_verdict, mean_over_runs, normalised_error, run_mean_verdict
 from vedette.space import Array
 
 
@@ -19,6 +19,20 @@ def rmse_over_runs(error: Array) -> Estimate:
     if square.error is None:
         return Estimate(root, None)
     return Estimate(root, square.error / (2.0 * root) if root > 0 else 0.0)
+
+
+def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
+    """Judge whether one value per run (r,), scaled to 1, proves that its mean lies in the equivalence band [low, high].
+
+    The band is narrowed by Student's quantile of the standard error: a filter whose mean is outside of it passes with
+    probability alpha at most. Too few runs narrow it to nothing (low > high): never inside, and the text says so.
+    """
+    loose = run_mean_verdict(name, values, low, high, alpha, -np.inf)
+    reach, figure = loose.high - high, f"{name}: {loose.figure:.3g} with a standard error of {loose.error:.2g}"
+    text = f"{figure}, to be in {low + reach:.3g} to {high - reach:.3g} (equivalence band {low:g} to {high:g})"
+    if low + reach > high - reach:
+        text = f"{figure}: too few runs to tell {low:g} from {high:g}"
+    return Verdict(name, loose.figure, low + reach, high - reach, alpha, text, loose.error)
 
 
 def calibration_verdicts(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) -> tuple[Verdict, ...]:

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.joint import drawn_scores, joint_associations, marginals
 from vedette import kernels
 from vedette.kernels import hypotheses
-from vedette_standard.associators.tables import best_marginals_of_table
+from vedette_standard.associators.marginals import best_marginals_of_table
 
 TWINS = [pytest.param(kernels.best_joint, id="running"), pytest.param(hypotheses.best_joint, id="reference")]
 seeds = st.integers(0, 2**32 - 1)

@@ -12,7 +12,7 @@ from scipy.special import chdtr, stdtr
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
 from vedette_report.recorded.credibility import noncredibility
-from vedette_study.over_runs import calibration_verdicts
+from vedette_study.over_runs import calibration_verdicts, equivalence_verdict
 
 ALPHA = 1e-7
 Z = 5.33
@@ -135,7 +135,7 @@ def test_degrees_of_freedom_may_differ_from_value_to_value():
 def test_run_mean_and_equivalence_by_hand():
     values = np.array([1.0, 1.2, 1.1, 1.3])
     error = np.sqrt(((values - 1.15) ** 2).sum() / 3 / 4)
-    lenient, strict = (f("ANEES", values, 0.9, 1.1, 0.05) for f in (c.run_mean_verdict, c.equivalence_verdict))
+    lenient, strict = (f("ANEES", values, 0.9, 1.1, 0.05) for f in (c.run_mean_verdict, equivalence_verdict))
     assert lenient.error == pytest.approx(error)
     assert lenient.figure == pytest.approx(1.15)
     assert stdtr(3, (0.9 - lenient.low) / error) == pytest.approx(1 - 0.05 / 2)
@@ -151,7 +151,7 @@ def test_run_mean_lets_the_edge_of_its_band_pass_and_equivalence_does_not():
     rng = np.random.default_rng(5)
     values = 1.1 + 0.3 * rng.normal(size=(4000, 50))
     wrongly_out = [not c.run_mean_verdict("m", row, 0.9, 1.1, 0.1).inside for row in values]
-    wrongly_in = [c.equivalence_verdict("m", row, 0.7, 1.1, 0.1).inside for row in values]
+    wrongly_in = [equivalence_verdict("m", row, 0.7, 1.1, 0.1).inside for row in values]
     assert within_its_size(wrongly_out, 0.05)
     assert within_its_size(wrongly_in, 0.05)
 

@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import quad
 
 from vedette.metrics import consistency as c
+from vedette_report.recorded.pooled import pooled_nis
 
 Z = 5.33
 
@@ -45,15 +46,15 @@ def test_weighted_nis_is_one_on_matched_truth():
         rest = nis - hit * axes * c.gate_truncation(axes, gate)
         return abs(rest.mean()) / (rest.std() / np.sqrt(len(rest)))
 
-    ratio = c.pooled_nis(nis, hit, 2, 0.9)
+    ratio = pooled_nis(nis, hit, 2, 0.9)
     assert off(2, 0.9) < Z
     assert off(2, 1.0) > 2 * Z
     assert ratio == pytest.approx(1, abs=0.05)
-    assert c.pooled_nis(nis, np.ones_like(hit), 2, 0.9) < 0.9
+    assert pooled_nis(nis, np.ones_like(hit), 2, 0.9) < 0.9
 
 
 def test_pooled_nis_by_hand():
     nis, hit, axes = np.array([[2.0, 1.5], [0.0, 0.0]]), np.array([[1.0, 0.5], [0.0, 0.0]]), np.array([2, 1])
-    ratio = c.pooled_nis(nis, hit, axes)
+    ratio = pooled_nis(nis, hit, axes)
     assert ratio[0] == pytest.approx(3.5 / 2.5)
     assert np.isnan(ratio[1])

@@ -10,9 +10,10 @@ from attrs import frozen
 
 from vedette.cli import main
 from vedette.progress import silent
-from vedette.reproduction import Cell, Condition, Reproduction, judged, remark, survey
+from vedette.reproduction import Cell, Condition, Reproduction, judged, remark
 from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
+from vedette_study.survey import survey
 from vedette_vts.reproduction import VtsReproduction
 
 

@@ -6,6 +6,7 @@ import pytest
 import vedette
 from vedette import Detections, Gaussian, Scan, ScanRefused
 from vedette.tracking import expected
+from vedette_tools.tuning.likelihood import undetected_density
 
 MEANS = np.array([[0.0, 0.0, 5.0, 0.0], [300.0, 0.0, 0.0, -5.0]])
 PRIOR = Gaussian(MEANS, np.tile(np.diag([9.0, 9.0, 1.0, 1.0]), (2, 1, 1)))
@@ -74,8 +75,8 @@ def test_undetected_targets_give_returns_elsewhere_as_densely_as_at_the_scans_ow
     tracker = tracker_of(birth={"kind": "poisson", "appear": [place]})
     it = tracker.expect(tracker.start(time=0.0), scan())
     assert np.all(it.rate > 0)
-    np.testing.assert_array_equal(it.undetected_at(it.observed), it.rate)
-    assert tracker_of().expect(tracker_of().start(PRIOR, 0.0), scan()).undetected_at(it.observed) is None
+    np.testing.assert_array_equal(undetected_density(it, it.observed), it.rate)
+    assert undetected_density(tracker_of().expect(tracker_of().start(PRIOR, 0.0), scan()), it.observed) is None
 
 
 def test_nothing_is_expected_of_a_scan_that_a_step_refuses():

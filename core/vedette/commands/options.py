@@ -40,20 +40,6 @@ def add_json(parser: ArgumentParser, what: str = "end standard output with one l
     parser.add_argument("--json", action="store_true", help=what)
 
 
-def add_pictures(parser: ArgumentParser) -> None:
-    """Add how pictures are drawn."""
-    parser.add_argument(
-        "--format", default="png", choices=["png", "svg", "pdf"], help="format of the pictures; default: png"
-    )
-    parser.add_argument(
-        "--columns",
-        default="screen",
-        choices=["screen", "one", "two"],
-        help="size of the pictures: for a screen, or for one or two columns of a paper; default: screen",
-    )
-    parser.add_argument("--style", metavar="FILE", help="a matplotlib style file, applied after Vedette's own")
-
-
 def overrides(arguments: Namespace) -> list[str]:
     """Return the overrides of --set, with --seed as the last of them."""
     return [*arguments.overrides, *([] if arguments.seed is None else [f"seed={arguments.seed}"])]
@@ -75,11 +61,3 @@ def whole(option: str, given: str | None, usual: int, least: int = 0, most: int 
         range_ = f"of at least {least}" if most is None else f"from {least} to {most}"
         raise ConfigError([Problem(option, f"must be a whole number {range_}, got {given!r}")])
     return int(given)
-
-
-def number(option: str, given: str) -> float:
-    """Return a number; ConfigError if it is none."""
-    try:
-        return float(given)
-    except ValueError:
-        raise ConfigError([Problem(option, f"must be a number, got {given!r}")]) from None

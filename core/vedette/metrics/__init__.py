@@ -12,7 +12,7 @@ from vedette.metrics.consistency import (
     mean_over_runs,
     nees,
     normalised_error,
-    pooled_nis,
+    run_mean_verdict,
 )
 from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa

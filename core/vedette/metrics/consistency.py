@@ -71,20 +71,6 @@ def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array
     return factor
 
 
-def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: Array | float = 1.0) -> Array:
-    """Return the sum of the weighted NIS over its expectation: 1 on matched truth. (*b, s) -> (*b), NaN where all is missed.
-
-    nis (*b, s) is sum_i w_i nis_i over a scan's returns and hit (*b, s) is sum_i w_i; `axes` and `gate_probability` are
-    those of each scan (s,), or of all. As w_i is the probability that return i is the target's, both sums are expectations
-    over which return it is: their ratio requires no choice of a return. Chi-square holds only if all weights are known to
-    be 0 or 1.
-    """
-    expected = np.sum(hit * axes * gate_truncation(axes, gate_probability), axis=-1)
-    total = np.sum(nis, axis=-1)
-    ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
-    return ratio
-
-
 def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None = None) -> tuple[Array, Array]:
     """Return the autocorrelation (lags,) at lag 1 ... of innovations (*b, s, m), and the number (lags,) of products in each.
 
@@ -157,19 +143,6 @@ def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: f
     """
     mean, reach = _mean_and_reach(values, alpha)
     return _run_mean(name, mean, max(low - reach, least), high + reach, alpha, (low, high))
-
-
-def equivalence_verdict(name: str, values: Array, low: float, high: float, alpha: float) -> Verdict:
-    """Judge whether one value per run (r,), scaled to 1, proves that its mean lies in the equivalence band [low, high].
-
-    The band is narrowed by Student's quantile of the standard error: a filter whose mean is outside of it passes with
-    probability alpha at most. Too few runs narrow it to nothing (low > high): never inside, and the text says so.
-    """
-    mean, reach = _mean_and_reach(values, alpha)
-    if low + reach <= high - reach:
-        return _run_mean(name, mean, low + reach, high - reach, alpha, (low, high))
-    text = f"{name}: {mean.value:.3g} with a standard error of {mean.error:.2g}: too few runs to tell {low:g} from {high:g}"
-    return Verdict(name, mean.value, low + reach, high - reach, alpha, text, mean.error)
 
 
 def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, valid: Mask | None = None) -> Verdict:

@@ -10,8 +10,8 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import fields
-from vedette.display import figures_html
 from vedette.metrics.bound import Bound
+from vedette.names import look_up
 from vedette.space import Array
 
 
@@ -222,10 +222,7 @@ class Score:
     truths: tuple[TruthScore, ...] = ()
 
     def _repr_html_(self) -> str:
-        figures = {name: value for name, value in self.figures().items() if name != "truths"}
-        title = f"Score over {self.scans} scans"
-        per_truth = "".join(figures_html(truth.name, attrs.asdict(truth)) for truth in self.truths)
-        return figures_html(title, figures) + per_truth
+        return str(look_up("score_html")(self))
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""

@@ -12,5 +12,4 @@ from vedette.reproduction.cells import (
 )
 from vedette.reproduction.findings import Chart, Curve, Element, Findings, Panel, Reproduction, Table
 from vedette.reproduction.resuming import Keep, afresh
-from vedette.reproduction.survey import survey
 from vedette.reproduction.verdicts import Claim, Condition, Place, Verdict, judged, over, remark

@@ -122,14 +122,6 @@ class Expected:
         """
         return expected_return(tracks, self.plan.state, self.sensor, noise)
 
-    def undetected_at(self, detections: Detections) -> Array | None:
-        """Return the density (k,) of returns from undetected targets at other returns than the scan's; None: not stated."""
-        if self.plan.birth is None or self.undetected is None:
-            return None
-        plan, memory = self.plan, self.undetected.memory
-        density, _ = self.plan.birth.reveal(memory, plan.estimator, self.sensor, detections, plan.p_gate)
-        return density
-
 
 new_expected = maker(Expected)
 

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette import Command
 from vedette.commands import options
+from vedette_report.canvas import add_pictures
 
 
 @final
@@ -46,7 +47,7 @@ class Run(Command):
         )
         parser.add_argument("--all", action="store_true", help="print the whole summary, as summary.txt has it")
         parser.add_argument("--report", action="store_true", help="also write report.html, a page that shows the run")
-        options.add_pictures(parser)
+        add_pictures(parser)
         parser.add_argument("--keep", action="store_true", help="keep the history of a long run in memory, for its pictures")
 
     def run(self, arguments: Namespace) -> int:
@@ -175,7 +176,7 @@ class Consistency(Command):
         options.add_config(parser)
         options.add_seed(parser)
         parser.add_argument("--out", metavar="DIR", help="folder for text, JSON and picture; default: none are written")
-        options.add_pictures(parser)
+        add_pictures(parser)
         options.add_json(parser)
 
     def run(self, arguments: Namespace) -> int:

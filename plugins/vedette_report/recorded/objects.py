@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import pooled_nis
 from vedette_report.recorded.pairing import Followed
+from vedette_report.recorded.pooled import pooled_nis
 from vedette_report.recorded.tracks import Recorded
 
 

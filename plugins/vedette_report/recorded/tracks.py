@@ -11,10 +11,9 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.config import warnings_of
-from vedette.display import figures_html
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics import autocorrelation, free_axes, nees, pooled_nis
+from vedette.metrics import autocorrelation, free_axes, nees
 from vedette.progress import Progress, silent
 from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import ImagingSensor
@@ -22,9 +21,11 @@ from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian, Track, Trajectory
 from vedette.units import say
 from vedette_report.columns import aligned
+from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault
 from vedette_report.recorded.credibility import Credibility, noncredibility
 from vedette_report.recorded.pairing import Followed, followed
+from vedette_report.recorded.pooled import pooled_nis
 
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from typing import ClassVar
 
+import numpy as np
+from attrs import evolve
+
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
 from vedette.hypotheses import Hypotheses, LeafScores
 from vedette.tracking import Expected, Part
+from vedette_standard.associators.marginals import best_marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
-from vedette_standard.associators.tables import best_marginals_of_table
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
 from vedette_standard.unresolved.meeting import of_hypotheses
@@ -53,7 +56,7 @@ class Growing(HypothesisAssociator):
 
     def keep(self, hypotheses: Hypotheses, alive: Mask) -> tuple[Hypotheses, Indices]:
         """Return the hypotheses without the leaves that ended, and of those that past decisions rule out."""
-        return (hypotheses.decided() if self.past else hypotheses).kept(alive, self.least)
+        return (_decided(hypotheses) if self.past else hypotheses).kept(alive, self.least)
 
     def probability(self, hypotheses: Hypotheses) -> Array:
         """Return the probability of each leaf."""
@@ -65,8 +68,38 @@ class Growing(HypothesisAssociator):
 
     def shown_with(self, hypotheses: Hypotheses, existence: Array, leaves: Indices) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
-        return hypotheses.holding(leaves)
+        return _holding(hypotheses, leaves)
 
     def reported(self, hypotheses: Hypotheses, existence: Array) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster."""
         return hypotheses.heaviest
+
+
+def _holding(found: Hypotheses, leaves: Indices) -> Indices:
+    """Return the leaves, ascending, of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
+    held = np.zeros(len(found.track), dtype=bool)
+    held[leaves] = True
+    number = np.bincount(found.rows, held[found.leaves], len(found.weights))
+    order = np.lexsort((-number, found.cluster))
+    best = np.zeros(len(found.weights), dtype=bool)
+    best[order[np.diff(found.cluster, prepend=-1) > 0]] = True
+    return np.sort(found.leaves[best[found.rows]])
+
+
+def _decided(found: Hypotheses) -> Hypotheses:
+    """Return the hypotheses that hold, of each track, a leaf with the oldest ancestor that the heaviest one has."""
+    ancestor = found.past[found.leaves, -1]
+    begun, rows = ancestor >= 0, found.rows
+    best = np.diff(found.cluster, prepend=-1) > 0
+    settled = np.zeros(int(np.max(ancestor, initial=-1)) + 1, dtype=bool)
+    settled[ancestor[begun & best[rows]]] = True
+    count = len(found.weights)
+    number = np.bincount(rows[begun], minlength=count)
+    agreeing = np.bincount(rows[begun], settled[ancestor[begun]], count)
+    agrees = (number == agreeing) & (number == number[best][found.cluster])
+    weights = found.weights[agrees]
+    weights = weights / np.bincount(found.cluster[agrees], weights)[found.cluster[agrees]]
+    starts = np.concatenate([[0], np.cumsum(np.diff(found.starts)[agrees])])
+    return evolve(
+        found, cluster=found.cluster[agrees], weights=weights, starts=starts, leaves=found.leaves[agrees[rows]]
+    )  # fmt: skip

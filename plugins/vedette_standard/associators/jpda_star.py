@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields
-from vedette.hypotheses import Hypotheses, LeafScores, best_associations, marginals
-from vedette_standard.associators.tables import best_marginals_of_table, left_out
+from vedette.hypotheses import Hypotheses, LeafScores
+from vedette_standard.associators.marginals import best_associations, best_marginals_of_table, left_out, marginals
 
 
 @final

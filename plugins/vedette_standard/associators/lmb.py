@@ -8,9 +8,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Branching, HypothesisAssociator, Indices, Mask, fields, kernels
-from vedette.hypotheses import LeafScores, best_marginals
+from vedette.hypotheses import LeafScores
 from vedette.tracking import Expected, Part
-from vedette_standard.associators.tables import best_marginals_of_table
+from vedette_standard.associators.marginals import best_marginals, best_marginals_of_table
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.meeting import meet_close
 from vedette_standard.unresolved.mixtures import Together

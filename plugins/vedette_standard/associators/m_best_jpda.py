@@ -8,7 +8,7 @@ from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
 from vedette.tracking import Expected, Pairs, Part
-from vedette_standard.associators.tables import best_marginals_of_table, left_out
+from vedette_standard.associators.marginals import best_marginals_of_table, left_out
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
 

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette import Command
 from vedette.commands import options
+from vedette_report.canvas import add_pictures
 
 
 @final
@@ -33,7 +34,7 @@ class Study(Command):
         parser.add_argument("--chunk", metavar="N", help="runs that are computed together; default: the study's")
         parser.add_argument("--threads", metavar="N", help="chunks that run at once; default: the number of cores")
         parser.add_argument("--out", metavar="DIR", help="folder for finished chunks and results; default: none are kept")
-        options.add_pictures(parser)
+        add_pictures(parser)
         parser.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")
         parser.add_argument(
             "--scheduler", metavar="ADDRESS", help="run on the Dask cluster of this scheduler, as tcp://host:8786"
@@ -75,7 +76,7 @@ class Reproduce(Command):
         parser.add_argument("--full", action="store_true", help="take the larger number of runs, however long it lasts")
         parser.add_argument("--grid", action="store_true", help="judge over a grid of what the paper leaves unsaid")
         parser.add_argument("--out", metavar="DIR", help="folder for tables and pictures; default: none are written")
-        options.add_pictures(parser)
+        add_pictures(parser)
         parser.add_argument("--resume", action="store_true", help="continue the unfinished study in the folder --out")
         options.add_json(parser)
 

@@ -12,7 +12,7 @@ from time import process_time
 from vedette.commands import options
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
-from vedette.reproduction import Findings, Reproduction, afresh, survey
+from vedette.reproduction import Findings, Reproduction, afresh
 from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
@@ -21,6 +21,7 @@ from vedette_report.output import write_charts
 from vedette_report.progress import on_terminal
 from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
+from vedette_study.survey import survey
 
 
 def run(arguments: Namespace) -> int:

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette import Command
 from vedette.commands import options
+from vedette_report.canvas import add_pictures
 
 METHODS = ["nelder-mead", "powell", "l-bfgs-b"]
 
@@ -168,7 +169,7 @@ class Tune(Command):
         parser.add_argument("--out", metavar="DIR", help="folder for config, results and picture; default: out/NAME-tuned")
         parser.add_argument("--resume", action="store_true", help="continue the unfinished tuning in the folder --out")
         options.add_json(parser, "end standard output with one line of JSON: the results")
-        options.add_pictures(parser)
+        add_pictures(parser)
 
     def run(self, arguments: Namespace) -> int:
         from vedette_tools.commands import tune

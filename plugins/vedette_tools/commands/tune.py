@@ -38,7 +38,7 @@ def run(arguments: Namespace) -> int:
             arguments.free,
             overrides=options.overrides(arguments),
             by=arguments.by,
-            part=options.number("--part", arguments.part),
+            part=_number("--part", arguments.part),
             starts=options.whole("--starts", arguments.starts, 1),
             method=arguments.method,
             workers=options.whole("--workers", arguments.workers, 1),
@@ -66,7 +66,7 @@ def _by_place(arguments: Namespace, folder: Path) -> int:
         path,
         rows=options.whole("--detection", rows, 1),
         columns=options.whole("--detection", columns, 1),
-        part=options.number("--part", arguments.part),
+        part=_number("--part", arguments.part),
         overrides=options.overrides(arguments),
     )
     texts = {
@@ -113,3 +113,11 @@ def _hill(each: Found, name: str) -> Hill:
         name, each.free.place.unit, curve.values, curve.heights, curve.parabola, each.before, each.after, band,
         each.free.scale == "log" and float(max(curve.values) / min(curve.values)) > 5.0, summary(each),
     )  # fmt: skip
+
+
+def _number(option: str, given: str) -> float:
+    """Return a number; ConfigError if it is none."""
+    try:
+        return float(given)
+    except ValueError:
+        raise ConfigError([Problem(option, f"must be a number, got {given!r}")]) from None

@@ -96,8 +96,16 @@ class Predictive:
             return 0.0
         seen = evolve(it.scan.detections, z=cover.points, valid=np.ones(len(cover.points), bool), evidence=None,
                       noise=None, missing=None)  # fmt: skip
-        density = it.undetected_at(seen)
+        density = undetected_density(it, seen)
         return 0.0 if density is None else cover.total(density)
+
+
+def undetected_density(it: Expected, detections: Detections) -> Array | None:
+    """Return the density (k,) of returns from undetected targets at other returns than the scan's; None: not stated."""
+    plan, birth = it.plan, it.plan.birth
+    if birth is None or it.undetected is None:
+        return None
+    return birth.reveal(it.undetected.memory, plan.estimator, it.sensor, detections, plan.p_gate)[0]
 
 
 def joint_likelihood(scores: Array) -> float:

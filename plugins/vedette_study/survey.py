@@ -9,9 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.progress import Progress
-from vedette.reproduction.findings import Findings, Reproduction
-from vedette.reproduction.resuming import Keep, afresh
-from vedette.reproduction.verdicts import Place, over, remark
+from vedette.reproduction import Findings, Keep, Place, Reproduction, afresh, over, remark
 from vedette.space import Array
 
 
