@@ -52,5 +52,5 @@ def judge_files(truth: str | Path, results: str | Path, first: int = 0) -> dict[
 
     True boxes whose 7th number is 0 do not count.
     """
-    true, found = read_rows(Path(truth)), read_rows(Path(results))
-    return judged(of_files(true.of((true.score != 0) & (true.frame >= first)), found.of(found.frame >= first)))
+    true, told = read_rows(Path(truth)), read_rows(Path(results))
+    return judged(of_files(true.of((true.score != 0) & (true.frame >= first)), told.of(told.frame >= first)))

@@ -36,8 +36,8 @@ class Calibration:
 def logit(score: Array) -> Array:
     """Return log(s / (1 - s)) of scores (k,)."""
     within = np.clip(score, INNERMOST, 1.0 - INNERMOST)
-    found: Array = np.log(within / (1.0 - within))
-    return found
+    logit: Array = np.log(within / (1.0 - within))
+    return logit
 
 
 def fitted(score: Array, target: Mask) -> Calibration:

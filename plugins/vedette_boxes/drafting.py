@@ -80,27 +80,27 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     """Return a config for a file of detections; None for any other."""
     if wishes or not _is_one(path):
         return None
-    found, info = read_rows(path), sequence_info(path)
+    rows, info = read_rows(path), sequence_info(path)
     true = _truth_of(path)
-    corner = found.box[:, :2] + 0.5 * found.box[:, 2:]
+    corner = rows.box[:, :2] + 0.5 * rows.box[:, 2:]
     width, height = (
         _number(info, name) or float(np.ceil(np.max(corner[:, i]))) for i, name in enumerate(("imWidth", "imHeight"))
     )
-    rate, frames = _number(info, "frameRate") or 30.0, int(np.ptp(found.frame)) + 1
-    told = _facts(found, None if true is None else read_rows(true), frames)
-    usual = float(np.median(found.box[:, 3]))
-    place, size = _noise(found)
+    rate, frames = _number(info, "frameRate") or 30.0, int(np.ptp(rows.frame)) + 1
+    told = _facts(rows, None if true is None else read_rows(true), frames)
+    usual = float(np.median(rows.box[:, 3]))
+    place, size = _noise(rows)
     unknown = {name: told.pop(name) for name in ("detected", "false")} if true is None else {}
     first = Guess(place=place, size=size, **unknown)
 
     def text(guess: Guess) -> str:
         numbers = asdict(guess, filter=lambda _, value: bool(value))
         return TEXT.format(
-            name=path.name, boxes=len(found.frame), frames=frames, width=width, height=height, rate=rate,
+            name=path.name, boxes=len(rows.frame), frames=frames, width=width, height=height, rate=rate,
             rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
             title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
             truth=f"truth = {json.dumps(str(true))}\n" if true else "",
-            least=0.9 * float(np.min(found.box[:, 2:])), most=1.1 * float(np.max(found.box[:, 2:])),
+            least=0.9 * float(np.min(rows.box[:, 2:])), most=1.1 * float(np.max(rows.box[:, 2:])),
             speed=usual, near=usual / 2, **told, **numbers,
         )  # fmt: skip
 
@@ -138,13 +138,13 @@ def _number(info: Mapping[str, str], name: str) -> float | None:
     return value if 0 < value < 1e6 else None
 
 
-def _noise(found: Rows) -> tuple[float, float]:
+def _noise(rows: Rows) -> tuple[float, float]:
     """Return the errors of middle and sides, as parts of the sides, by second differences of boxes that overlap.
 
     A second difference of three errors has 6 times their variance; motion adds to it, little from frame to frame.
     """
     seconds = list[Array]()
-    frames = {int(number): found.box[found.frame == number] for number in np.unique(found.frame)}
+    frames = {int(number): rows.box[rows.frame == number] for number in np.unique(rows.frame)}
     for number, now in frames.items():
         before, after = frames.get(number - 1), frames.get(number + 1)
         if before is None or after is None:
@@ -159,13 +159,13 @@ def _noise(found: Rows) -> tuple[float, float]:
     return float(np.clip(usual[:2].mean(), 0.005, 0.5)), float(np.clip(usual[2:].mean(), 0.005, 0.5))
 
 
-def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
+def _facts(rows: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
     """Return P_D, false boxes and calibration, by the first half of the true boxes if there are any."""
     if true is None:
         guess = "without true boxes by the likelihood, too, as is the number of false ones"
-        return {"detected": 0.8, "false": max(0.1 * len(found.frame) / frames, 0.1), "detected_from": guess, **NOT_TOLD}
-    half = found.frame[0] + frames // 2
-    early, real = found.of(found.frame < half), true.of((true.frame < half) & (true.score != 0))
+        return {"detected": 0.8, "false": max(0.1 * len(rows.frame) / frames, 0.1), "detected_from": guess, **NOT_TOLD}
+    half = rows.frame[0] + frames // 2
+    early, real = rows.of(rows.frame < half), true.of((true.frame < half) & (true.score != 0))
     which = of_targets(early, real)
     target, calibration = which >= 0, ""
     if np.all((early.score >= 0) & (early.score <= 1)):
@@ -184,15 +184,15 @@ def _facts(found: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
     }
 
 
-def _classes(found: Rows, real: Rows, which: Indices) -> dict[str, str]:
+def _classes(rows: Rows, real: Rows, which: Indices) -> dict[str, str]:
     """Return what classes the detector names and confuses; nothing if it names one or none."""
-    classes = int(np.max(found.kind, initial=0))
+    classes = int(np.max(rows.kind, initial=0))
     target = which >= 0
     if not 2 <= classes <= MOST_CLASSES or not np.all((real.kind >= 1) & (real.kind <= classes)):
         return {"classes": "", "identity": ""}
-    table = confused(found.kind[target], real.kind[which[target]], classes)
+    table = confused(rows.kind[target], real.kind[which[target]], classes)
     share = np.bincount(real.kind - 1, minlength=classes) + 1.0
-    false = np.bincount(np.maximum(found.kind[~target] - 1, 0), minlength=classes) + 1.0
+    false = np.bincount(np.maximum(rows.kind[~target] - 1, 0), minlength=classes) + 1.0
     lines_of = {"confusion": table, "share": share / share.sum(), "false_share": false / false.sum()}
     text = "".join(f"{name} = {json.dumps(_rounded(values))}\n" for name, values in lines_of.items())
     head = "[identity]  # by the first half of the true boxes: of each class a row, how it is named; how common they are\n"

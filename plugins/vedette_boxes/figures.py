@@ -113,15 +113,15 @@ class OfRun:
 
     def add(self, block: Any) -> None:
         """Take some more scans."""
-        found = block.found
-        if not _boxed(found.truth.space):
+        match = block.found
+        if not _boxed(match.truth.space):
             return
-        where = found.truth.space.locate(BOX)
-        for i, rows in enumerate(found.rows):
-            there = np.flatnonzero(found.truth.alive[i])
-            estimates = found.entries.mean[rows][:, where]
+        where = match.truth.space.locate(BOX)
+        for i, rows in enumerate(match.rows):
+            there = np.flatnonzero(match.truth.alive[i])
+            estimates = match.entries.mean[rows][:, where]
             self._frames.add(
-                block.which[there], found.truth.states[i, there][:, where], found.entries.track[rows], estimates
+                block.which[there], match.truth.states[i, there][:, where], match.entries.track[rows], estimates
             )
 
     def value(self) -> float | None:

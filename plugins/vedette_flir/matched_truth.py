@@ -129,23 +129,23 @@ def follow(
     tracker = load(built).tracker
     names, runs = tracker.state.names, len(state)
     mean, cov = np.zeros((runs, 1, len(names))), np.zeros((runs, 1, len(names), len(names)))
-    own = [names.index(name) for name in ("x", "y", "jx", "jy")]
-    mean[:, 0, own] = state[:, 0] + start
+    columns = [names.index(name) for name in ("x", "y", "jx", "jy")]
+    mean[:, 0, columns] = state[:, 0] + start
     mean[..., -len(looks) :] = looks
     for name, deviation in {**SPREADS, "jx": sigma_jitter, "jy": sigma_jitter}.items():
         if name in names:
             cov[..., names.index(name), names.index(name)] = deviation**2
-    found = run_together(tracker, Gaussian(mean, cov), 0.0, scans)
-    error = found.mean[..., own] - state
+    tracks = run_together(tracker, Gaussian(mean, cov), 0.0, scans)
+    error = tracks.mean[..., columns] - state
     apparent = error[..., :2] + error[..., 2:]
     after = slice(SETTLED, None)
-    cov_own = found.cov[:, after][..., own, :][..., own]
+    cov_own = tracks.cov[:, after][..., columns, :][..., columns]
     return Record(
         error[:, after, :2],
         error[:, after, 2:],
         apparent[:, after],
         nees(error[:, after], cov_own) / 4,
-        found.nis[:, after] / 2,
+        tracks.nis[:, after] / 2,
         np.any(np.linalg.norm(apparent, axis=-1) > LOST, axis=1),
         np.sqrt(np.diagonal(cov_own[0], axis1=-2, axis2=-1)),
     )

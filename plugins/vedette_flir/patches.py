@@ -94,8 +94,8 @@ def similarity(image: Array, patch: Array, mask: Array) -> Array:
     total, square = irfft2(near * seen, size)[:, rows, columns]
     product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., rows, columns]
     energy = np.maximum(square - total * total / count, 0.0)
-    own = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
-    found: Array = 2.0 * product / np.maximum(energy + own, 1e-12)
+    energy_of_patch = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
+    found: Array = 2.0 * product / np.maximum(energy + energy_of_patch, 1e-12)
     return found.clip(-1.0, 1.0)
 
 

@@ -62,10 +62,10 @@ class FlirReproduction(Reproduction):
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
         """Run all cases; the filters of a case see the same frames. What is varied takes half as many runs."""
-        found = {}
+        records = {}
         for i, case in enumerate(progress(CASES, "cases")):
             jitter, spread, snr = case
-            found[case] = {
+            records[case] = {
                 name: keep(
                     f"case {i} {name}",
                     Record,
@@ -79,9 +79,9 @@ class FlirReproduction(Reproduction):
                 name: keep(f"variation {i} {name}", Record, partial(variation.record, name, part, (seed, 1000 + i)))
                 for name in variation.filters
             }
-        tables = (*(_table(name, found) for name in PASSES), verdicts.table(varied))
-        claims = verdicts.claims(verdicts.figures(found, varied), part)
-        return Findings(self.title, runs, seed, tables, claims, charts(found, varied, claims))
+        tables = (*(_table(name, records) for name in PASSES), verdicts.table(varied))
+        claims = verdicts.claims(verdicts.figures(records, varied), part)
+        return Findings(self.title, runs, seed, tables, claims, charts(records, varied, claims))
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""

@@ -42,28 +42,28 @@ def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, 
     """
     cv2 = opencv()
     grey = cv2.GaussianBlur(np.ascontiguousarray(pixels, dtype=np.float32), (0, 0), 0.8)
-    found: list[tuple[float, float, Array, Array]] = []
+    candidates: list[tuple[float, float, Array, Array]] = []
     for side in sides:
         coarse = max(side // FINEST, 1)
         seen = cv2.resize(grey, None, fx=1 / coarse, fy=1 / coarse, interpolation=cv2.INTER_AREA) if coarse > 1 else grey
-        own = side // coarse // 2 * 2 + 1
-        kernel = np.ones((own, own), np.uint8)
+        width = side // coarse // 2 * 2 + 1
+        kernel = np.ones((width, width), np.uint8)
         for sign, operation in ((1.0, cv2.MORPH_TOPHAT), (-1.0, cv2.MORPH_BLACKHAT)):
             if sign * polarity < 0:
                 continue
             apart = cv2.morphologyEx(seen, operation, kernel)
-            score = apart / (cv2.blur(apart, (3 * own, 3 * own)) + 1.0)
+            score = apart / (cv2.blur(apart, (3 * width, 3 * width)) + 1.0)
             peaks = np.flatnonzero((score == cv2.dilate(score, kernel)) & (score > 0.5 * least))
             best = peaks[np.argsort(-score.ravel()[peaks], kind="stable")[:most]]
             for at in best:
                 row, column = divmod(int(at), seen.shape[1])
-                spot = _measured(cv2, sign * seen, row, column, own, least)
+                spot = _measured(cv2, sign * seen, row, column, width, least)
                 if spot is not None:
                     clear, centre, size = spot
-                    found.append((clear, sign, coarse * centre + 0.5 * (coarse - 1), coarse * size))
-    found.sort(key=lambda each: -each[0])
+                    candidates.append((clear, sign, coarse * centre + 0.5 * (coarse - 1), coarse * size))
+    candidates.sort(key=lambda each: -each[0])
     kept: list[tuple[float, float, Array, Array]] = []
-    for each in found:
+    for each in candidates:
         if all(np.any(np.abs(each[2] - other[2]) > 0.5 * (each[3] + other[3])) for other in kept):
             kept.append(each)
     pairs = np.array([np.stack([each[2], each[3]]) for each in kept]).reshape(-1, 2, 2)

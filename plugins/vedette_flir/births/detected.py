@@ -50,10 +50,10 @@ class Detected(Birth):
         if lacking:
             raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
         spot = sensor.invert(detections.z[returns], None if detections.noise is None else detections.noise[returns])
-        own = estimator.state.locate(sensor.observes)
+        located = estimator.state.locate(sensor.observes)
         mean, cov = np.zeros((count, len(names))), np.zeros((count, len(names), len(names)))
         cov[:, range(len(names)), range(len(names))] = [self.spread.get(axis, 0.0) ** 2 for axis in names]
-        mean[:, own], cov[:, np.array(own)[:, None], own] = spot.mean, spot.cov
+        mean[:, located], cov[:, np.array(located)[:, None], located] = spot.mean, spot.cov
         still = estimator.state.locate(estimator.zero_variance)
         cov[:, still, :] = cov[:, :, still] = 0.0
         return Newborn(returns, Gaussian(mean, cov), np.full(count, self.initial))

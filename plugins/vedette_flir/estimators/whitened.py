@@ -67,14 +67,14 @@ class WhitenedFilter(OverMotion[Remembered]):
 
     def start(self, prior: Gaussian, axes: Any, rng: np.random.Generator) -> Remembered:
         """Return the prior's marginal over the filter's axes, and no frame."""
-        own = marginal(prior, axes, self.state, self.zero_variance)
-        side, tracks = self.window + 2 * MARGIN, own.mean.shape[:-1]
-        return Remembered(_twice(own), np.full((*tracks, side, side), np.nan), np.zeros((*tracks, 2)), np.zeros(tracks))
+        located = marginal(prior, axes, self.state, self.zero_variance)
+        side, tracks = self.window + 2 * MARGIN, located.mean.shape[:-1]
+        return Remembered(_twice(located), np.full((*tracks, side, side), np.nan), np.zeros((*tracks, 2)), np.zeros(tracks))
 
     def reframe(self, belief: Remembered, combined: Gaussian) -> Remembered:
         """Return the belief in the motion's frame, with which the last frame's state shares nothing: it is forgotten."""
-        own = _twice(self.motion.reframe(self.moments(belief), combined))
-        return evolve(belief, both=own, pixels=np.full_like(belief.pixels, np.nan))
+        reframed = _twice(self.motion.reframe(self.moments(belief), combined))
+        return evolve(belief, both=reframed, pixels=np.full_like(belief.pixels, np.nan))
 
     def predict(self, belief: Remembered, dt: float, rng: np.random.Generator) -> Remembered:
         """Return the state `dt` s later, together with that at the last frame."""
@@ -92,8 +92,8 @@ class WhitenedFilter(OverMotion[Remembered]):
 
     def cross_covariance(self, belief: Remembered, dt: float) -> Array:
         """Return P F' (*b, t, n, n)."""
-        own = self.moments(belief)
-        return own.cov @ np.swapaxes(self.motion.jacobian(own.mean, dt), -1, -2)
+        moments = self.moments(belief)
+        return moments.cov @ np.swapaxes(self.motion.jacobian(moments.mean, dt), -1, -2)
 
     def evaluate(self, belief: Remembered, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each track: of a frame whitened by the last one, or of returns as they are."""
@@ -131,8 +131,10 @@ class WhitenedFilter(OverMotion[Remembered]):
     def update(self, belief: Remembered, innovation: Innovation, weights: Array) -> Remembered:
         """Return the state's posterior moments, which are also those at the frame that is remembered from now on."""
         detail: Whitened = innovation.detail
-        own = self.moments(belief)
-        after = kernels.weighted_update(own.mean, own.cov, detail.own.shift, detail.own.post, weights, self.state.periods)
+        moments = self.moments(belief)
+        after = kernels.weighted_update(
+            moments.mean, moments.cov, detail.own.shift, detail.own.post, weights, self.state.periods
+        )
         if detail.pixels is None or detail.corner is None:
             return evolve(belief, both=_twice(after), pixels=np.full_like(belief.pixels, np.nan))
         return Remembered(_twice(after), detail.pixels, detail.corner, np.zeros(after.mean.shape[:-1]))
@@ -166,9 +168,9 @@ class WhitenedFilter(OverMotion[Remembered]):
         away = np.rint(window.first - belief.corner).astype(np.intp)
         columns, rows = (away[..., i, None] + steps for i in (0, 1))
         inside = ((rows >= 0) & (rows < side))[..., :, None] & ((columns >= 0) & (columns < side))[..., None, :]
-        found = np.take_along_axis(belief.pixels, rows.clip(0, side - 1)[..., :, None], axis=-2)
-        found = np.take_along_axis(found, columns.clip(0, side - 1)[..., None, :], axis=-1)
-        return np.where(inside & window.seen, found, np.nan)
+        pixels = np.take_along_axis(belief.pixels, rows.clip(0, side - 1)[..., :, None], axis=-2)
+        pixels = np.take_along_axis(pixels, columns.clip(0, side - 1)[..., None, :], axis=-1)
+        return np.where(inside & window.seen, pixels, np.nan)
 
     def _innovation(self, sensor: Sensor, x: Array, p_gate: float, parts: tuple[Array, ...], detail: Whitened) -> Innovation:
         """Return the innovation as `vedette.filters.evaluate_frame` makes it."""
@@ -185,10 +187,10 @@ class WhitenedFilter(OverMotion[Remembered]):
         return make_innovation(sensor, x, p_gate, likely[..., None], distance[..., None], volume[..., None], detail, in_view)
 
 
-def _twice(own: Gaussian) -> Gaussian:
+def _twice(moments: Gaussian) -> Gaussian:
     """Return one state as two that are equal: (*b, t, n) -> (*b, t, 2n)."""
-    twin = np.concatenate([own.cov, own.cov], axis=-1)
-    return Gaussian(np.concatenate([own.mean, own.mean], axis=-1), np.concatenate([twin, twin], axis=-2))
+    twin = np.concatenate([moments.cov, moments.cov], axis=-1)
+    return Gaussian(np.concatenate([moments.mean, moments.mean], axis=-1), np.concatenate([twin, twin], axis=-2))
 
 
 def _masked(window: Window) -> Array:

@@ -54,9 +54,9 @@ class SpotDetector(Preprocessor):
             return Detections.of([], 4)
         sign = {"hot": 1.0, "dark": -1.0, "both": 0.0}[self.polarity]
         sides = tuple(int(side) for side in self.sides)
-        found = spots(known_pixels(scan.frame.pixels), sign, sides, self.clear, 2 * self.most)
+        detected = spots(known_pixels(scan.frame.pixels), sign, sides, self.clear, 2 * self.most)
         corner = np.zeros(2) if scan.frame.corner is None else scan.frame.corner
-        return Detections.of(np.concatenate([found.place + corner, found.size + GROWN], axis=1)[: self.most], 4)
+        return Detections.of(np.concatenate([detected.place + corner, detected.size + GROWN], axis=1)[: self.most], 4)
 
 
 GROWN = 2.0

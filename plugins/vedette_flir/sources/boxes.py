@@ -33,7 +33,7 @@ def read_boxes(path: Path, first_pixel: float) -> dict[int, Array]:
 
 def boxes_and_absences(path: Path, first_pixel: float) -> tuple[dict[int, Array], set[int]]:
     """Label number to centre x, y, width and height in px; and the labels whose cells are empty: there is no target."""
-    found: dict[int, Array] = {}
+    boxes_of: dict[int, Array] = {}
     absent: set[int] = set()
     places: dict[int, str] = {}
     for place, row in _rows(path, ("frame", "x", "y", "w", "h")):
@@ -47,15 +47,15 @@ def boxes_and_absences(path: Path, first_pixel: float) -> tuple[dict[int, Array]
         if not box:
             absent.add(number)
             continue
-        if number in found:
+        if number in boxes_of:
             raise InputError(
                 f"{place}: frame {number} has a box already: {places[number]}; a file holds those of one target"
             )
         try:
-            found[number], places[number] = centred(box, first_pixel), place
+            boxes_of[number], places[number] = centred(box, first_pixel), place
         except ValueError as error:
             raise InputError(f"{place}: {error}; where the target is not in the frame, leave the cells empty") from None
-    return found, absent
+    return boxes_of, absent
 
 
 def in_sight(numbers: Iterable[int], absent: Iterable[int]) -> list[list[int]]:

@@ -61,7 +61,7 @@ def _by_place(arguments: Namespace, folder: Path) -> int:
     rows, cross, columns = cells.partition("x") if cells else (str(ROWS), "x", str(COLUMNS))
     if not cross:
         raise ConfigError([Problem("--detection", f"must be written as {path}=4x8, rows by columns, got {cells!r}")])
-    found = tune_detection(
+    by_place = tune_detection(
         arguments.config,
         path,
         rows=options.whole("--detection", rows, 1),
@@ -70,14 +70,14 @@ def _by_place(arguments: Namespace, folder: Path) -> int:
         overrides=options.overrides(arguments),
     )
     texts = {
-        "tuned.toml": by_place_text.toml(found),
-        "tuned.txt": by_place_text.text(found) + "\n",
-        "tuned.json": json.dumps(by_place_text.data(found), indent=2) + "\n",
+        "tuned.toml": by_place_text.toml(by_place),
+        "tuned.txt": by_place_text.text(by_place) + "\n",
+        "tuned.json": json.dumps(by_place_text.data(by_place), indent=2) + "\n",
     }
-    print(by_place_text.text(found))
+    print(by_place_text.text(by_place))
     print(f"{folder}: {', '.join(write_texts(folder, texts))}")
     if arguments.json:
-        print(json.dumps(by_place_text.data(found)))
+        print(json.dumps(by_place_text.data(by_place)))
     return DONE
 
 
@@ -104,14 +104,14 @@ def _write(folder: Path, tuned: Tuned, look: Look) -> list[str]:
     return written
 
 
-def _hill(each: Found, name: str) -> Hill:
-    curve, band = each.curve, None
+def _hill(one: Found, name: str) -> Hill:
+    curve, band = one.curve, None
     assert curve is not None
-    if each.error is not None:
-        band = (each.after - each.error, each.after + each.error)
+    if one.error is not None:
+        band = (one.after - one.error, one.after + one.error)
     return Hill(
-        name, each.free.place.unit, curve.values, curve.heights, curve.parabola, each.before, each.after, band,
-        each.free.scale == "log" and float(max(curve.values) / min(curve.values)) > 5.0, summary(each),
+        name, one.free.place.unit, curve.values, curve.heights, curve.parabola, one.before, one.after, band,
+        one.free.scale == "log" and float(max(curve.values) / min(curve.values)) > 5.0, summary(one),
     )  # fmt: skip
 
 

@@ -171,8 +171,8 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     facts = {name: _facts(seen, sigmas[name], table.of(name).reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
-    found = max(accel, floor)
-    first = Design(found, _speed(best.seen.values()), found=found)
+    floored = max(accel, floor)
+    first = Design(floored, _speed(best.seen.values()), found=floored)
     if errors := _correlated(best):
         facts = {name: evolve(one, errors=errors) for name, one in facts.items()}
         felt = max(errors.correlated.accel, *(seen.least_felt for seen in best.seen.values()))
@@ -405,8 +405,8 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
 
 def _timed(chain: Chain, scans: Sequence[Scan]) -> Chain:
     """Return a chain at its returns' own times, where they have such."""
-    own = [scans[i].detections.time for i in chain.scans.tolist()]
-    told = [chain.times[i] if each is None else each[chain.returns[i]] for i, each in enumerate(own)]
+    times = [scans[i].detections.time for i in chain.scans.tolist()]
+    told = [chain.times[i] if each is None else each[chain.returns[i]] for i, each in enumerate(times)]
     return evolve(chain, times=np.array(told)) if np.all(np.diff(told) > 0) else chain
 
 
@@ -441,8 +441,12 @@ def _correlated(best: Reading) -> Compared | None:
     if others or best.table.polar or best.table.third or best.table.reported or seen.in_turn:
         return None
     pieces = [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)]
-    found = compared([Path(piece.times, piece.spots[:, axis]) for piece in pieces for axis in (0, 1)])
-    return found if found is not None and found.wins and found.correlated.tau < WANDERS * seen.period else None
+    comparison = compared([Path(piece.times, piece.spots[:, axis]) for piece in pieces for axis in (0, 1)])
+    return (
+        comparison
+        if comparison is not None and comparison.wins and comparison.correlated.tau < WANDERS * seen.period
+        else None
+    )
 
 
 def _some(scans: Sequence[Scan]) -> Sequence[Scan]:

@@ -23,16 +23,16 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     span more: rows stand in the order of time, within days rather than months.
     """
     given = [cell.strip() for cell in cells if cell.strip()]
-    if not given or (found := _DATE.fullmatch(given[0])) is None or _by_iso(given):
+    if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
         return "", ""
-    between, whole = found["between"], len(found["first"]) == 4
-    year = "%Y" if whole or len(found["third"]) == 4 else "%y"
-    month = "%b" if found["second"].isalpha() else "%m"
+    between, whole = parts["between"], len(parts["first"]) == 4
+    year = "%Y" if whole or len(parts["third"]) == 4 else "%y"
+    month = "%b" if parts["second"].isalpha() else "%m"
     orders = [(year, month, "%d")] if whole else [("%d", month, year), (month, "%d", year)][: 1 if month == "%b" else 2]
-    seconds = ":%S.%f" if found["part"] else ":%S" if found["seconds"] else ""
-    clock = f"{'%I' if found['half'] else '%H'}:%M{seconds}"
-    half = "" if not found["half"] else " %p" if found["half"].startswith(" ") else "%p"
-    patterns = [f"{between.join(order)}{found['gap']}{clock}{half}" for order in orders]
+    seconds = ":%S.%f" if parts["part"] else ":%S" if parts["seconds"] else ""
+    clock = f"{'%I' if parts['half'] else '%H'}:%M{seconds}"
+    half = "" if not parts["half"] else " %p" if parts["half"].startswith(" ") else "%p"
+    patterns = [f"{between.join(order)}{parts['gap']}{clock}{half}" for order in orders]
     read = {pattern: moments for pattern in patterns if len(moments := _read(given, pattern)) >= ENOUGH * len(given)}
     if not read:
         return "", ""

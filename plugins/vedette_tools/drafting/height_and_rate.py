@@ -47,19 +47,19 @@ def own_velocity(
     named = ("vx", "vy") if "x" in platform and platform["x"].axis == "x" else ("vnorth", "veast")
     pairs = {"vx": named[0], "vy": named[1]} if north or named[0] == "vx" else {"vx": named[1], "vy": named[0]}
     for names in (pairs, {"speed": "speed", "course": "course"}):
-        found = {axis: own[name] for axis, name in names.items() if name in own}
-        if len(found) == 2 and all(all(map(is_number, columns[each.title])) for each in found.values()):
-            return found
+        thirds = {axis: own[name] for axis, name in names.items() if name in own}
+        if len(thirds) == 2 and all(all(map(is_number, columns[each.title])) for each in thirds.values()):
+            return thirds
     return {}
 
 
-def third_noise(found: Sequence[Chain], thirds: Sequence[Array]) -> float:
+def third_noise(chains: Sequence[Chain], thirds: Sequence[Array]) -> float:
     """Return the standard deviation of its errors, by its second differences along chains; NaN without any.
 
     Steady motion leaves the noise alone in them: sqrt(6) of it. The median takes no notice of jumps to another target.
     """
     apart: list[Array] = [np.zeros(0)]
-    for chain in found:
+    for chain in chains:
         if len(chain.times) > 2:
             dt = np.diff(chain.times)
             apart.append(np.diff(_along(chain, thirds), 2)[np.abs(dt[1:] - dt[:-1]) < EVEN * dt[1:]])
@@ -67,23 +67,23 @@ def third_noise(found: Sequence[Chain], thirds: Sequence[Array]) -> float:
     return float(1.4826 * np.median(np.abs(every)) / np.sqrt(6)) if len(every) else float("nan")
 
 
-def recedes(found: Sequence[Chain], thirds: Sequence[Array], stands: Array, *, relative: bool) -> bool:
+def recedes(chains: Sequence[Chain], thirds: Sequence[Array], stands: Array, *, relative: bool) -> bool:
     """Return whether rates are positive where ranges grow; `relative`: to the platform, else to where it stood."""
     total = 0.0
-    for chain in found:
+    for chain in chains:
         own, fixed = _steps(chain, stands)
         total += float(np.sum((own if relative else fixed) * _mean_rates(chain, thirds)))
     return total > 0
 
 
-def own_share(found: Sequence[Chain], thirds: Sequence[Array], stands: Array) -> tuple[float, float]:
+def own_share(chains: Sequence[Chain], thirds: Sequence[Array], stands: Array) -> tuple[float, float]:
     """Return which share of the platform's own motion the rates hold, and its standard error; 1 and 0 if it stands still.
 
     A radar measures all of it, but many take it out. By least squares: a range as seen from one place grows by the rate,
     plus what the platform's own motion makes of it times the share.
     """
     apart, moved = [np.zeros(0)], [np.zeros(0)]
-    for chain in found:
+    for chain in chains:
         own, fixed = _steps(chain, stands)
         apart.append(fixed - _mean_rates(chain, thirds) * np.diff(chain.times))
         moved.append(fixed - own)

@@ -42,13 +42,13 @@ class Windows:
     shakes: Array
 
     @classmethod
-    def of(cls, found: Sequence[Chain], lines: Sequence[Array]) -> Windows:
+    def of(cls, chains: Sequence[Chain], lines: Sequence[Array]) -> Windows:
         """Cut chains into windows; `lines` (s, 2, 2) of each chain map a sensor's errors to errors in the plane."""
         pieces = []
-        for chain, own in zip(found, lines, strict=True):
+        for chain, line in zip(chains, lines, strict=True):
             count = max(1, -(-len(chain.times) // LONGEST))
             pieces += [
-                (chain.times[part], chain.spots[part], own[part])
+                (chain.times[part], chain.spots[part], line[part])
                 for part in np.array_split(np.arange(len(chain.times)), count)
             ]
         step = max(1, len(pieces) // MOST)
@@ -86,11 +86,11 @@ def estimated(windows: Windows, guess: Sequence[float], speed: float, free: Call
     maps the sensor's parameters to the standard deviations of the two errors that `Windows.lines` map.
     """
     for outlier in (OUTLIER, 10 * OUTLIER, 100 * OUTLIER):
-        found = _estimated(windows, guess, speed, free, outlier)
-        _, beyond = _filtered(windows, free(np.array(found.sensor)), found.accel, speed, outlier)
+        estimate = _estimated(windows, guess, speed, free, outlier)
+        _, beyond = _filtered(windows, free(np.array(estimate.sensor)), estimate.accel, speed, outlier)
         if beyond <= OUTLIERS:
             break
-    return found
+    return estimate
 
 
 def _estimated(

@@ -51,12 +51,12 @@ def of_owners(times: Array, spots: Sequence[Array], owner: Indices) -> list[Chai
     every = np.concatenate(spots)
     order = np.argsort(owner, kind="stable")
     pieces = np.split(order, np.flatnonzero(np.diff(owner[order])) + 1)
-    found = []
+    reports = []
     for rows in pieces:
         once = steady(rows[np.diff(times[scan[rows]], prepend=-np.inf) > 0], times[scan], every)
         if len(once) >= LEAST and owner[once[0]] >= 0:
-            found.append(Chain(scan[once], place[once], times[scan[once]], every[once]))
-    return found
+            reports.append(Chain(scan[once], place[once], times[scan[once]], every[once]))
+    return reports
 
 
 def steady(rows: Indices, times: Array, spots: Array) -> Indices:

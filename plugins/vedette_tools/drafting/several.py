@@ -52,17 +52,17 @@ def measured_by(
         return {}
     if len(sensors) > 1:
         of = np.array(columns[who])
-        found = {name: next((pair for pair in there if np.mean(held[pair][of == name]) >= HELD), None) for name in sensors}
-        return {name: pair for name, pair in found.items() if pair}
+        pair_of = {name: next((pair for pair in there if np.mean(held[pair][of == name]) >= HELD), None) for name in sensors}
+        return {name: pair for name, pair in pair_of.items() if pair}
     either = [pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= OFTEN]
     if not who and len(either) == 2 and np.mean(held[either[0]] & held[either[1]]) < OFTEN * np.mean(held[either[1]]):
         return {UNNAMED[pair]: pair for pair in either}
     return {"": next((pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= HELD), there[0])}
 
 
-def check_together(path: object, found: Mapping[str, Pair]) -> None:
+def check_together(path: object, pair_of: Mapping[str, Pair]) -> None:
     """Raise InputError for sensors whose positions no source reads beside one another."""
-    pairs = {pair: name for name, pair in found.items() if pair != POLAR}
+    pairs = {pair: name for name, pair in pair_of.items() if pair != POLAR}
     if len(pairs) > 1:
         told = " and ".join(f"{name} gives {' and '.join(pair)}" for pair, name in pairs.items())
         raise InputError(f"{path}: {told}: give the positions of all sensors in the same two columns")

@@ -138,26 +138,26 @@ class Table:
         detections |= {"periods": dict(self.periods)} if self.periods else {}
         if self.sensor_column:
             detections |= {"sensor_column": self.sensor_column}
-        found: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
-        found |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
-        found |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
-        found |= {"sort": True} if self.sort else {}
-        found |= {"dates": self.dates} if self.dates else {}
+        source: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
+        source |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
+        source |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
+        source |= {"sort": True} if self.sort else {}
+        source |= {"dates": self.dates} if self.dates else {}
         if self.platform:
             own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}
             file, time = self.beside
             units = own | (timed if not file else {"time": time.unit} if time.unit not in ("", "s") else {})
-            found["platform"] = {"time": time.title if file else self.time.title, "columns": dict(self.platform)}
-            found["platform"] |= {"units": units} if units else {}
+            source["platform"] = {"time": time.title if file else self.time.title, "columns": dict(self.platform)}
+            source["platform"] |= {"units": units} if units else {}
             if file:
-                found["path"] = str(Path(self.path).parent)
-                found["platform"]["file"] = file
+                source["path"] = str(Path(self.path).parent)
+                source["platform"]["file"] = file
                 detections["file"] = Path(self.path).name
         if self.identity and self.use == TRUTH and self.path and not self.polar:
             true = {"file": Path(self.path).name, "time": self.time.title, "columns": dict(self.measured)}
             true |= {"units": detections["units"]} if "units" in detections else {}
-            found["truth"] = true | {"object": self.identity}
-        return found
+            source["truth"] = true | {"object": self.identity}
+        return source
 
 
 def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Table:
@@ -168,8 +168,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     titles, rows, dialect = _first_rows(path)
     below = rows.pop(0) if rows and _states_units(rows[0]) else []
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-    found, own = chosen(titles, below)
-    measured = wishes.measured(path, titles, found)
+    below_header, own = chosen(titles, below)
+    measured = wishes.measured(path, titles, below_header)
     if "time" not in measured:
         index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
         counted = (
@@ -277,15 +277,15 @@ def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
     return dict(zip(FLAT, pair[::-1] if compass else pair, strict=True))
 
 
-def _reports(found: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
+def _reports(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
     """Return the sensors whose returns are positions on the earth that objects report of themselves."""
     told = [columns[title] for plain, title in _plain(columns).items() if plain in OF_REPORTS]
 
     def sent(sensor: str) -> bool:
         rows = np.array(columns[who]) == sensor if who else slice(None)
-        return len(found) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
+        return len(pairs) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
 
-    return tuple(sensor or "sensor" for sensor, pair in found.items() if pair == GEODETIC and told and sent(sensor))
+    return tuple(sensor or "sensor" for sensor, pair in pairs.items() if pair == GEODETIC and told and sent(sensor))
 
 
 def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, Meaning], dict[str, list[str]]] | None:

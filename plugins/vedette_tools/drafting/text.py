@@ -172,13 +172,13 @@ def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted:
     wandering = next((each.errors.correlated for each in facts.values() if each.errors), None) if design.correlated else None
 
     def motion(accel: float) -> str:
-        own = f'{{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}'
+        motion = f'{{ kind = "constant_velocity", sigma_accel = {rounded(accel)!r}{space} }}'
         if wandering is None:
-            return f"motion = {own}"
+            return f"motion = {motion}"
         size, tau = rounded(design.errors * wandering.correlated), rounded(wandering.tau)
         names = ", ".join(map(toml_text.value, WANDERING.values()))
         errors = f'{{ kind = "gauss_markov", axes = [{names}], sigma = {size!r}, tau = {tau!r} }}'
-        return f'motion = {{ kind = "product", models = [{own}, {errors}] }}'
+        return f'motion = {{ kind = "product", models = [{motion}, {errors}] }}'
 
     yield "[estimator]"
     if not design.agile:

@@ -166,9 +166,9 @@ def chosen(titles: Sequence[str], below: Sequence[str] = ()) -> tuple[dict[str, 
     """
     measured: dict[str, Meaning] = {}
     platform: dict[str, Meaning] = {}
-    found = [meaning(title, stated) for title, stated in zip_longest(titles, below, fillvalue="")]
-    positions = {each.axis for each in found if not each.own} & {"range", "latitude", "x", "east"}
-    for each in sorted(found, key=lambda each: not each.sure):
+    meanings = [meaning(title, stated) for title, stated in zip_longest(titles, below, fillvalue="")]
+    positions = {each.axis for each in meanings if not each.own} & {"range", "latitude", "x", "east"}
+    for each in sorted(meanings, key=lambda each: not each.sure):
         if each.axis:
             own = each.axis == "heading" or (each.own and bool(positions) and each.axis not in ("time", "scan", "sensor"))
             (platform if own else measured).setdefault(each.axis, each)

@@ -44,35 +44,35 @@ class Wishes:
     ) -> Wishes:  # fmt: skip
         """Read the options of the command line; ConfigError for one that cannot be read."""
         problems: list[Problem] = []
-        found = cls(
+        wishes = cls(
             time or "", _rate(rate, problems), _pairs("--columns", columns, problems), _pairs("--units", units, problems),
             dates or "", scan or "", Path(platform) if platform else None,
         )  # fmt: skip
         known = {axis for pair in POSITIONS for axis in pair} | {*OTHERS}
-        for option, given, axes in (("--columns", found.columns, known), ("--units", found.units, known | {"time"})):
+        for option, given, axes in (("--columns", wishes.columns, known), ("--units", wishes.units, known | {"time"})):
             problems += [
                 Problem(option, f"{axis!r} is no axis; those are {', '.join(sorted(axes))}")
                 for axis in given
                 if axis not in axes
             ]
-        for axis, unit in found.units.items():
+        for axis, unit in wishes.units.items():
             if axis in MEASURES and unit != PIXELS:
                 try:
                     in_unit(unit if unit[:1].isdigit() else f"1 {unit}", MEASURES[axis])
                 except ValueError as error:
                     problems.append(Problem("--units", f"{axis}: {error}"))
-        if found.dates:
+        if wishes.dates:
             try:
-                check_pattern(found.dates)
+                check_pattern(wishes.dates)
             except ValueError as error:
                 problems.append(Problem("--dates", str(error).removeprefix("dates: ")))
-        if found.rate and "time" in found.units:
+        if wishes.rate and "time" in wishes.units:
             problems.append(Problem("--rate", "goes without a unit of the time: it says what a count is"))
         if problems:
             raise ConfigError(problems)
-        return found
+        return wishes
 
-    def measured(self, path: object, titles: Sequence[str], found: Mapping[str, Meaning]) -> dict[str, Meaning]:
+    def measured(self, path: object, titles: Sequence[str], meanings: Mapping[str, Meaning]) -> dict[str, Meaning]:
         """Return the columns by axis, as found by their titles or stated; InputError for a stated one that is not there."""
         stated = {**self.columns, **({"time": self.time} if self.time else {})}
         if self.scan not in ("", "time"):
@@ -82,9 +82,9 @@ class Wishes:
                 raise InputError(
                     f"{path}: there is no column {title!r}, asked for as {axis}; the columns are {listed(titles)}"
                 )
-        kept = dict(found)
+        kept = dict(meanings)
         if any(axis in pair for pair in POSITIONS for axis in self.columns):
-            kept = {axis: each for axis, each in found.items() if not any(axis in pair for pair in POSITIONS)}
+            kept = {axis: each for axis, each in meanings.items() if not any(axis in pair for pair in POSITIONS)}
         if self.scan == "time":
             kept.pop("scan", None)
         if self.rate and "time" not in kept and not self.time and "scan" in kept:

@@ -15,7 +15,7 @@ def findings(it: Situation) -> Iterator[Finding]:
     """Yield what is out of proportion, each place and fact once."""
     told = set()
     for rule in (*return_rules.RULES, *motion_rules.RULES, *track_rules.RULES):
-        for found in rule(it):
-            if (rule, found.place) not in told:
-                told.add((rule, found.place))
-                yield found
+        for finding in rule(it):
+            if (rule, finding.place) not in told:
+                told.add((rule, finding.place))
+                yield finding

@@ -26,19 +26,19 @@ _UNTOLD = "source"
 
 def composed(it: Situation) -> list[dict[str, Any]]:
     """Return each part with its place, kind, what it is, and its parameters in words, with units."""
-    found = []
+    lines = []
     for place, part in parts(it.experiment):
         if not place.startswith(f"{_UNTOLD}."):
-            found.append({"place": place, "kind": part.kind, "about": _first(part), "parameters": list(_told(part))})
+            lines.append({"place": place, "kind": part.kind, "about": _first(part), "parameters": list(_told(part))})
     gate = it.experiment.tracker.gate
-    found.append({"place": "gate", "kind": "", "about": _first(gate), "parameters": list(_told(gate))})
-    return found
+    lines.append({"place": "gate", "kind": "", "about": _first(gate), "parameters": list(_told(gate))})
+    return lines
 
 
 def figures(seen: Seen, it: Situation) -> dict[str, Any]:
     """Return the figures of one sensor that follow from the parts, in SI units; None where they cannot be told."""
     settled, tracker = seen.settled, it.experiment.tracker
-    found: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "sensor": seen.name,
         "interval_s": seen.dt,
         "returns_per_scan": seen.came.per_scan,
@@ -46,7 +46,7 @@ def figures(seen: Seen, it: Situation) -> dict[str, Any]:
         "detection_probability": None if settled is None else settled.detects,
     }
     if settled is None:
-        return found
+        return facts
     threshold = tracker.gate.for_sensor(seen.sensor).threshold
     where, finite = positions(it.state), math.isfinite(threshold)
     volumes = settled.gate_volumes(threshold) if finite else np.full(SCANS, math.nan)
@@ -58,7 +58,7 @@ def figures(seen: Seen, it: Situation) -> dict[str, Any]:
             {"axis": axis.name, "unit": axis.unit, "noise": sigmas[0], "first_gate": half[0], "settled_gate": half[1]}
         )
     lives = seen.lives
-    return found | {
+    return facts | {
         "axes": axes,
         "false_returns_in_first_gate": float(settled.density * volumes[0]) if finite else None,
         "false_returns_in_settled_gate": float(settled.density * volumes[-1]) if finite else None,
@@ -89,7 +89,7 @@ def lines(it: Situation) -> Iterator[str]:
         yield from wrap(f"The source was not opened: {why}", WIDTH, subsequent_indent="  ")
 
 
-def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
+def _of_sensor(seen: Seen, facts: dict[str, Any]) -> Iterator[str]:
     if seen.dt is None:
         yield f"{seen.name}: its scan interval is not known: say it, as in --interval '2.5 s', for what follows from it"
         return
@@ -104,22 +104,22 @@ def _of_sensor(seen: Seen, found: dict[str, Any]) -> Iterator[str]:
         )
         yield f"    how a track of it settles is not told: {why}"
         return
-    for axis in found["axes"]:
+    for axis in facts["axes"]:
         unit, gate = axis["unit"], ""
         if axis["first_gate"] is not None:
             first, then = angle(axis["first_gate"], unit), angle(axis["settled_gate"], unit)
             gate = f"; the gate reaches {first} either way at first, then {then}"
         yield f"    {axis['axis']}: errs by {angle(axis['noise'], unit)} (standard deviation){gate}"
-    yield f"    a target gives a return with probability {found['detection_probability']:.3g}"
-    if found["false_returns_in_first_gate"] is not None:
+    yield f"    a target gives a return with probability {facts['detection_probability']:.3g}"
+    if facts["false_returns_in_first_gate"] is not None:
         yield (
-            f"    false returns in the gate: {found['false_returns_in_first_gate']:.3g} at first, then "
-            f"{found['false_returns_in_settled_gate']:.3g}"
+            f"    false returns in the gate: {facts['false_returns_in_first_gate']:.3g} at first, then "
+            f"{facts['false_returns_in_settled_gate']:.3g}"
         )
-    if found["settled_position_error_m"] is not None:
+    if facts["settled_position_error_m"] is not None:
         yield (
-            f"    a track's position: known to {say(round_(found['first_position_error_m']), 'm')} at its start, to "
-            f"{say(round_(found['settled_position_error_m']), 'm')} after {SCANS} scans with a return each"
+            f"    a track's position: known to {say(round_(facts['first_position_error_m']), 'm')} at its start, to "
+            f"{say(round_(facts['settled_position_error_m']), 'm')} after {SCANS} scans with a return each"
         )
     if seen.lives is not None:
         yield (

@@ -53,11 +53,11 @@ def _drawn(
         count = np.minimum(rng.poisson(min(settled.density * volumes[at], MOST / 2), TRACKS), MOST)
         many = int(np.max(count))
         distance = threshold * rng.uniform(size=(TRACKS, many)) ** (2 / m)
-        own = 2.0 * gammaincinv(m / 2, p_gate * rng.uniform(size=TRACKS))
+        distances = 2.0 * gammaincinv(m / 2, p_gate * rng.uniform(size=TRACKS))
         hits = rng.uniform(size=TRACKS) < (seen if real else 0.0)
         dense = max(settled.density, 1e-300)
         false = np.where(np.arange(many) < count[:, None], np.exp(log_peak - 0.5 * distance), 0.0).sum(axis=1)
-        some = detects * (false + hits * np.exp(log_peak - 0.5 * own)) / dense
+        some = detects * (false + hits * np.exp(log_peak - 0.5 * distances)) / dense
         ratio = np.minimum(1.0 - seen + some, 1e200)
         hit = np.where(ratio > 0, np.minimum(some, 1e200) / np.maximum(ratio, 1e-300), 0.0)
         if not lifecycle.certain:

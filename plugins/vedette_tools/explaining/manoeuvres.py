@@ -48,7 +48,7 @@ def strongest(experiment: Experiment, sensor: Sensor, pose: Pose | None, dt: flo
     """
     tracker = experiment.tracker
     sensor = sensor if pose is None else sensor.at(pose)
-    paths = [(path.name, *found) for path in truth if (found := _sampled(path, tracker.state, dt)) is not None]
+    paths = [(path.name, *sampled) for path in truth if (sampled := _sampled(path, tracker.state, dt)) is not None]
     paths = [path for path in paths if len(path[1]) >= 2 * FIT]
     if not paths or not set(sensor.observes.axes) <= set(paths[0][3].axes):
         return None
@@ -71,17 +71,17 @@ def _metres(space: Space) -> list[int]:
 
 def _sampled(path: Trajectory, state: Space, dt: float) -> tuple[Array, Array, Space] | None:
     """Return times (s,) and positions with velocities (s, n) of an object, over the axes of `state`, and these."""
-    own = [axis for axis in path.space.axes if axis.unit == "m" and axis in state.axes]
-    rates = [axis for axis in state.axes if axis.unit == "m/s" and axis.name in {f"v{each.name}" for each in own}]
-    if not own or len(rates) != len(own):
+    axes = [axis for axis in path.space.axes if axis.unit == "m" and axis in state.axes]
+    rates = [axis for axis in state.axes if axis.unit == "m/s" and axis.name in {f"v{each.name}" for each in axes}]
+    if not axes or len(rates) != len(axes):
         return None
     end = min(path.times[-1], path.times[0] + MOST * dt)
     times = np.arange(path.times[0], end + 1e-9 * dt, dt)
     if len(times) < 2 or np.max(np.diff(path.times)) > FIT * dt:  # in between it has corners that are nobody's
         return None
-    columns = path.states[:, path.space.locate(Space(tuple(own)))].T
+    columns = path.states[:, path.space.locate(Space(tuple(axes)))].T
     places = np.stack([np.interp(times, path.times, column) for column in columns], axis=-1)
-    space = Space((*own, *(Axis(f"v{each.name}", "m/s") for each in own)))
+    space = Space((*axes, *(Axis(f"v{each.name}", "m/s") for each in axes)))
     return times, np.concatenate([places, np.gradient(places, dt, axis=0)], axis=-1), space
 
 

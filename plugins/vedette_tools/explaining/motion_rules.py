@@ -41,13 +41,13 @@ def quiet_motion(it: Situation) -> Iterator[Finding]:
     """Find process noise that is not felt within QUIET_SCANS scans: the filter comes to believe itself alone."""
     for seen in it.sensors:
         long = QUIET_SCANS * (seen.dt or 0.0)
-        own = {place: _noise_ratio(it, motion, seen, long)[0] for place, motion, other in _settled(it) if other is seen}
-        if own and max(own.values()) < 1.0:
+        noisy = {place: _noise_ratio(it, motion, seen, long)[0] for place, motion, other in _settled(it) if other is seen}
+        if noisy and max(noisy.values()) < 1.0:
             text = (
-                f"in {QUIET_SCANS:,} scans, {say(long, 's')}, the process noise moves a target by {max(own.values()):.2g} "
+                f"in {QUIET_SCANS:,} scans, {say(long, 's')}, the process noise moves a target by {max(noisy.values()):.2g} "
                 f"standard deviations of sensor {seen.name!r}: the filter soon stops learning, and loses a target that turns"
             )
-            yield Finding(next(iter(own)), text, "at least 1, reached within some 10 to 100 scans")
+            yield Finding(next(iter(noisy)), text, "at least 1, reached within some 10 to 100 scans")
 
 
 def slow_to_turn(it: Situation) -> Iterator[Finding]:
@@ -57,7 +57,7 @@ def slow_to_turn(it: Situation) -> Iterator[Finding]:
     if not truth or not looking or not it.motions:
         return
     dt = 1.0 / sum(1.0 / (seen.dt or np.inf) for seen in looking)  # as if all saw it by turns
-    found: list[tuple[Seen, float, Manoeuvre]] = []
+    turns: list[tuple[Seen, float, Manoeuvre]] = []
     for seen in looking:
         if seen.settled is None or not inverts(seen.sensor, seen.settled.measured):
             continue
@@ -65,9 +65,9 @@ def slow_to_turn(it: Situation) -> Iterator[Finding]:
         turn = strongest(it.experiment, seen.sensor, seen.came.pose, dt, seen.settled, truth)
         if turn is None or turn.lag <= max(LAG, reach if np.isfinite(reach) else 0.0):
             return
-        found.append((seen, reach, turn))
-    if found:
-        seen, reach, turn = min(found, key=lambda each: each[2].lag)
+        turns.append((seen, reach, turn))
+    if turns:
+        seen, reach, turn = min(turns, key=lambda each: each[2].lag)
         most = f"the gate, which reaches {reach:.2g}, loses the target" if np.isfinite(reach) else "no gate would keep it"
         text = (
             f"true object {turn.name!r} accelerates by {say(_short(turn.acceleration), 'm/s^2')}, in speed or course, "
@@ -147,11 +147,11 @@ def switching(it: Situation) -> Iterator[Finding]:
     known = [seen.dt for seen in it.sensors if seen.dt is not None]
     dt = min(known) if known else None
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
-        own = getattr(estimator, "interval", None)
+        interval = getattr(estimator, "interval", None)
         for name, matrix in square(estimator, "1").items():
             if not np.allclose(matrix.sum(axis=1), 1.0) or np.any(matrix < 0):
                 continue
-            scale = 1.0 if own is None or dt is None else own / dt
+            scale = 1.0 if interval is None or dt is None else interval / dt
             yield from _stays(f"{place}.{name}", scale / np.maximum(1.0 - np.diag(matrix), 1e-12), dt)
         for name, matrix in square(estimator, "1/s").items():
             if dt is not None:
@@ -176,9 +176,9 @@ def _mixtures(it: Situation) -> Iterator[tuple[str, list[MotionModel]]]:
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
         modes = getattr(estimator, "modes", None)
         if isinstance(estimator, Estimator) and isinstance(modes, tuple) and len(modes) > 1:
-            own = [getattr(mode, "motion", None) for mode in modes]
-            if all(isinstance(motion, MotionModel) for motion in own):
-                yield place, own  # type: ignore[misc]
+            motions = [getattr(mode, "motion", None) for mode in modes]
+            if all(isinstance(motion, MotionModel) for motion in motions):
+                yield place, motions  # type: ignore[misc]
 
 
 def _alike(it: Situation, one: MotionModel, other: MotionModel, seen: Seen, dt: float) -> bool:

@@ -86,8 +86,8 @@ def situation(experiment: Experiment, interval: float | None = None) -> Situatio
                 None if far is None or not far < FAR else far, boxed, stated,
             )
         )  # fmt: skip
-    found = [(place, part) for place, part in parts(tracker.estimator, "estimator") if isinstance(part, MotionModel)]
-    outer = [(place, part) for place, part in found if not any(place.startswith(f"{other}.") for other, _ in found)]
+    motions = [(place, part) for place, part in parts(tracker.estimator, "estimator") if isinstance(part, MotionModel)]
+    outer = [(place, part) for place, part in motions if not any(place.startswith(f"{other}.") for other, _ in motions)]
     return Situation(experiment, source, tuple(seen), tuple(outer))
 
 

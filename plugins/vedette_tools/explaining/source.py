@@ -74,12 +74,12 @@ def _first(recording: Recording) -> list[Scan]:
     """Return the first scans, all those of one time."""
     if isinstance(recording.scans, LazyScans) and recording.scans.once:
         return []  # what comes once is left to the run
-    found: list[Scan] = []
+    scans: list[Scan] = []
     for _, together in groupby(islice(recording.scans, 2 * MOST_SCANS), key=lambda scan: scan.time):
-        found += together
-        if len(found) >= (MOST_SCANS if found[0].frame is None else MOST_FRAMES):
+        scans += together
+        if len(scans) >= (MOST_SCANS if scans[0].frame is None else MOST_FRAMES):
             break
-    return found
+    return scans
 
 
 def _came(times: list[float], scans: list[Scan], axes: int) -> Came:

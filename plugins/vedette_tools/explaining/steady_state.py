@@ -110,10 +110,13 @@ def _prior(
     begun = (prior for z in tried if (prior := _begun(tracker, sensor, starter, z, dt)) is not None)
     if starter == name:
         return next(begun, None)
-    own = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
-    where = tracker.state.locate(own.observes)
-    found = list(begun)
-    return next((prior for prior in found if np.max(own.detects(prior.mean[0, where])) > 0), found[0] if found else None)
+    placed = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
+    where = tracker.state.locate(placed.observes)
+    begun_tracks = list(begun)
+    return next(
+        (prior for prior in begun_tracks if np.max(placed.detects(prior.mean[0, where])) > 0),
+        begun_tracks[0] if begun_tracks else None,
+    )
 
 
 def _gives(tracker: Tracker, recording: Recording | None) -> bool:
@@ -146,13 +149,13 @@ def _begun(tracker: Tracker, sensor: Sensor, name: str, z: Array, dt: float) -> 
         return None
     rng = np.random.default_rng(0)
     one, free = Detections.of(z[None]), np.zeros(1)
-    memory, found = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
+    memory, sources = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
     for i in range(3):
         if birth.models_unseen:
             memory = birth.predict(memory, estimator, dt if i else 0.0, rng)
-            _, found = birth.reveal(memory, estimator, sensor, one, p_gate)
+            _, sources = birth.reveal(memory, estimator, sensor, one, p_gate)
             memory = birth.update(memory, estimator, sensor, one, free, p_gate)
-        born = birth.begin(found, estimator, sensor, name, one, free)
+        born = birth.begin(sources, estimator, sensor, name, one, free)
         if len(born.returns):
             return Gaussian(born.prior.mean[:1], born.prior.cov[:1])
     return None

@@ -47,12 +47,12 @@ def gross(paths: Paths) -> Mask:
 
 def _spikes(paths: Paths) -> Mask:
     """Return which positions stand out alone."""
-    n, found = len(paths), np.zeros(len(paths), dtype=bool)
+    n, outlying = len(paths), np.zeros(len(paths), dtype=bool)
     piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
     rows = np.arange(2, n - 2)
     rows = rows[(piece[rows - 2] == piece[rows + 2])]
     if not len(rows):
-        return found
+        return outlying
     off = _off(paths, rows - 1, rows, rows + 1)
     beside = np.maximum(_off(paths, rows - 2, rows - 1, rows + 1), _off(paths, rows - 1, rows + 1, rows + 2))
     usual = np.zeros(len(paths.lengths))
@@ -62,8 +62,8 @@ def _spikes(paths: Paths) -> Mask:
     count = np.searchsorted(of, np.arange(len(usual)), side="right") - first
     some = count > 0
     usual[some] = off[order][first[some] + count[some] // 2]
-    found[rows] = (off > FAR * beside) & (off > FAR * usual[piece[rows]]) & (off > 0)
-    return found
+    outlying[rows] = (off > FAR * beside) & (off > FAR * usual[piece[rows]]) & (off > 0)
+    return outlying
 
 
 def _off(paths: Paths, before: Indices, at: Indices, after: Indices) -> Array:

@@ -66,8 +66,8 @@ class Columns:
     @property
     def read(self) -> tuple[str, ...]:
         """The titles of all columns that are read."""
-        found = [self.time, *self.place, *(self.paces or ()), *(each for each in (self.speed, self.course) if each)]
-        return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in found)]))
+        columns = [self.time, *self.place, *(self.paces or ()), *(each for each in (self.speed, self.course) if each)]
+        return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in columns)]))
 
     @classmethod
     def of(cls, path: TablePath, by: str | None, titles: Sequence[str], dates: str = "") -> Columns:
@@ -83,10 +83,10 @@ class Columns:
             for axis in (first, second)
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
-        found = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates or table.dates)
+        columns = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates or table.dates)
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
-        found = evolve(found, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
-        return _paced(found, titles)
+        columns = evolve(columns, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
+        return _paced(columns, titles)
 
     def in_speed_unit(self, steps: Array, speeds: Array) -> Columns:
         """Return the columns with the unit of a speed that its title does not state: that in which the `speeds` (n,) of
@@ -125,12 +125,12 @@ class Columns:
     def positions(self, frame: Any) -> tuple[Array, Mask]:
         """Return east and north (n, 2) in m, or longitude and latitude in deg, and which are positions."""
         first, second = (self.numbers(column, frame) for column in self.place)
-        found = np.stack([second, first] if self.north_first else [first, second], axis=-1)
-        good = np.isfinite(found).all(axis=-1)
+        values = np.stack([second, first] if self.north_first else [first, second], axis=-1)
+        good = np.isfinite(values).all(axis=-1)
         if self.geodetic:
             with np.errstate(invalid="ignore"):
-                good &= (np.abs(found[:, 1]) <= 90) & (np.abs(found[:, 0]) <= 180.0001)
-        return found, good
+                good &= (np.abs(values[:, 1]) <= 90) & (np.abs(values[:, 0]) <= 180.0001)
+        return values, good
 
     def rounding(self, frame: Any) -> float:
         """Return the deviation along an axis, in m, of what the digits of positions leave out; 0 if they are not cut."""
@@ -180,35 +180,35 @@ def _sure_name(titles: Sequence[str]) -> str:
 
 def _title(path: TablePath, by: str, titles: Sequence[str]) -> str:
     """Return the title that `by` means, in capitals or not."""
-    found = [title for title in titles if title == by] or [title for title in titles if title.lower() == by.lower()]
-    if len(found) != 1:
+    named = [title for title in titles if title == by] or [title for title in titles if title.lower() == by.lower()]
+    if len(named) != 1:
         raise InputError(f"{path}: there is no column {by!r}, which --by names; the columns are {listed(list(titles))}")
-    return found[0]
+    return named[0]
 
 
 def _factor(unit: str, to: str) -> float:
     return in_unit(unit if unit[:1].isdigit() else f"1 {unit}", to) if unit else 1.0
 
 
-def _paced(found: Columns, titles: Sequence[str]) -> Columns:
+def _paced(columns: Columns, titles: Sequence[str]) -> Columns:
     """Return the columns with those of speed and course, or of velocities along the axes, if the table has them."""
     by_axis: dict[str, Column] = {}
     for title in sorted(titles, key=lambda title: not meaning(title).sure):
         axis, factor, stated = _pace(title)
-        if axis and title not in found.read:
+        if axis and title not in columns.read:
             by_axis.setdefault(axis, Column(title, factor, stated))
     if {"veast", "vnorth"} <= by_axis.keys():
         east, north = by_axis["veast"], by_axis["vnorth"]
-        return evolve(found, paces=(north, east) if found.north_first and not found.geodetic else (east, north))
-    if {"vx", "vy"} <= by_axis.keys() and not found.geodetic:
-        return evolve(found, paces=(by_axis["vx"], by_axis["vy"]))
-    return evolve(found, speed=by_axis.get("speed"), course=by_axis.get("course"))
+        return evolve(columns, paces=(north, east) if columns.north_first and not columns.geodetic else (east, north))
+    if {"vx", "vy"} <= by_axis.keys() and not columns.geodetic:
+        return evolve(columns, paces=(by_axis["vx"], by_axis["vy"]))
+    return evolve(columns, speed=by_axis.get("speed"), course=by_axis.get("course"))
 
 
 def _pace(title: str) -> tuple[str, float, bool]:
     """Return the axis of a velocity that a title means, "" if none, its factor to m/s or deg, and whether it is stated."""
-    found = meaning(title)
-    axis, unit = found.axis, found.unit
+    said = meaning(title)
+    axis, unit = said.axis, said.unit
     words = re.sub(r"[^a-z]+", "_", title.lower()).strip("_")
     for name, others in PACES.items():
         for other in others:

@@ -72,17 +72,17 @@ class Told:
 
 def tables(given: Sequence[Path]) -> list[Path]:
     """Return the files that paths name, a folder all Parquet files in it; InputError if there is none."""
-    found = []
+    files = []
     for path in given:
         if not path.exists():
             raise InputError(f"{path}: there is no such file or folder")
         inside = sorted(path.glob(f"**/*{SUFFIX}")) if path.is_dir() else [path]
         if not inside:
             raise InputError(f"{path}: the folder holds no {SUFFIX} file")
-        found += inside
-    if len({is_columnar(path) for path in found}) > 1:
-        raise InputError(f"{found[0]}: CSV and Parquet files cannot be smoothed together")
-    return found
+        files += inside
+    if len({is_columnar(path) for path in files}) > 1:
+        raise InputError(f"{files[0]}: CSV and Parquet files cannot be smoothed together")
+    return files
 
 
 def smooth_files(
@@ -162,18 +162,18 @@ def first_fault(paths: Sequence[Path], columns: Columns) -> str:
     """Return the place of the first row that cannot be used, and what is wrong with it; "" if none of the first is."""
     axes = Space.of(latitude="deg", longitude="deg") if columns.geodetic else Space.of(x="m", y="m")
     titles = {axis: column.title for axis, column in zip(axes.names, columns.place, strict=True)}
-    found = numbers(axes, columns.time.title, titles, {}, "smooth")
-    wanted = {column.name: column.title for column in found.values()} | ({"name": columns.name} if columns.name else {})
+    read = numbers(axes, columns.time.title, titles, {}, "smooth")
+    wanted = {column.name: column.title for column in read.values()} | ({"name": columns.name} if columns.name else {})
     refused: list[Problem] = []
     for path in paths:
         dialect = Dialect() if is_columnar(path) else read_table(path, AID).dialect
         given = list(islice(rows_of(path, wanted, "smooth", dialect, refused), LOOKED_AT))
-        times = Times(found["time"], form_of((row.cells["time"] for row in given), columns.dates), 0.0)
+        times = Times(read["time"], form_of((row.cells["time"] for row in given), columns.dates), 0.0)
         for row in given:
             try:
                 times.of(row)
                 for axis in axes.names:
-                    found[axis].of(row)
+                    read[axis].of(row)
                 if columns.name and not row.cells["name"]:
                     raise ValueError(f"{columns.name} must name an object, got ''; --by names another column")
             except ValueError as error:
@@ -188,12 +188,12 @@ def _titles(path: Path) -> list[str]:
     if is_columnar(path):
         _, parquet = pyarrow()
         check_regular(path)
-        found = [str(name) for name in parquet.read_schema(path).names]
+        titles = [str(name) for name in parquet.read_schema(path).names]
     else:
-        found = [title.strip() for title in read_table(path, AID).dialect.cells(header_line(lines(path))[1]) or []]
-    if twice := [title for i, title in enumerate(found) if title in found[:i]]:
+        titles = [title.strip() for title in read_table(path, AID).dialect.cells(header_line(lines(path))[1]) or []]
+    if twice := [title for i, title in enumerate(titles) if title in titles[:i]]:
         raise InputError(f"{path}: two columns are called {twice[0]!r}: rename one of them")
-    return found
+    return titles
 
 
 def _parted(

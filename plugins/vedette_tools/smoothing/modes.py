@@ -44,7 +44,7 @@ def bank(
     """
     n, s, m = len(paths), len(sigmas), len(accels)
     dt = paths.waits
-    found = Modes(np.zeros((n, s)), np.zeros((n, s, m), np.float32), np.zeros((n, s, m), np.float32), np.zeros((n, s), bool))
+    modes = Modes(np.zeros((n, s)), np.zeros((n, s, m), np.float32), np.zeros((n, s, m), np.float32), np.zeros((n, s), bool))
     density = accels**2
     noise, noise_pace = sigmas[:, None] ** 2, sigmas_velocity[:, None] ** 2
     paced: Mask = np.asarray(np.isfinite(paths.velocities).all(axis=-1))
@@ -59,7 +59,7 @@ def bank(
             c, w = np.zeros((b, s, m)), np.broadcast_to((speed[rows] ** 2)[:, None, None], (b, s, m)).copy()
             mu = np.broadcast_to(share, (b, s, m)).copy()
             missed = np.zeros((b, s), dtype=int)
-            found.prior[rows] = mu
+            modes.prior[rows] = mu
             like = np.zeros((b, s, m))
         else:
             x, v, p, c, w, mu, missed = x[:, :b], v[:, :b], p[:b], c[:b], w[:b], mu[:b], missed[:b]
@@ -79,14 +79,14 @@ def bank(
             h = dt[rows][:, None, None]
             x = x + h * v
             p, c, w = p + h * (2 * c + h * w) + density * h**3 / 3, c + h * w + density * h**2 / 2, w + density * h
-            found.prior[rows] = prior
+            modes.prior[rows] = prior
             off = z - x
             S = p + noise
             d2 = (off * off).sum(axis=0) / S
             gross: Mask = np.asarray(d2.min(axis=-1) > GATE)
             missed = np.where(gross, missed + 1, 0)
             afresh = missed >= AGAIN
-            found.gross[rows] = gross
+            modes.gross[rows] = gross
             like = np.logaddexp(-0.5 * d2, np.log(RARE / WIDE**2) - 0.5 * d2 / WIDE**2) - np.log(2 * np.pi * S)
             gain = np.where(gross, 0.0, 1.0)[..., None] / S
             x, v = x + gain * p * off, v + gain * c * off
@@ -115,9 +115,9 @@ def bank(
         joint = mu * np.exp(like - top)
         total = joint.sum(axis=-1, keepdims=True)
         mu = joint / total
-        found.loglik[rows] = (np.log(total) + top)[..., 0]
-        found.prob[rows] = mu
-    return found
+        modes.loglik[rows] = (np.log(total) + top)[..., 0]
+        modes.prob[rows] = mu
+    return modes
 
 
 def smoothed_modes(paths: Paths, prob: Array, prior: Array, share: Array, switch: float) -> Array:

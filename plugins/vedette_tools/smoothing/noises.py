@@ -78,13 +78,13 @@ def _of_noises(model: Model, sigmas: Array, paces: Array) -> Model:
 
 def _of_objects(paths: Paths, objects: Indices, speed: Array, model: Model) -> tuple[Array, Array, Array]:
     """Return log-likelihoods (o, s) of objects; the mode probabilities (n, m) under the best noise of each row's object."""
-    found = bank(paths, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed)
+    banked = bank(paths, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed)
     whose = np.repeat(objects, paths.lengths)
     loglik = np.zeros((int(objects.max()) + 1, len(model.sigmas)))
-    np.add.at(loglik, whose, found.loglik)
+    np.add.at(loglik, whose, banked.loglik)
     best = np.argmax(loglik + np.log(model.common), axis=-1)[whose]
     rows = np.arange(len(paths))
-    prob = smoothed_modes(paths, found.prob[rows, best], found.prior[rows, best], model.share, model.switch)
+    prob = smoothed_modes(paths, banked.prob[rows, best], banked.prior[rows, best], model.share, model.switch)
     return loglik, prob, best
 
 

@@ -73,10 +73,10 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
 
 def _held_back(paths: Paths, back: Mask, told: Told, model: Model) -> float:
     """Return how likely reports are by the others: Gaussian, but for one in many whose error is larger."""
-    found = _over_windows(paths, told, model)
+    estimates = _over_windows(paths, told, model)
     sigma = told.sigma[back]
-    S = found.spot_variances[back] + sigma**2
-    d2 = ((paths.spots - found.spots)[back] ** 2).sum(axis=-1) / S
+    S = estimates.spot_variances[back] + sigma**2
+    d2 = ((paths.spots - estimates.spots)[back] ** 2).sum(axis=-1) / S
     return float(np.sum(np.logaddexp(-0.5 * d2, np.log(RARE / WIDE**2) - 0.5 * d2 / WIDE**2) - np.log(2 * np.pi * S)))
 
 
@@ -111,12 +111,12 @@ def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
     """Return the paths smoothed by a model; objects (p,): whose each piece is, in order."""
     told = _told(paths, objects, model)
     every = evolve(paths, told=paths.told & ~told.gross)
-    found = _over_windows(every, told, model)
-    late = _outlying(every, found, told.sigma)
+    estimates = _over_windows(every, told, model)
+    late = _outlying(every, estimates, told.sigma)
     if late.any():
         every = evolve(every, told=every.told & ~late)
-        found = _over_windows(every, told, model)
-    return Smooth(found, paths.told & ~every.told, np.repeat(np.arange(len(paths.lengths)), paths.lengths))
+        estimates = _over_windows(every, told, model)
+    return Smooth(estimates, paths.told & ~every.told, np.repeat(np.arange(len(paths.lengths)), paths.lengths))
 
 
 def _told(paths: Paths, objects: Indices, model: Model) -> Told:
@@ -139,43 +139,43 @@ def _told(paths: Paths, objects: Indices, model: Model) -> Told:
 
 def _over_windows(paths: Paths, told: Told, model: Model) -> linear.Estimates:
     """Return the estimates of all rows; those of long pieces by windows."""
-    again, rows, own = windows(paths, WINDOW, OVERLAP)
+    again, rows, inner = windows(paths, WINDOW, OVERLAP)
     accel = model.swell * told.accel[rows]
-    found = linear.smoothed(again, accel, told.sigma[rows], told.sigma_velocity[rows], told.speed[rows])
-    return linear.Estimates(*(_back(part, rows, own, len(paths)) for part in _parts(found)))
+    estimates = linear.smoothed(again, accel, told.sigma[rows], told.sigma_velocity[rows], told.speed[rows])
+    return linear.Estimates(*(_back(part, rows, inner, len(paths)) for part in _parts(estimates)))
 
 
-def _parts(found: linear.Estimates) -> tuple[Array, ...]:
-    return found.spots, found.velocities, found.spot_variances, found.velocity_variances
+def _parts(estimates: linear.Estimates) -> tuple[Array, ...]:
+    return estimates.spots, estimates.velocities, estimates.spot_variances, estimates.velocity_variances
 
 
-def _back(values: Array, rows: Indices, own: Mask, n: int) -> Array:
+def _back(values: Array, rows: Indices, inner: Mask, n: int) -> Array:
     whole = np.zeros((n, *values.shape[1:]), values.dtype)
-    whole[rows[own]] = values[own]
+    whole[rows[inner]] = values[inner]
     return whole
 
 
-def _outlying(paths: Paths, found: linear.Estimates, sigma: Array) -> Mask:
+def _outlying(paths: Paths, estimates: linear.Estimates, sigma: Array) -> Mask:
     """Return which reports are gross beside what all others say: z - x without it has the variance r^2 / (r - p)."""
-    left = sigma**2 - found.spot_variances
-    off = ((paths.spots - found.spots) ** 2).sum(axis=-1)
+    left = sigma**2 - estimates.spot_variances
+    off = ((paths.spots - estimates.spots) ** 2).sum(axis=-1)
     return np.asarray(paths.told & (left > 1e-6 * sigma**2) & (off > GATE * np.maximum(left, 1e-300)))
 
 
 def _agility(paths: Paths, objects: Indices, model: Model) -> tuple[Array, Indices, Mask]:
     """Return for each row the density's root of its acceleration, which noise its object has, and whether it is gross."""
     n = len(paths)
-    again, rows, own = windows(paths, WINDOW, OVERLAP)
-    found = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speeds(paths)[rows])
+    again, rows, inner = windows(paths, WINDOW, OVERLAP)
+    banked = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speeds(paths)[rows])
     whose = np.repeat(objects, paths.lengths)
     loglik = np.zeros((int(objects.max(initial=0)) + 1, len(model.sigmas)))
-    np.add.at(loglik, whose[rows[own]], found.loglik[own])
+    np.add.at(loglik, whose[rows[inner]], banked.loglik[inner])
     noise = np.argmax(loglik + np.log(model.common), axis=-1)[whose]
     pick = np.arange(len(rows)), noise[rows]
-    prob = smoothed_modes(again, found.prob[pick], found.prior[pick], model.share, model.switch)
-    accel = np.sqrt(_back(prob @ model.accels**2, rows, own, n))
+    prob = smoothed_modes(again, banked.prob[pick], banked.prior[pick], model.share, model.switch)
+    accel = np.sqrt(_back(prob @ model.accels**2, rows, inner, n))
     off = np.zeros(n, dtype=bool)
-    off[rows[own]] = found.gross[pick][own]
+    off[rows[inner]] = banked.gross[pick][inner]
     return accel, noise, _short(off)
 
 

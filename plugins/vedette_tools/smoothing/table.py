@@ -136,28 +136,28 @@ def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, M
 def seconds(name: str, value: float | str | None) -> float | None:
     """Return a time in s, above 0; InputError for another."""
     try:
-        found = None if value is None else in_unit(value, "s")
+        seconds = None if value is None else in_unit(value, "s")
     except ValueError as error:
         raise InputError(f"{name}: {error}") from None
-    if found is not None and not 0 < found < np.inf:
+    if seconds is not None and not 0 < seconds < np.inf:
         raise InputError(f"{name}: must be a time above 0, got {value!r}")
-    return found
+    return seconds
 
 
 def smoothed_frame(frame: Any, columns: Columns, reports: Reports, model: Model, every: float | None) -> tuple[Any, Indices]:
     """Return the smoothed rows, by object and time, and the row of the frame that each comes from."""
     paths, objects = reports.paths, reports.objects
     if every is None:
-        found = smoothed(paths, objects, model)
+        smooth = smoothed(paths, objects, model)
         rows, codes, times = reports.rows, reports.codes, None
     else:
         wider, asked, last = _resampled(paths, every)
         every_row = smoothed(wider, objects, model)
-        found = Smooth(every_row.estimates.only(asked), np.zeros(len(asked), dtype=bool), every_row.piece[asked])
+        smooth = Smooth(every_row.estimates.only(asked), np.zeros(len(asked), dtype=bool), every_row.piece[asked])
         rows, codes, times = reports.rows[last], reports.codes[last], wider.times[asked]
     result = frame.iloc[rows].copy()
     first_piece = np.searchsorted(objects, codes)
-    _write(result, columns, reports.plane, codes, found, found.piece - first_piece)
+    _write(result, columns, reports.plane, codes, smooth, smooth.piece - first_piece)
     if times is not None:
         result[columns.time.title] = _as_before(frame[columns.time.title], times, columns)
         result = result.reset_index(drop=True).drop(columns=GROSS)
@@ -206,9 +206,9 @@ def _resampled(paths: Paths, every: float) -> tuple[Paths, Indices, Indices]:
     return wider, asked, np.maximum(before[asked], paths.starts[:-1][piece])
 
 
-def _write(frame: Any, columns: Columns, plane: Plane | None, codes: Indices, found: Smooth, piece: Indices) -> None:
+def _write(frame: Any, columns: Columns, plane: Plane | None, codes: Indices, smooth: Smooth, piece: Indices) -> None:
     """Write estimates into a frame's columns, in its units."""
-    estimates = found.estimates
+    estimates = smooth.estimates
     spots, velocities = estimates.spots, estimates.velocities
     stretch: Array = np.ones((1, 2))
     if plane is not None:
@@ -236,7 +236,7 @@ def _write(frame: Any, columns: Columns, plane: Plane | None, codes: Indices, fo
     told = np.sqrt(estimates.spot_variances) / stretch.mean(axis=-1), pace_deviation, turned
     for title, values in zip(DEVIATIONS, told, strict=True):
         frame[title] = np.round(values, 6)
-    frame[PIECE], frame[GROSS] = piece, found.gross
+    frame[PIECE], frame[GROSS] = piece, smooth.gross
 
 
 def _as_before(cells: Any, times: Array, columns: Columns) -> Any:

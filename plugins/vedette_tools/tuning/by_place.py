@@ -144,9 +144,9 @@ def _found(data: Data, path: str, table: Detection) -> tuple[Detection, Array, i
     rounds, change = 0, np.inf
     while rounds == 0 or (change > SETTLED and rounds < ROUNDS):
         cells = Cells.of(*_counts(_of(data, path, table), path, table))
-        found = np.array(np.broadcast_to(cells.probability, table.probability.shape))
-        change, rounds = float(np.max(np.abs(found - table.probability))), rounds + 1
-        table = evolve(table, probability=found)
+        probability = np.array(np.broadcast_to(cells.probability, table.probability.shape))
+        change, rounds = float(np.max(np.abs(probability - table.probability))), rounds + 1
+        table = evolve(table, probability=probability)
     kept = [each if cells.probability.shape[i] > 1 else each[:1] for i, each in enumerate((table.ranges, table.bearings))]
     told = np.array([[float(f"{each:.3g}") for each in row] for row in cells.probability])
     if not np.ptp(told):

@@ -49,11 +49,11 @@ class Kept:
     def __len__(self) -> int:
         return len(self._found)
 
-    def add(self, values: tuple[float, ...], found: Array | None) -> None:
+    def add(self, values: tuple[float, ...], figures: Array | None) -> None:
         """Keep what came of an evaluation: numbers (s,), or None where it cannot run."""
-        self._found[values] = found
+        self._found[values] = figures
         if self._folder is not None:
-            line = json.dumps({"values": values, "found": None if found is None else found.tolist()})
+            line = json.dumps({"values": values, "found": None if figures is None else figures.tolist()})
             with (self._folder / EVALUATIONS).open("a", encoding="utf-8") as file:
                 file.write(line + "\n")
 

@@ -133,10 +133,10 @@ def _below(value: Any, parameter: Parameter | None, step: str | int, here: str) 
         return value[step], parameter
     if not attrs.has(type(value)):
         raise ValueError(f"{here} is {_what(value)}, so there is no {step!r} in it")
-    own = _own(value)
-    if step not in own:
-        raise ValueError(f"there is no {below(here, step)};{_or(step, own)}")
-    return getattr(value, own[step].field.name), own[step]
+    parameters_of = _own(value)
+    if step not in parameters_of:
+        raise ValueError(f"there is no {below(here, step)};{_or(step, parameters_of)}")
+    return getattr(value, parameters_of[step].field.name), parameters_of[step]
 
 
 def _or(step: str, known: Mapping[Any, Any]) -> str:

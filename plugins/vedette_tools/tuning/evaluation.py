@@ -192,8 +192,8 @@ def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     """Raise ConfigError, with the reason, if the tracker cannot run on the data with these values."""
     reason = "the likelihood of its scans is no number"
     try:
-        own = applied(data.experiment, free, values)
-        if all(1 for _ in _expected(data, own, len(data.times))) and _evaluated(
+        experiment = applied(data.experiment, free, values)
+        if all(1 for _ in _expected(data, experiment, len(data.times))) and _evaluated(
             data, judging(data, free, values), len(data.times)
         ):
             return

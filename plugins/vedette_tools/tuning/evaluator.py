@@ -32,8 +32,8 @@ def run_one(data: Data, free: Sequence[Free], values: tuple[float, ...], by: Cri
     if by == "consistency":
         gathered = moments(data, free, values)
         return None if gathered is None else gathered.normalised(slice(0, data.tuned))
-    found = evaluate(data, free, values)
-    return None if found is None else np.stack([found.loglik, found.expected])
+    evaluated = evaluate(data, free, values)
+    return None if evaluated is None else np.stack([evaluated.loglik, evaluated.expected])
 
 
 def _open(experiment: Experiment, part: float) -> None:
@@ -78,23 +78,23 @@ class Asker:
             if key in self._kept:
                 return self._kept[key]
         if self._pool is None:
-            found = run_one(data, self.free, values, self.by)
+            evaluated = run_one(data, self.free, values, self.by)
         else:
             try:
-                found = self._pool.submit(_run_there, data.unstated, self.free, values, self.by).result()
+                evaluated = self._pool.submit(_run_there, data.unstated, self.free, values, self.by).result()
             except RuntimeError as error:
                 raise VedetteError(f"a worker failed: {error or type(error).__name__}; --resume goes on from here") from None
         with self._lock:
-            self._kept.add(key, found)
+            self._kept.add(key, evaluated)
             self.evaluations += 1
-        return found
+        return evaluated
 
     def height(self, position: Array) -> float:
         """Return the criterion, to be made as large as possible: -inf where the tracker cannot run."""
-        found = self.found(position)
-        if found is None:
+        evaluated = self.found(position)
+        if evaluated is None:
             return -np.inf
-        height = float(np.sum(found[0])) if self.by == "likelihood" else -0.5 * float(np.sum(found**2))
+        height = float(np.sum(evaluated[0])) if self.by == "likelihood" else -0.5 * float(np.sum(evaluated**2))
         order = (height, *position.tolist())  # of two as high always the same one, whichever thread came first
         with self._lock:
             if np.isfinite(height) and order > self._order:

@@ -87,13 +87,13 @@ def views(sensors: Mapping[str, Sensor], scans: Sequence[Scan], of: Sequence[Mas
         moves = _moves(sensor, scan.pose)
         z = seen.z[whole] - scan.pose.position if moves and scan.pose is not None else seen.z[whole]
         returns.setdefault(scan.sensor, []).append(z)
-    found = {}
+    views = {}
     for name, parts in returns.items():
         sensor, z = sensors[name], np.concatenate(parts)
         moves = any(scan.sensor == name and _moves(sensor, scan.pose) for scan in scans)
         if len(z) > len(sensor.measurement) and np.all(np.ptp(z, axis=0) > 0):
-            found[name] = _box(sensor, z, moves)
-    return found
+            views[name] = _box(sensor, z, moves)
+    return views
 
 
 def _moves(sensor: Sensor, pose: Pose | None) -> bool:

@@ -24,14 +24,14 @@ SURE = 0.5
 
 def names_of(sensors: Mapping[str, Sensor]) -> list[tuple[str, str, str]]:
     """Return sensor, axis and what is compared, of each moment: `square`, `lag 1` ... by axis, and `hits` and `false`."""
-    found = []
+    names = []
     for name, sensor in sensors.items():
         if isinstance(sensor, ImagingSensor):
             continue
         for axis in sensor.measurement.names:
-            found += [(name, axis, "square"), *((name, axis, f"lag {lag}") for lag in range(1, LAGS + 1))]
-        found += [(name, "", "hits"), (name, "", "false")]
-    return found
+            names += [(name, axis, "square"), *((name, axis, f"lag {lag}") for lag in range(1, LAGS + 1))]
+        names += [(name, "", "hits"), (name, "", "false")]
+    return names
 
 
 @frozen(eq=False)
@@ -55,14 +55,14 @@ class Moments:
         """Return what innovations say of Q and R by sensor and axis."""
         total, variance = np.sum(self.sums[scans], axis=0), np.sum(self.variances[scans], axis=0)
         at = {name: i for i, name in enumerate(self.names)}
-        found = []
+        noises = []
         for (sensor, axis, what), i in at.items():
             count, pairs = variance[i] / 2.0, variance[at[sensor, axis, "lag 1"]] if axis else 0.0
             if what == "square" and count > 0:
                 size = 1.0 + float(total[i] / count)
                 white = float(total[at[sensor, axis, "lag 1"]] / max(pairs, 1e-300) / max(size, 1e-300)) if pairs else 0.0
-                found.append(Noise(sensor, axis, size, white, float(count), float(pairs)))
-        return found
+                noises.append(Noise(sensor, axis, size, white, float(count), float(pairs)))
+        return noises
 
 
 @frozen
@@ -115,9 +115,9 @@ class Gathering:
         if shown:
             predicted = it.tracks
             for row in shown:
-                own = at[int(state.ids[row])]
+                before = at[int(state.ids[row])]
                 claimed += float(state.hit[row])
-                self._track(sums, variances, it, state, row, Gaussian(predicted.mean[own], predicted.cov[own]))
+                self._track(sums, variances, it, state, row, Gaussian(predicted.mean[before], predicted.cov[before]))
         i = self._at[scan.sensor, "", "false"]
         sums[i] = float(np.count_nonzero(scan.detections.valid)) - claimed - expected
         variances[i] = expected

@@ -77,23 +77,23 @@ class Free:
 
 def read_free(experiment: Experiment, written: Sequence[str]) -> tuple[Free, ...]:
     """Return the parameters that `path=low..high` or `path` name; ConfigError with all that is wrong."""
-    found, problems = list[Free](), list[Problem]()
+    free, problems = list[Free](), list[Problem]()
     for one in written:
         path, _, bounds = one.partition("=")
         try:
             place = find(experiment, path.strip())
-            if any(place.path == each.place.path for each in found):
+            if any(place.path == each.place.path for each in free):
                 raise ValueError("is given twice")
-            found.append(_free(experiment, path.strip(), place, bounds.strip()))
+            free.append(_free(experiment, path.strip(), place, bounds.strip()))
         except ValueError as error:
             problems.append(Problem(f"--free {path.strip()}", str(error)))
     if not problems:
-        problems = [Problem(f"--free {each.path}", text) for each in found if (text := _refused(experiment, each))]
+        problems = [Problem(f"--free {each.path}", text) for each in free if (text := _refused(experiment, each))]
     if problems:
         raise ConfigError(problems)
-    if not found:
+    if not free:
         raise ConfigError([Problem("--free", "names nothing to be tuned: give it as --free path.to.key=low..high")])
-    return tuple(found)
+    return tuple(free)
 
 
 def applied(experiment: Experiment, free: Sequence[Free], values: Sequence[float]) -> Experiment:
@@ -105,21 +105,21 @@ def applied(experiment: Experiment, free: Sequence[Free], values: Sequence[float
 
 def changes(experiment: Experiment, free: Sequence[Free], values: Sequence[float]) -> dict[tuple[str | int, ...], Any]:
     """Return path to value; of a matrix with free numbers, the path and all of its numbers."""
-    found: dict[tuple[str | int, ...], Any] = {}
+    changed_values: dict[tuple[str | int, ...], Any] = {}
     for each, value in zip(free, values, strict=True):
         inside = each.place.inside
         path = each.place.path[: len(each.place.path) - len(inside)]
         if not inside:
-            found[path] = float(value)
+            changed_values[path] = float(value)
             continue
-        array = found[path] = np.array(found.get(path, whole(experiment, each.place)))
+        array = changed_values[path] = np.array(changed_values.get(path, whole(experiment, each.place)))
         grown = value - array[inside]
         array[inside] = value
         if each.kept == "mirror":
             array[inside[::-1]] = value
         elif each.kept == "row":
             array[inside[0], inside[0]] = round(array[inside[0], inside[0]] - grown, 15)
-    return {path: value.tolist() if isinstance(value, np.ndarray) else value for path, value in found.items()}
+    return {path: value.tolist() if isinstance(value, np.ndarray) else value for path, value in changed_values.items()}
 
 
 def _free(experiment: Experiment, path: str, place: Place, bounds: str) -> Free:

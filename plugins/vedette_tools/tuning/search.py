@@ -64,8 +64,8 @@ def _climbed(asked: Asker, start: Array, method: str, size: float, close: tuple[
         options = {"xtol": close[0], "ftol": 1e-8, "maxfev": 100 * (1 + p)}
     else:
         options = {"eps": 1e-3, "maxfun": 100 * (1 + p)}
-    found = minimize(depth, start, method=METHODS[method], bounds=bounds, options=options)  # type: ignore[call-overload]
-    end: Array = np.clip(np.asarray(found.x, dtype=float), 0.0, 1.0)
+    optimum = minimize(depth, start, method=METHODS[method], bounds=bounds, options=options)  # type: ignore[call-overload]
+    end: Array = np.clip(np.asarray(optimum.x, dtype=float), 0.0, 1.0)
     return end
 
 

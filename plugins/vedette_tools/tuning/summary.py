@@ -102,8 +102,8 @@ def _lines(tuned: Tuned) -> Iterator[str]:
 
 def _proposal(told: Told) -> Iterator[str]:
     """Yield how to write a correlated error into a config."""
-    found, own = told.compared.correlated, f"error_{told.axis}"
-    size, tau, white = (float(f"{value:.3g}") for value in (found.correlated, found.tau, found.white))
+    correlated, own = told.compared.correlated, f"error_{told.axis}"
+    size, tau, white = (float(f"{value:.3g}") for value in (correlated.correlated, correlated.tau, correlated.white))
     yield f"  propose: sensors.{told.sensor}, with an own error of {white:g} {told.unit} along {told.axis}, as `of` in"
     yield f'  kind = "biased", add = {{ {told.axis} = "{own}" }}, spread = {{ {own} = {size:g} }}; and beside the motion,'
     yield '  in a "product",'

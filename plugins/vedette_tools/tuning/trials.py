@@ -72,13 +72,13 @@ def trials(tracker: Tracker, name: str, within: PlacedSensor, ran: Iterable[tupl
             life.existence.append(exists)
             life.survives.append(float(survives[row]))
         last = frozenset(after)
-    found = [
+    trials = [
         (distance, bearing, k, there[at], hit)
         for number, life in lives.items()
         for there in (smoothed(life.existence, life.survives, number in last),)
         for distance, bearing, k, at, hit in life.trials
     ]
-    columns = np.array(found).reshape(-1, 5).T
+    columns = np.array(trials).reshape(-1, 5).T
     return Trials(columns[0], columns[1], columns[2].astype(int), columns[3], columns[4])
 
 
@@ -93,11 +93,11 @@ def smoothed(existence: list[float], survives: list[float], goes_on: bool) -> Ar
     It is e' + (1 - e') e (1 - p) / (1 - p e), with e by the scans until k, p that it stays until k+1, e' at k+1 given all.
     A track that does not go on after its last scan is not there at the next.
     """
-    found, later = np.zeros(len(existence)), 0.0
+    detected, later = np.zeros(len(existence)), 0.0
     for k in range(len(existence) - 1, -1, -1):
         e, ends = existence[k], k == len(existence) - 1
         p = min(survives[min(k + 1, len(existence) - 1)], 1.0)
         gone = 1.0 - p * e
         later = e if ends and goes_on else later + (1.0 - later) * (e * (1.0 - p) / gone if gone > 0 else 1.0)
-        found[k] = later
-    return found
+        detected[k] = later
+    return detected

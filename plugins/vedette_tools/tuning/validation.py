@@ -89,8 +89,8 @@ class Judged:
 
 def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array) -> Judged:
     """Run the config's own values and the tuned ones, with cov (p, p) of their positions, over all scans."""
-    own = [each.start if each.place.value is None else each.place.value for each in free]
-    before = evaluate(data, free, own, whole=True)
+    starts = [each.start if each.place.value is None else each.place.value for each in free]
+    before = evaluate(data, free, starts, whole=True)
     after = evaluate(data, free, values, whole=True)
     assert after is not None
     held = slice(data.tuned, len(data.times))
@@ -103,7 +103,7 @@ def judge(data: Data, free: Sequence[Free], values: Sequence[float], cov: Array)
         gain(before, after, slice(0, data.tuned), 0.0),
         gain(before, after, held, spread) if data.tuned < len(data.times) else None,
         pull,
-        _noises(moments(data, free, own, whole=True)),
+        _noises(moments(data, free, starts, whole=True)),
         _noises(moments(data, free, values, whole=True)),
     )
 
@@ -121,9 +121,9 @@ def by_values(data: Data, free: Sequence[Free], values: Sequence[float], cov: Ar
         for sign in (1.0, -1.0):
             place = np.clip(free[i].position(values[i]) + sign * error, 0.0, 1.0)
             moved = [*values[:i], float(free[i].value(place)), *values[i + 1 :]]
-            found = evaluate(data, free, moved, whole=True)
-            if found is not None:
-                heights.append(float(np.sum(found.loglik[data.tuned :])))
+            held_back = evaluate(data, free, moved, whole=True)
+            if held_back is not None:
+                heights.append(float(np.sum(held_back.loglik[data.tuned :])))
                 places.append(float(place))
         if len(places) == 2 and places[0] > places[1]:
             slope[k] = (heights[0] - heights[1]) / (places[0] - places[1])
@@ -140,5 +140,5 @@ def gain(before: Evaluated | None, after: Evaluated, scans: slice, spread: float
     return Gain(len(old), float(np.sum(old)), float(np.sum(new)), error, spread)
 
 
-def _noises(found: Moments | None) -> Sequence[Noise]:
-    return [] if found is None else found.noises(slice(None))
+def _noises(moments: Moments | None) -> Sequence[Noise]:
+    return [] if moments is None else moments.noises(slice(None))
