@@ -36,7 +36,7 @@ print(len(state.ids), peak() - idle)
 
 
 @pytest.mark.costly
-@pytest.mark.parametrize("kind", ["jpda", "m_best_jpda", "n_scan", "k_best", "lmb"])
+@pytest.mark.parametrize("kind", ["jpda", "m_best_jpda", "n_scan", "k_best", "lmb", "variational"])
 def test_it_takes_at_most_half_a_gigabyte(kind):
     pytest.importorskip("resource")
     done = subprocess.run([sys.executable, "-c", SCRIPT, kind], check=True, capture_output=True, text=True)

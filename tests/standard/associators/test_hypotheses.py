@@ -9,6 +9,7 @@ from support.hypotheses import clusters, one_cluster, together
 from support.joint import drawn_scores, joint_associations
 from vedette import Gaussian, Space
 from vedette.hypotheses import LeafScores
+from vedette_standard.associators import recombined as recombining
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli
 from vedette_standard.associators.n_scan import NScan
@@ -207,6 +208,14 @@ def test_targets_that_swapped_names_stay_two_targets():
     merging = Variational().merge(hypotheses, leaves, np.ones(4), LINE)
     assert merging.own.tolist() == [0, 1]
     assert clusters(merging.hypotheses) == [[(1.0, (0,))], [(1.0, (1,))]]
+
+
+def test_leaves_of_a_cluster_too_large_stay_their_tracks(monkeypatch):
+    """As `jpda` has them: each target is all of its track's leaves, by the hypotheses' weights."""
+    monkeypatch.setattr(recombining, "LARGEST", 15)  # two hypotheses of two tracks are 16
+    np.testing.assert_allclose(shares_of(*two_that_swap(), np.ones(4)), [[0.6, 0, 0.4, 0], [0, 0.6, 0, 0.4]])
+    monkeypatch.setattr(recombining, "LARGEST", 16)
+    np.testing.assert_allclose(shares_of(*two_that_swap(), np.ones(4)), [[0.6, 0, 0, 0.4], [0, 0.6, 0.4, 0]])
 
 
 def divergence(shares, hypotheses, leaves, existence):
