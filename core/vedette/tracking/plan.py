@@ -20,6 +20,8 @@ from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections, Gaussian, Mixtures
 
+_IN_ONE = ("scan_step", "predict", "evaluate", "update")
+
 _MERGE = "'kalman', 'ekf' and an 'imm' of them"
 
 
@@ -87,6 +89,7 @@ def planned(
     offsets = shared(registration, estimator, sensors, birth)
     draws = estimator.traits.draws or (birth is not None and birth.draws)
     by_parts = draws or estimator.traits.reframes or associator.approximates or not associator.solves or offsets is not None
+    by_parts = by_parts or _takes_over(type(estimator))
     return Plan(
         estimator=estimator,
         associator=associator,
@@ -114,6 +117,12 @@ def planned(
         offsets=offsets,
         coarse=frozenset(_coarse(sensors, associator, gate)),
     )
+
+
+def _takes_over(cls: type[Estimator[Any]]) -> bool:
+    """Return whether a class has a part of a step of its own below the one whose `scan_step` it inherits."""
+    depth = {name: next(i for i, base in enumerate(cls.__mro__) if name in vars(base)) for name in _IN_ONE}
+    return min(depth.values()) < depth["scan_step"]
 
 
 def untimed(plan: Plan) -> str:
