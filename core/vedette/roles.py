@@ -285,6 +285,23 @@ class Traits:
 TRAITS = tuple(trait.name for trait in attrs.fields(Traits))
 
 
+@frozen(eq=False)
+class GatedScan:
+    """A scan of few returns z (*b, k, m) of a sensor, `dt` > 0 s after the belief, as `Estimator.scan_step` takes it.
+
+    p_gate: the gate's probability, limit: the squared distance at which it ends; log_density: that of clutter, per unit of
+    the measurement; best: whether the likeliest association counts alone, and not all of them by their probabilities.
+    """
+
+    dt: float
+    sensor: Sensor
+    z: Array
+    p_gate: float
+    limit: float
+    log_density: Array
+    best: bool
+
+
 class Estimator(Component, Generic[B]):
     """A belief about the state of each track, and how time and returns change it. It holds its motion model.
 
@@ -363,21 +380,11 @@ class Estimator(Component, Generic[B]):
     def update(self, belief: B, innovation: Innovation, weights: Array) -> B:
         """Return the posterior under association weights (*b, t, 1+k)."""
 
-    def scan_step(
-        self,
-        belief: B,
-        dt: float,
-        sensor: Sensor,
-        z: Array,
-        p_gate: float,
-        limit: float,
-        log_density: Array,
-        best: bool,
-    ) -> tuple[B, Array, Array] | None:
-        """Return the posterior, weights (*b, 1, 1+k) and squared distances (*b, 1, k) of a scan of few returns z (*b, k, m).
+    def scan_step(self, belief: B, scan: GatedScan) -> tuple[B, Array, Array] | None:
+        """Return the posterior, weights (*b, 1, 1+k) and squared distances (*b, 1, k) of a scan.
 
-        All that a step does for runs of one track that surely exists, dt > 0: `predict`, `evaluate`, the gate's scores
-        against a density of clutter, weights by probability or for the `best` alone, `update`. None: it has no such call.
+        All that a step does for runs of one track that surely exists: `predict`, `evaluate`, the gate's scores against a
+        density of clutter, weights, `update`. None: it has no such call.
         """
         return None
 

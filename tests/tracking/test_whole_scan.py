@@ -7,6 +7,7 @@ from attrs import evolve
 import vedette
 from vedette import Detections, Gaussian, Scan, kernels
 from vedette.tracking import tracker as home
+from vedette_standard.estimators.kalman import Kalman
 
 RUNS = 21
 
@@ -108,3 +109,23 @@ def test_one_run_alone_and_tracks_side_by_side_go_the_long_way(monkeypatch):
     two = tracker.start(Gaussian(np.zeros((RUNS, 2, 4)), np.broadcast_to(np.eye(4), (RUNS, 2, 4, 4))), 0.0)
     tracker.step(two, Scan(1.0, "radar", Detections.of(np.zeros((RUNS, 1, 2)))))
     assert taken == [False]
+
+
+class OwnUpdate(Kalman):
+    """Takes twice the step that a Kalman filter takes."""
+
+    kind = "test_own_update"
+
+    def update(self, belief, innovation, weights):
+        after = Kalman.update(self, belief, innovation, weights)
+        return Gaussian(2.0 * after.mean - belief.mean, after.cov)
+
+
+def test_a_filter_with_a_part_of_its_own_goes_the_long_way(monkeypatch):
+    taken, tracker = calls_of(monkeypatch), built()
+    own = evolve(tracker, estimator=OwnUpdate(tracker.estimator.motion))
+    start, scan = begun(tracker, slice(None)), Scan(1.0, "radar", Detections.of(np.zeros((RUNS, 1, 2))))
+    usual, twice = (one.estimate(one.step(start, scan)).mean for one in (tracker, own))
+    assert taken == [True]
+    ahead = tracker.estimate(start, 1.0).mean
+    np.testing.assert_allclose(twice - ahead, 2.0 * (usual - ahead), rtol=1e-9, atol=1e-9)

@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from vedette.roles import TRAITS, Component, Estimator, MotionModel, components_in
 
 _METHODS = {"reframes": "reframe", "bounded": "extent"}
 """The methods by which an estimator keeps what a trait promises."""
+
+_IN_ONE = ("scan_step", "predict", "evaluate", "update")
+"""What an estimator does in one call, and the calls that this replaces."""
 
 
 def contradiction(cls: type[Component]) -> str:
@@ -45,3 +50,9 @@ def unforwarded(component: Component) -> str:
                     f"forward it; or write `drops = ({trait!r},)`, if it needs none"
                 )
     return ""
+
+
+def has_current_scan_step(cls: type[Estimator[Any]]) -> bool:
+    """Return whether a class has a `scan_step` that knows of its other methods: none of them is defined below that."""
+    depth = {name: next(i for i, base in enumerate(cls.__mro__) if name in vars(base)) for name in _IN_ONE}
+    return Estimator.scan_step is not cls.scan_step and min(depth.values()) == depth["scan_step"]

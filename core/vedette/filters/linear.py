@@ -8,7 +8,7 @@ from vedette import kernels
 from vedette.filters.detections import Prepared, make_innovation, prepare
 from vedette.filters.frames import evaluate_frame
 from vedette.filters.memo import Memo, embedded
-from vedette.roles import MotionModel, Sensor
+from vedette.roles import GatedScan, MotionModel, Sensor
 from vedette.space import Array, Space, wrapped
 from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation, new_gaussian
 
@@ -107,22 +107,13 @@ def evaluate_linearised(
 
 
 def scan_step_linearised(
-    belief: Gaussian,
-    motion: MotionModel,
-    dt: float,
-    sensor: Sensor,
-    z: Array,
-    p_gate: float,
-    limit: float,
-    log_density: Array,
-    best: bool,
-    memo: Memo,
+    belief: Gaussian, motion: MotionModel, scan: GatedScan, memo: Memo
 ) -> tuple[Gaussian, Array, Array] | None:
     """Return what `Estimator.scan_step` does, in one kernel, for filters that have their own of no method but these.
 
     Parameters
     ----------
-    belief, dt, sensor, z, p_gate, limit, log_density, best
+    belief, scan
         As there.
     motion
         How the targets move.
@@ -135,19 +126,19 @@ def scan_step_linearised(
         None unless the motion is linear, alike for all tracks, and without angles among its axes, and the sensor either has
         a twin or is linear, alike everywhere, and measures its first axes as they are.
     """
-    x = belief.mean
+    x, P = belief.mean, belief.cov
     if not motion.linear or motion.reframes or motion.zero_variance:
         return None
-    F, Q, periods = memo.step(motion, x, dt)
-    seen, numbers = memo.constants(motion.state, sensor, x), (p_gate, limit, log_density, best)
+    F, Q, periods = memo.step(motion, x, scan.dt)
     if periods or F.ndim > 2 or Q.ndim > 2:
         return None
+    seen, numbers = memo.constants(motion.state, scan.sensor, x), (scan.p_gate, scan.limit, scan.log_density, scan.best)
     if seen.plain is not None:
         H, R, p_detect = seen.plain
-        return kernels.scan_step(x, belief.cov, F, Q, z, H, R[0, 0], p_detect, *numbers, seen.periods)
+        return kernels.scan_step(x, P, F, Q, scan.z, H, R[0, 0], p_detect, *numbers, seen.periods)
     if seen.twin is not None:
         twin, axes = seen.twin
-        return kernels.scan_step_twin(x, belief.cov, F, Q, z, twin.function, twin.numbers(x), axes, *numbers, seen.periods)
+        return kernels.scan_step_twin(x, P, F, Q, scan.z, twin.function, twin.numbers(x), axes, *numbers, seen.periods)
     return None
 
 

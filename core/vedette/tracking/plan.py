@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
+from vedette.filters.declared import has_current_scan_step
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.generators import NO_DRAWS
@@ -19,8 +20,6 @@ from vedette.tracking.position_spread import check_spread
 from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections, Gaussian, Mixtures
-
-_IN_ONE = ("scan_step", "predict", "evaluate", "update")
 
 _MERGE = "'kalman', 'ekf' and an 'imm' of them"
 
@@ -88,8 +87,8 @@ def planned(
     keeps_tracks = lifecycle.permanent and not begins and not keeps_hypotheses
     offsets = shared(registration, estimator, sensors, birth)
     draws = estimator.traits.draws or (birth is not None and birth.draws)
-    by_parts = draws or estimator.traits.reframes or associator.approximates or not associator.solves or offsets is not None
-    by_parts = by_parts or _takes_over(type(estimator))
+    in_one = has_current_scan_step(type(estimator)) and not (draws or estimator.traits.reframes or offsets is not None)
+    in_one = in_one and bool(associator.solves) and not associator.approximates
     return Plan(
         estimator=estimator,
         associator=associator,
@@ -111,18 +110,12 @@ def planned(
         certain=lifecycle.certain,
         permanent=lifecycle.permanent,
         keeps_tracks=keeps_tracks,
-        whole=keeps_tracks and lifecycle.certain and not by_parts,
+        whole=keeps_tracks and lifecycle.certain and in_one,
         begins=begins,
         models_unseen=models_unseen,
         offsets=offsets,
         coarse=frozenset(_coarse(sensors, associator, gate)),
     )
-
-
-def _takes_over(cls: type[Estimator[Any]]) -> bool:
-    """Return whether a class has a part of a step of its own below the one whose `scan_step` it inherits."""
-    depth = {name: next(i for i, base in enumerate(cls.__mro__) if name in vars(base)) for name in _IN_ONE}
-    return min(depth.values()) < depth["scan_step"]
 
 
 def untimed(plan: Plan) -> str:

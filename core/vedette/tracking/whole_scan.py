@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 
+from vedette.roles import GatedScan
 from vedette.tracking.plan import Plan
 from vedette.tracking.state import State, next_state
 from vedette.types import Detections, Frame, Scan
@@ -21,16 +22,17 @@ def in_one_call(plan: Plan, state: State, scan: Scan, observed: Detections | Fra
     gate, dt = plan.gates[scan.sensor], scan.time - state.time
     if isinstance(observed, Frame) or scan.pose is not None or state.existence.shape[-1] != 1 or not 0 < dt < math.inf:
         return None
-    own = (observed.evidence, observed.noise, observed.missing, observed.identity, observed.time)
-    if any(part is not None for part in own) or gate.log_density is None:
+    stated = (observed.evidence, observed.noise, observed.missing, observed.identity, observed.time)
+    if any(part is not None for part in stated) or gate.log_density is None:
         return None
     if observed.z.shape[-2] > MOST or not observed.valid.all():
         return None
-    best, numbers = plan.associator.solves == "best", (plan.p_gate, gate.threshold, gate.log_density)
-    found = plan.estimator.scan_step(state.belief, dt, gate.sensor, observed.z, *numbers, best)
-    if found is None:
+    best = plan.associator.solves == "best"
+    given = GatedScan(dt, gate.sensor, observed.z, plan.p_gate, gate.threshold, gate.log_density, best)
+    after = plan.estimator.scan_step(state.belief, given)
+    if after is None:
         return None
-    belief, weights, distances = found
+    belief, weights, distances = after
     return next_state(
         state,
         time=scan.time,

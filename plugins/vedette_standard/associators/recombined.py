@@ -68,15 +68,18 @@ def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, sta
     cluster anew, such that the Kullback-Leibler divergence of the independent targets from the hypotheses falls. It starts
     from the heaviest hypothesis, and ends when nothing changes. Clusters beyond `LARGEST` are not recombined.
     """
-    open_ = list(_several(hypotheses))
+    parts = list(_several(hypotheses))
     alone = np.ones(len(hypotheses.track), dtype=bool)
-    for part in open_:
+    for part in parts:
         alone[part.leaves] = False
     held = np.flatnonzero(alone)
     settled = [(hypotheses.track[held], held, hypotheses.probability[held])]
-    large = [part for part in open_ if _work(part) > LARGEST]
-    settled += [_in_rows(part, _shares(part, _own(part)), np.ones(len(part.tracks), dtype=bool)) for part in large]
-    open_ = [part for part in open_ if _work(part) <= LARGEST]
+    open_ = []
+    for part in parts:
+        if _work(part) <= LARGEST:
+            open_.append(part)
+        else:
+            settled.append(_in_rows(part, _shares(part, _own(part)), np.ones(len(part.tracks), dtype=bool)))
     targets = [_own(part) for part in open_]
     shares = [_first(part) for part in open_]
     for _ in range(MOST_ROUNDS):

@@ -21,6 +21,7 @@ from vedette import (
     new_gaussian,
 )
 from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, scan_step_linearised
+from vedette.roles import GatedScan
 
 
 @final
@@ -60,19 +61,9 @@ class Kalman(GaussianFilter):
         """Return the innovation of each track."""
         return evaluate_linearised(belief, self.motion.state, sensor, observed, p_gate, self._memo)
 
-    def scan_step(
-        self,
-        belief: Gaussian,
-        dt: float,
-        sensor: Sensor,
-        z: Array,
-        p_gate: float,
-        limit: float,
-        log_density: Array,
-        best: bool,
-    ) -> tuple[Gaussian, Array, Array] | None:
+    def scan_step(self, belief: Gaussian, scan: GatedScan) -> tuple[Gaussian, Array, Array] | None:
         """Return what a scan makes of runs of one track, in one kernel where the models are such."""
-        return scan_step_linearised(belief, self.motion, dt, sensor, z, p_gate, limit, log_density, best, self._memo)
+        return scan_step_linearised(belief, self.motion, scan, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""

@@ -171,7 +171,7 @@ ESTIMATORS = [
     ("noise over no time", EKF, "no_time_changes_nothing",
      {"predict": lambda s, b, dt, rng: wider(EKF.predict(s, b, dt, rng), 1.001)}, LINEAR),
     ("a scan in one call, without the gate", KF, "a_scan_in_one_call_is_its_parts",
-     {"scan_step": lambda s, b, dt, seen, z, g, limit, *more: KF.scan_step(s, b, dt, seen, z, g, 1e9, *more)}, LINEAR),
+     {"scan_step": lambda s, b, scan: KF.scan_step(s, b, evolve(scan, limit=1e9))}, LINEAR),
     ("a miss widens", EKF, "a_missed_scan_equals_prediction",
      {"update": lambda s, b, i, w: wider(EKF.update(s, b, i, w), 1.01 if w.shape[-1] == 1 else 1.0)}, LINEAR),
     ("takes the nearest whatever its weight", EKF, "returns_of_weight_zero_change_nothing",

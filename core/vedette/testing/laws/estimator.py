@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette import kernels
 from vedette.filters import predicted
-from vedette.roles import Estimator
+from vedette.roles import Estimator, GatedScan
 from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
@@ -240,11 +240,11 @@ def a_scan_in_one_call_is_its_parts(estimator: Estimator[Any], drawn: Scene) -> 
     exist = np.ones((2, 1))
     scores = kernels.gate_scores(innovation.loglik, innovation.distance, drawn.seen.valid, exist, limit, log_density, None)
     for best, weights in ((True, kernels.one_hot(scores)), (False, kernels.softmax(scores))):
-        found = estimator.scan_step(start, drawn.dt, drawn.watch, drawn.seen.z, P_GATE, limit, log_density, best)
-        if found is None:
+        scan = GatedScan(drawn.dt, drawn.watch, drawn.seen.z, P_GATE, limit, log_density, best)
+        if (given := estimator.scan_step(start, scan)) is None:
             raise Closed("it has no such call")
-        after, own, distance = found
-        same("weights", own, weights, 1e-9, 1.0)
+        after, weighted, distance = given
+        same("weights", weighted, weights, 1e-9, 1.0)
         same("squared distances", distance, innovation.distance, 1e-9, 1.0 + innovation.distance)
         alike(estimator, after, estimator.moments(estimator.update(belief, innovation, weights)), 1e-9)
 
