@@ -1,14 +1,19 @@
-"""Returns that follow one another at speeds which targets have: what tracks of two scans and of three begin with."""
+"""The common part of births at returns that follow earlier ones, at speeds which targets have."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Mapping
 from functools import cache
+from typing import Any, ClassVar
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Gaussian, Indices, Sensor, Space
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
+from vedette.errors import ScanRefused
+from vedette_standard.births.one_point import unclaimed, within
+from vedette_standard.regions import Polygon
 
 
 @frozen(eq=False)
@@ -38,15 +43,6 @@ def nothing(axes: int) -> Waiting:
 def spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:
     """Return the positions (k, d) that some returns give."""
     return sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
-
-
-def fastest(most: float, by_sensor: Mapping[str, float], by_class: Array, name: str, detections: Detections) -> Array:
-    """Return the speed limit (k,) of each return: its sensor's, or `most`; its class's, if that has one and is lower."""
-    limit = np.full(len(detections.z), by_sensor.get(name, most))
-    if not len(by_class) or detections.identity is None:
-        return limit
-    known = (detections.identity >= 0) & (detections.identity < len(by_class))
-    return np.where(known, np.minimum(limit, by_class[np.where(known, detections.identity, 0)]), limit)
 
 
 def pairs(now: Gaussian, before: Waiting, limit: Array, deviations: float) -> tuple[Indices, Gaussian]:
@@ -87,3 +83,87 @@ def velocity_axes(position: Space, spread: Mapping[str, float], state: Space) ->
     if lacking := [name for name in state.names if name not in {*names, *position.names, *spread}]:
         raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
     return [state.names.index(name) for name in names]
+
+
+@frozen
+class Following(Birth):
+    """A birth whose tracks start at returns that follow those of scans before; a kind says by `followers` which do.
+
+    Its memory has `later(dt)`, what it is dt longer ago, and says by `idle` that nothing can follow it.
+    """
+
+    models_unseen: ClassVar[bool] = True
+
+    max_speed: float = fields.quantity("m/s", "fastest that a target moves", above=0)
+    sensor_speeds: dict[str, float] = fields.table(
+        "sensor to the fastest of what it sees, in m/s, in the place of `max_speed`", at_least=0, tried=({},)
+    )
+    class_speeds: Array = fields.array(
+        "m/s", "the fastest of each class, where returns name theirs by codes 0, 1, ..: no more than this", ndim=1,
+        default=np.zeros(0),
+    )  # fmt: skip
+    spread: dict[str, float] = fields.table("state axis, neither position nor velocity, to its standard deviation")
+    sensors: tuple[str, ...] = fields.words("sensors whose returns may start tracks; default: all", default=())
+    claimed: float = fields.probability(
+        "a return is left alone if it comes from a track with at least this probability", default=0.5, above=0
+    )
+    initial: float = fields.probability("probability that a new track is of a target", default=0.5, above=0)
+    deviations: float = fields.quantity(
+        "1", "how far returns may be from where a target can be, in standard deviations", default=3.0, at_least=0
+    )
+    appears_in: tuple[Polygon, ...] = fields.part(
+        "areas outside of which no track starts; default: everywhere", default=(), tried=((),)
+    )
+
+    @abstractmethod
+    def followers(self, now: Gaussian, memory: Any, limit: Array) -> tuple[Indices, Gaussian]:
+        """Return which positions (k, d) follow what the memory holds, and position and velocity (j, 2d) of these.
+
+        limit (k,): the fastest that each may be.
+        """
+
+    def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> None:
+        """Return nothing: there was no scan yet."""
+
+    def starts_from(self, sensor: str) -> bool:
+        """Return whether it is one of `sensors`."""
+        return not self.sensors or sensor in self.sensors
+
+    def predict(self, memory: Any, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Any:
+        """Return the memory, `dt` longer ago."""
+        return None if memory is None else memory.later(dt)
+
+    def begin(
+        self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+    ) -> Newborn:
+        """Return a track at each return that follows those of the scans before."""
+        rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, sensor.observes
+        idle = found is None or found.idle or not len(rows)
+        if idle and len(claimed):
+            return Newborn.none(len(state))
+        velocity_axes(position, self.spread, state)
+        spot = spots(sensor, detections, rows)
+        if idle:
+            return Newborn.none(len(state))
+        near, moving = self.followers(
+            spot, found, self.limit(detections, self.sensor_speeds.get(name, self.max_speed))[rows]
+        )
+        prior = in_state(moving, position, self.spread, state)
+        return within(self.appears_in, Newborn(rows[near], prior, np.full(len(near), self.initial)), state)
+
+    def left_over(self, detections: Detections, claimed: Array) -> Indices:
+        """Return the returns that no track claims; ScanRefused if they have times of their own."""
+        if detections.time is not None:
+            told = (
+                f"{self.kind!r} takes all returns of a scan to be of one time: use 'from_returns', or leave their times out"
+            )
+            raise ScanRefused(f"birth: {told}")
+        return unclaimed(detections, claimed, self.claimed)
+
+    def limit(self, detections: Detections, most: float) -> Array:
+        """Return the fastest (k,) that the source of each return may be: `most`, or its class's, if that is lower."""
+        limit, classes = np.full(len(detections.z), most), self.class_speeds
+        if not len(classes) or detections.identity is None:
+            return limit
+        known = (detections.identity >= 0) & (detections.identity < len(classes))
+        return np.where(known, np.minimum(limit, classes[np.where(known, detections.identity, 0)]), limit)

@@ -6,7 +6,7 @@ import pytest
 import vedette
 from vedette import Detections, Scan
 from vedette_standard import CartesianPosition, ConstantVelocity, Jpda, Kalman, MOfN, ThreePoint, TwoPoint
-from vedette_standard.births import three_point
+from vedette_standard.births.following import Following
 
 SENSORS = {name: CartesianPosition(sigma=2.0, clutter_density=1e-6) for name in ("coastal", "air")}
 AXES = vedette.Space.of(x="m", y="m", vx="m/s", vy="m/s")
@@ -108,5 +108,5 @@ def test_three_scans_start_fewer_tracks_at_false_returns_than_two():
 
 def test_without_a_limit_of_the_velocity_more_begin(monkeypatch):
     """The mutant of the limits: what is too fast for its sensor starts a track."""
-    monkeypatch.setattr(three_point, "fastest", lambda most, *rest: np.full(len(rest[-1].z), 1e9))
+    monkeypatch.setattr(Following, "limit", lambda birth, detections, most: np.full(len(detections.z), 1e9))
     assert len(begun(BIRTHS[3](), *path(60.0, 3))[1].ids) == 1
