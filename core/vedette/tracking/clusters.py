@@ -132,10 +132,8 @@ def _seen(pairs: Pairs, weights: Array, misses: Array, prior: Array, p_gate: flo
     """
     scores, shares, sure = np.zeros((len(misses), 1, 2)), np.empty((len(misses), 1, 2)), weights == 1.0
     scores[:, 0, 0], scores[pairs.tracks[sure], 0, 1] = pairs.miss, pairs.scores[sure]
-    shares[:, 0, 0], shares[:, 0, 1] = (
-        misses,
-        np.minimum(np.bincount(pairs.tracks, weights, len(misses)), np.nextafter(1.0, 0.0)),
-    )
+    taken = np.bincount(pairs.tracks, weights, len(misses))
+    shares[:, 0, 0], shares[:, 0, 1] = misses, np.minimum(taken, np.nextafter(1.0, 0.0))
     shares[pairs.tracks[sure], 0, 1] = 1.0
     loglik = np.repeat(pairs.loglik[:, None, None], 2, axis=-1)
     seen = kernels.existence(scores, shares, prior[:, None], loglik, p_gate, True)
