@@ -1,0 +1,116 @@
+"""Which parameter of a tracker is likely wrong, and by how much: what innovations say of it, in words."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import evolve
+
+from vedette.errors import VedetteError
+from vedette.space import Array
+from vedette.testing.correlations import modes_verdict
+from vedette.testing.montecarlo import Runs, World, play
+from vedette.testing.verdicts import lost_runs
+from vedette.tracking import Tracker
+from vedette.types import Gaussian
+from vedette_report.culprits.moments import count
+from vedette_report.culprits.search import Culprits, culprits
+from vedette_report.culprits.worlds import Knob, knobs_of
+
+SHAPES = {
+    "distance": "errors of {} change with the distance of the target: R should say so",
+    "tails": "errors of {} have heavy tails: many are far larger than R says",
+    "lag": "errors of {} are correlated in time: a bias that drifts is among them",
+}
+CHAIN = ("transition", "interval", "rates")
+
+
+def likely_cause(
+    played: Runs, wrong: set[str], tracker: Tracker, world: World, prior: Gaussian, runs: int, seed: int,
+    usual: Array | None = None,
+) -> str:  # fmt: skip
+    """Say which parameter is likely wrong, and by how much, from the names of the verdicts that are `wrong`."""
+    if wrong & {"hits", "false returns"}:
+        return "the detection probability or clutter density above; judge Q and R when these are right"
+    if "lost" in wrong and (len(wrong) == 1 or lost_runs(played).mean() > 0.5):
+        return "that it loses its targets: too much clutter for the associator, or far too small a Q; judge it in less"
+    times = np.concatenate([[2 * played.times[0] - played.times[1]], played.times])
+    if usual is not None and _by_transition(played, tracker, world, prior, times, runs, seed, usual):
+        return "the chain by which the modes switch: with the world's own the mode probabilities are right"
+    if "bias" in wrong:
+        return f"a bias{_shift(played)}: `move`, `measure` or the start, before Q and R"
+    try:
+        found = culprits(tracker, world, prior, times, runs, seed)
+    except (VedetteError, ValueError, TypeError, np.linalg.LinAlgError):  # the models cannot be made noisier
+        return ""
+    if shape := _not_white(found, tracker):
+        return shape
+    if not found.explained:
+        return "neither Q nor R alone: no factors of theirs explain the innovations"
+    parts = [text for part in zip(found.knobs, found.turns, found.errors, strict=True) if (text := _sized(*part, world))]
+    if not parts:
+        return (
+            "neither Q nor R, for innovations are as they should be: an axis that is not measured, the covariance that is "
+            "reported, or the start"
+        )
+    said = {knob.name for knob in found.knobs}
+    rest = [knob.name for knob in knobs_of(world) if knob.name not in said and len(knob.axes) < 2 and knob.sensor != "start"]
+    return ", ".join(parts) + (f"; not {', '.join(rest)}" if rest else "")
+
+
+def _not_white(found: Culprits, tracker: Tracker) -> str:
+    """Say how a sensor's errors are not white, where that is what no noise explains; "" if it is not."""
+    left = found.left
+    owners = [name for name, sensor in tracker.sensors.items() for _ in range(count(len(sensor.measurement)))]
+    ratio = np.where(np.array(left.kinds) == "lag", left.mean, np.abs(left.mean)) / left.doubt
+    shown = [k for k, kind in enumerate(left.kinds) if kind in SHAPES and (kind != "lag" or not found.explained)]
+    k = max(shown, key=lambda k: ratio[k])
+    return SHAPES[left.kinds[k]].format(owners[k]) if ratio[k] > 1 else ""
+
+
+def _by_transition(
+    played: Runs, tracker: Tracker, world: World, prior: Gaussian, times: Array, runs: int, seed: int, usual: Array
+) -> bool:
+    """Return whether the tracker's mode probabilities are wrong, and right once its modes switch as the world's do."""
+    if played.surprise is None or modes_verdict(played.surprise, usual, 3e-3).inside:
+        return False
+    own = {name: getattr(world.estimator, name) for name in CHAIN if hasattr(world.estimator, name)}
+    try:
+        switched = evolve(tracker, estimator=evolve(tracker.estimator, **own))  # type: ignore[misc]
+        surprise = play(switched, prior, times, runs, np.random.default_rng(seed), world).surprise
+    except (VedetteError, ValueError, TypeError):
+        return False
+    return surprise is not None and modes_verdict(surprise, usual, 3e-3).inside
+
+
+def _sized(knob: Knob, turn: float, error: float, world: World) -> str:
+    """Say by how much a noise of the tracker is off, "" if by nothing that counts: the world's is right if so turned."""
+    if len(knob.axes) == 2:
+        if abs(turn) <= max(4 * error, 0.05):
+            return ""
+        sensor = world.sensors[knob.sensor]
+        assert world.start is not None
+        R = sensor.noise(world.start.mean[world.estimator.state.locate(sensor.observes)])
+        i, j = knob.axes
+        real = float(R[..., i, j] / np.sqrt(R[..., i, i] * R[..., j, j]))
+        return f"{knob.name} is correlated by {real:.2g}, not by {real + turn:.2g} +- {error:.1g}"
+    share = 1.0 + turn
+    factor = 1.0 / share
+    if abs(turn) <= 4 * error or abs(factor - 1.0) <= 0.04:
+        return ""
+    if factor < 1:
+        return f"{knob.name} is {share:.2g} +- {error:.1g} times too large"
+    spread = error / share**2
+    return f"{knob.name} is {factor:.2g} +- {spread:.1g} times too small" if factor < 15 else f"{knob.name} is far too small"
+
+
+def _shift(played: Runs) -> str:
+    """Say when and along which measured axis innovations are shifted most, if any are plainly."""
+    most, text = 6.0, ""
+    for name, looks in played.looks.items():
+        u = np.where(looks.seen[..., None], looks.residual / np.sqrt(np.diagonal(looks.cov, axis1=-2, axis2=-1)), 0.0)
+        mean, error = u.mean(axis=0), u.std(axis=0, ddof=1) / np.sqrt(len(u))
+        k, i = np.unravel_index(int(np.argmax(np.abs(mean) / np.maximum(error, 1e-300))), mean.shape)
+        if abs(mean[k, i]) > most * error[k, i]:
+            most, axis = abs(mean[k, i]) / error[k, i], played.tracker.sensors[name].measurement.names[i]
+            text = f", innovations of {name} are {mean[k, i]:+.2g} deviations off along {axis} at {played.times[k]:g} s"
+    return text
