@@ -189,6 +189,39 @@ inline PyObject* evaluate_points(Call& call, Args args) {
     return call.pack(loglik, distance, volume, shift, post);
 }
 
+inline PyObject* evaluate_particles(Call& call, Args args) {
+    shapes::EvaluateParticles shape;
+    if (!read_periods(args[6], shape.periods)) return nullptr;
+    const npy_intp *log_weights = call.in(args[0], 1), *z = call.in(args[1], 2, true), *expected = call.in(args[2], 2),
+                   *R = call.in(args[3], 3), *detects = call.in(args[4], 1);
+    shape.p_gate = call.number(args[5]);
+    if (!call.ok) return nullptr;
+    const npy_intp p = log_weights[0], k = z[0], m = z[1];
+    if (p < kLanes || p > kMostParticles || m < 1 || m > kMostMeasured || k > kMostReturns || expected[0] != p ||
+        expected[1] != m || (R[0] != 1 && R[0] != p) || !square(R + 1, m) || (detects[0] != 1 && detects[0] != p) ||
+        !are_among(shape.periods, m) || !call.broadcast())
+        return nullptr;
+    shape.p = static_cast<int>(p), shape.m = static_cast<int>(m), shape.k = static_cast<int>(k);
+    shape.noises = static_cast<int>(R[0]), shape.detected = static_cast<int>(detects[0]);
+    PyObject *likelihoods = call.out(2, 1 + k, p), *loglik = call.out(1, 1 + k), *mean = call.out(1, m), *cov = call.out(2, m, m),
+             *noise = call.out(2, m, m);
+    if (likelihoods && loglik && mean && cov && noise) call.run(table->evaluate_particles, shape);
+    return call.pack(likelihoods, loglik, mean, cov, noise);
+}
+
+inline PyObject* reweigh_particles(Call& call, Args args) {
+    const npy_intp *log_weights = call.in(args[0], 1), *likelihoods = call.in(args[1], 2), *loglik = call.in(args[2], 1),
+                   *weights = call.in(args[3], 1);
+    if (!call.ok) return nullptr;
+    const npy_intp p = log_weights[0], k = loglik[0] - 1;
+    if (p < kLanes || p > kMostParticles || k < 0 || k > kMostReturns || likelihoods[0] != 1 + k || likelihoods[1] != p ||
+        weights[0] != 1 + k || !call.broadcast())
+        return nullptr;
+    PyObject* to = call.out(1, p);
+    if (to != nullptr) call.run(table->reweigh_particles, {static_cast<int>(p), static_cast<int>(k)});
+    return to;
+}
+
 inline PyObject* pda_update(Call& call, Args args) {
     shapes::PdaUpdate shape;
     const npy_intp *xs = call.in(args[0], 2), *Ps = call.in(args[1], 3), *z = call.in(args[2], 2), *H = call.in(args[3], 2),

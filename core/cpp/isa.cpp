@@ -1,6 +1,7 @@
 // The kernels compiled for one instruction set, which the build names: -DVEDETTE_ISA=baseline, avx2, avx512.
 
 #include "imm.hpp"
+#include "particles.hpp"
 #include "points.hpp"
 #include "scores.hpp"
 

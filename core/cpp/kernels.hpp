@@ -8,6 +8,7 @@ namespace vedette {
 constexpr int kLanes = 8;
 constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64, kMostPoints = 2 * kMostStates + 1;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
+constexpr int kMostParticles = 1 << 20;
 constexpr int kMostTaken = 4, kMostParameters = 64;  // returns of `scan_step`, numbers of a twin
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
@@ -96,6 +97,14 @@ struct SigmaPoints {
 struct EvaluatePoints {
     int n, m, k, s, noises;
 };
+struct EvaluateParticles {
+    int p, m, k, noises, detected;
+    double p_gate;
+    Periods periods;
+};
+struct ReweighParticles {
+    int p, k;
+};
 struct PdaUpdate {
     int n, m, k, r;
     double p_detect, p_gate, limit, log_density;
@@ -157,6 +166,8 @@ struct Existence {
     kernel(smooth_linear, 7, SmoothLinear)         \
     kernel(sigma_points, 2, SigmaPoints)           \
     kernel(evaluate_points, 5, EvaluatePoints)     \
+    kernel(evaluate_particles, 7, EvaluateParticles) \
+    kernel(reweigh_particles, 4, ReweighParticles) \
     kernel(pda_update, 9, PdaUpdate)               \
     kernel(imm_mix, 4, ImmMix)                     \
     kernel(imm_combine, 4, ImmCombine)             \
@@ -177,7 +188,7 @@ struct Existence {
     kernel(iterate_twin, 11) kernel(predict_root_twin, 6) kernel(lower_triangular, 1) \
     kernel(joint_weights, 2) kernel(k_best, 2) kernel(linked_clusters, 4) kernel(measure_twin, 4) kernel(move_twin, 5) \
     kernel(normals, 2) kernel(over_axes, 2) kernel(pairs_in_boxes, 5) kernel(predict_points_twin, 7) \
-    kernel(predict_twin, 6) kernel(shed, 7) kernel(uniforms, 2) kernel(wide_clusters, 2)
+    kernel(predict_twin, 6) kernel(root, 1) kernel(shed, 7) kernel(uniforms, 2) kernel(wide_clusters, 2)
 
 // The kernels of one instruction set.
 struct Table {

@@ -57,6 +57,15 @@ inline void transpose_into(const double* U, int q, int from, int n, double* L) {
 
 namespace entries {
 
+inline PyObject* root(Call& call, Args args) {
+    const npy_intp* P = call.in(args[0], 2);
+    if (!call.ok || P[0] < 1 || P[0] > kMostStates || !square(P, P[0]) || !call.broadcast()) return nullptr;
+    PyObject* L = call.out(2, P[0], P[0]);
+    if (L != nullptr)
+        for (Problems each(call.batch); each.next();) lower_root(each.in(0), each.out(0), static_cast<int>(P[0]));
+    return L;
+}
+
 // Argument: A (n, p), p >= n. A lower triangular L (n, n) with L L' = A A'.
 inline PyObject* lower_triangular(Call& call, Args args) {
     const npy_intp* A = call.in(args[0], 2);

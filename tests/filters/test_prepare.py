@@ -8,9 +8,10 @@ from numpy.testing import assert_allclose
 from vedette import Detections, Gaussian, MotionModel, fields
 from vedette.filters import (
     GaussianFilter,
+    Particles,
     evaluate_each,
     evaluate_linearised,
-    point_likelihoods,
+    evaluate_particles,
     predict_linearised,
     prepare,
     present_noise,
@@ -109,7 +110,8 @@ def test_square_roots_and_particles_agree_with_the_kalman_filter():
     assert_allclose(found.loglik, wanted.loglik, rtol=1e-9)
     assert_allclose(found.log_volume, wanted.log_volume, rtol=1e-9)
     points = belief.mean[..., None, :] + RNG.normal(size=(2, 3, 5, 4))
-    by_point = point_likelihoods(points, CV.state, SENSOR, detections, 0.99)
+    even = Particles(points, np.full((2, 3, 5), -np.log(5)))
+    by_point = evaluate_particles(even, CV.state, SENSOR, detections, 0.99).detail
     for p in range(5):
         sharp = Gaussian(points[..., p, :], 1e-12 * np.broadcast_to(np.eye(4), (2, 3, 4, 4)))
         at_point = evaluate_linearised(sharp, CV.state, SENSOR, detections, 0.99)

@@ -205,6 +205,25 @@ def test_whitened_errors(seed, batch, kind, n, zero_variance):
     if zero_variance:
         P = P * np.outer(np.arange(n) > 0, np.arange(n) > 0)
     agree("whiten", draw.vector(n), P)
+    agree("root", P)
+
+
+@given(seeds, batches, kinds, st.integers(1, 40), counts, st.sampled_from(["all", "some", "none"]))
+def test_points_that_association_reweighs(seed, batch, kind, p, k, possible):
+    """Also where a hypothesis, or all of them, are impossible at points, and where one has no weight."""
+    draw = Draw(seed, batch, kind)
+    likelihoods, weights = draw.logs(1 + k, p), draw.rng.dirichlet(np.ones(1 + k), batch) * (draw.rng.random(1 + k) < 0.8)
+    if possible != "all":
+        likelihoods = np.where((draw.rng.random(p) < 0.3) | (possible == "none"), -np.inf, likelihoods)
+    with np.errstate(invalid="ignore"):
+        log_weights = draw.logs(p)
+        agree(
+            "reweigh_particles",
+            log_weights - reference.log_sum(log_weights)[..., None],
+            likelihoods,
+            draw.logs(1 + k),
+            weights,
+        )
 
 
 @pytest.mark.parametrize(

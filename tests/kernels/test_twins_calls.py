@@ -78,6 +78,12 @@ def an_example_of_each():
             *(x[:, None], P[:, None], F, F, np.ones((2, k, 2)), *look, (0, 1)),
             *(0.99, 9.0, -2.0, False, ((1, 6.0),)),
         ),
+        "evaluate_particles": (
+            *(np.zeros((2, 9)), np.ones((k, 2)), np.ones((2, 9, 2)), R[None]),
+            *(np.ones(1), 0.99, ((1, 6.0),)),
+        ),
+        "reweigh_particles": (np.zeros((2, 9)), np.zeros((2, 1 + k, 9)), columns, weights),
+        "root": (P,),
         "lower_triangular": (P,),
         "cancels": (P, F, P),
         "claimed": (weights, True),

@@ -37,7 +37,7 @@ class SensorConstants:
     def of(cls, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """Take the constants for states like `mean` (*b, t, n)."""
         places = state.locate(sensor.observes)
-        axes, periods, twin = _as_slice(places), sensor.measurement.periods, own_twin(sensor)
+        axes, periods, twin = as_slice(places), sensor.measurement.periods, own_twin(sensor)
         where = (..., axes)
         if twin is not None:
             return cls(sensor, where, None, None, None, periods, None, (twin, tuple(places)))
@@ -122,7 +122,7 @@ def embedded(slope: Array, where: slice | list[int], n: int) -> Array:
     return H
 
 
-def _as_slice(where: list[int]) -> slice | list[int]:
+def as_slice(where: list[int]) -> slice | list[int]:
     """Return adjacent axes as a slice, which needs no copy."""
     if where and where == list(range(where[0], where[0] + len(where))):
         return slice(where[0], where[0] + len(where))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vedette import kernels
 from vedette.filters.detections import prepare
 from vedette.filters.gaussian import without_variance
+from vedette.filters.memo import as_slice, own_twin
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Innovation
@@ -58,7 +59,7 @@ def particle_moments(particles: Particles, state: Space, zero_variance: Space) -
 
 def too_few(log_weights: Array, least: float) -> Mask:
     """Return where the effective number of points, 1 / sum w^2, is below the share `least` of all: (*b, t, p) -> (*b, t)"""
-    few: Mask = np.exp(kernels.log_sum(2 * log_weights)) * least * log_weights.shape[-1] > 1.0
+    few: Mask = np.sum(point_weights(2 * log_weights), axis=-1) * least * log_weights.shape[-1] > 1.0
     return few
 
 
@@ -84,10 +85,48 @@ def points_at(points: Array, index: NDArray[np.intp]) -> Array:
     return np.take_along_axis(points, index[..., None], axis=-2)
 
 
-def point_likelihoods(points: Array, state: Space, sensor: Sensor, detections: Detections, p_gate: float) -> Array:
-    """Return the log likelihood of a miss (column 0) and of every detection at every point: (*b, t, 1+k, p)."""
-    x = points[..., state.locate(sensor.observes)]
-    ready = prepare(sensor, detections, sensor.measure(x), sensor.noise(x), points=True)
+def _seen(points: Array, state: Space, sensor: Sensor) -> tuple[Array, Array, Array]:
+    """Return what a sensor says of points (*b, t, p, n): z (.., m), R (.., m, m) or (m, m), P_D (..) or ()."""
+    x, twin = points[..., as_slice(state.locate(sensor.observes))], own_twin(sensor)
+    if twin is not None:
+        measured = kernels.measure_twin(x, twin.function, twin.numbers(x), len(sensor.measurement))
+        if measured is not None:
+            return measured.z, measured.noise, measured.detects
+    return sensor.measure(x), sensor.noise(x), np.asarray(sensor.detects(x))
+
+
+def evaluate_particles(
+    particles: Particles, state: Space, sensor: Sensor, detections: Detections, p_gate: float
+) -> Innovation:
+    """Return the innovation of points: distances by the moments of what they expect, log likelihoods averaged over them.
+
+    Its detail is the log likelihoods (*b, t, 1+k, p) of a miss and of every detection at every point.
+    """
+    z, R, p_detect = _seen(particles.points, state, sensor)
+    if detections.missing is None and detections.noise is None:
+        own, detects = (R if R.ndim > 2 else R[None]), (p_detect if p_detect.ndim else p_detect[None])
+        periods = sensor.measurement.periods
+        found = kernels.evaluate_particles(particles.log_weights, detections.z, z, own, detects, p_gate, periods)
+        if found is not None:
+            H, noise = np.eye(z.shape[-1]), found.noise[..., None, :, :]
+            by = kernels.evaluate_returns(found.cov, detections.z, found.mean, H, noise, 1.0, p_gate, periods)
+            return Innovation(found.loglik, by.distance, by.log_volume, by.distance, found.likelihoods)
+    weights = point_weights(particles.log_weights)
+    likelihoods = _likelihoods(z, R, p_detect, sensor, detections, p_gate)
+    expected, dz = sensor.measurement.mean(z, weights)
+    if R.ndim > 2:
+        R = np.sum(weights[..., None, None] * R, axis=-3)
+    ready = prepare(sensor, detections, expected, R)
+    rows = (dz * np.sqrt(weights)[..., None])[..., None, :, :]
+    inverse, log_det, _ = kernels.gains_of_points(rows[..., :0], ready.columns(rows), ready.noise)
+    distance = np.sum(ready.residuals * (inverse @ ready.residuals[..., None])[..., 0], axis=-1)
+    loglik = kernels.log_sum(likelihoods + particles.log_weights[..., None, :])
+    volume = np.broadcast_to(np.max(0.5 * log_det, axis=-1, initial=-np.inf), loglik.shape[:-1])
+    return Innovation(loglik, distance, volume, distance, likelihoods)
+
+
+def _likelihoods(z: Array, R: Array, p_detect: Array, sensor: Sensor, detections: Detections, p_gate: float) -> Array:
+    ready = prepare(sensor, detections, z, R, points=True)
     nu, root = ready.residuals, np.linalg.cholesky(ready.noise)
     over = np.swapaxes(np.linalg.inv(root), -1, -2)
     if over.ndim == 2 or over.shape[-3] == 1:  # one noise for all points: one product
@@ -97,40 +136,11 @@ def point_likelihoods(points: Array, state: Space, sensor: Sensor, detections: D
     log_det = np.sum(np.log(np.diagonal(root, axis1=-2, axis2=-1)), axis=-1)
     m = nu.shape[-1]
     loglik = -0.5 * np.sum(white**2, axis=-1) - log_det - 0.5 * m * math.log(2 * math.pi) + ready.log_constant
-    p_detect = np.broadcast_to(sensor.detects(x), x.shape[:-1])
-    columns = np.empty((*x.shape[:-2], 1 + nu.shape[-3], x.shape[-2]))
+    p_detect = np.broadcast_to(p_detect, z.shape[:-1])
+    columns = np.empty((*z.shape[:-2], 1 + nu.shape[-3], z.shape[-2]))
     columns[..., 0, :] = kernels.safe_log(1.0 - p_detect * p_gate)
     columns[..., 1:, :] = loglik + kernels.safe_log(p_detect)[..., None, :]
     return columns
-
-
-def particle_innovation(
-    particles: Particles, likelihoods: Array, state: Space, sensor: Sensor, detections: Detections, detail: object
-) -> Innovation:
-    """Return the `point_likelihoods` averaged over the points, with distances by the moments of the points' measurements."""
-    x, weights = particles.points[..., state.locate(sensor.observes)], point_weights(particles.log_weights)
-    expected, dz = sensor.measurement.mean(sensor.measure(x), weights)
-    R = sensor.noise(x)
-    if R.ndim > 2:
-        R = np.sum(weights[..., None, None] * R, axis=-3)
-    ready = prepare(sensor, detections, expected, R)
-    rows = (dz * np.sqrt(weights)[..., None])[..., None, :, :]
-    inverse, log_det, _ = kernels.gains_of_points(rows[..., :0], ready.columns(rows), ready.noise)
-    distance = np.sum(ready.residuals * (inverse @ ready.residuals[..., None])[..., 0], axis=-1)
-    loglik = kernels.log_sum(likelihoods + particles.log_weights[..., None, :])
-    volume = np.broadcast_to(np.max(0.5 * log_det, axis=-1, initial=-np.inf), loglik.shape[:-1])
-    return Innovation(loglik, distance, volume, distance, detail)
-
-
-def log_association(likelihoods: Array, loglik: Array, weights: Array) -> Array:
-    """Return log of sum_i W_i l_i(x) / l_i, the factor by which association reweights every point x: (*b, t, p).
-
-    likelihoods (*b, t, 1+k, p), loglik and association weights (*b, t, 1+k). Where nothing is possible, 0 as if undetected.
-    """
-    with np.errstate(divide="ignore"):
-        log_share = np.log(weights) - np.where(np.isfinite(loglik), loglik, 0.0)
-    total = kernels.log_sum(likelihoods + log_share[..., None], axis=-2)
-    return np.where(np.isfinite(np.max(total, axis=-1, keepdims=True)), total, 0.0)
 
 
 def normalised(log_weights: Array) -> Array:

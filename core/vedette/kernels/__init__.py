@@ -28,7 +28,6 @@ from vedette.kernels.reference import (
     mixture,
     moments,
     normal_or_zero,
-    root,
     safe_log,
     symmetric,
 )
@@ -41,6 +40,7 @@ _fastest = _Selection.now()
 RUNNING = _fastest.why
 BUILD = _fastest.build
 
+evaluate_particles = _fastest(_twins.evaluate_particles, _results.Weighted)
 evaluate_points = _fastest(_reference.evaluate_points, _results.Evaluated)
 evaluate_returns = _fastest(_reference.evaluate_returns, Innovation, Hypotheses)
 filter_step = _fastest(_reference.filter_step, _results.Updated)
@@ -50,6 +50,8 @@ over_axes = _fastest(_reference.over_axes)
 pda_update = _fastest(_reference.pda_update, _results.Updated)
 predict = _fastest(_reference.predict, Gaussian)
 propagate = _fastest(_reference.propagate)
+reweigh_particles = _fastest(_reference.reweigh_particles)
+root = _fastest(_reference.root)
 smooth_linear = _fastest(_backward.smooth_linear, Gaussian)
 scan_step = _fastest(_association.scan_step, _results.Passed, Gaussian)
 sigma_points = _fastest(_reference.sigma_points, _results.Points)

@@ -220,6 +220,18 @@ def root(P: Array) -> Array:
     return lower
 
 
+def reweigh_particles(log_weights: Array, likelihoods: Array, loglik: Array, weights: Array) -> Array:
+    """Return log weights (*b, t, p), which sum to 1, of points that association reweights by sum_i W_i l_i(x) / l_i.
+
+    likelihoods (*b, t, 1+k, p), loglik and association weights (*b, t, 1+k). If nothing is possible, they stay as they are.
+    """
+    with np.errstate(divide="ignore"):
+        log_share = np.log(weights) - np.where(np.isfinite(loglik), loglik, 0.0)
+    total = log_sum(likelihoods + log_share[..., None], axis=-2)
+    total = log_weights + np.where(np.isfinite(np.max(total, axis=-1, keepdims=True)), total, 0.0)
+    return total - log_sum(total)[..., None]
+
+
 def whiten(vector: Array, cov: Array) -> Array:
     """Return L^-1 v with cov = L L': (*b, n), (*b, n, n) -> (*b, n). Axes without variance give 0.
 

@@ -65,6 +65,16 @@ class Moved(NamedTuple):
     noise: Array
 
 
+class Weighted(NamedTuple):
+    """Of weighted points: log likelihoods, their means; mean and covariance of the measurements expected, mean noise."""
+
+    likelihoods: Array
+    loglik: Array
+    mean: Array
+    cov: Array
+    noise: Array
+
+
 class ByRoot(NamedTuple):
     """S^-1, log |S|, the gain transposed and the posterior covariance of an update by square roots."""
 

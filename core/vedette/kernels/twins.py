@@ -10,7 +10,7 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.kernels.results import Measured, Moved, Passed
+from vedette.kernels.results import Measured, Moved, Passed, Weighted
 from vedette.space import Array, Periods
 from vedette.types import Gaussian, Innovation
 
@@ -121,6 +121,13 @@ def evaluate_points_twin(
     periods: Periods,
 ) -> Innovation | None:
     """Return the same by points x + dx (*b, t, s, n), of which the first is x, under weights (s,), as `evaluate_points`."""
+    return None
+
+
+def evaluate_particles(
+    log_weights: Array, z: Array, expected: Array, R: Array, p_detect: Array, p_gate: float, periods: Periods
+) -> Weighted | None:
+    """Return what points that expect (*b, t, p, m) say of returns z (*b, k, m); R (.., 1|p, m, m), p_detect (.., 1|p)."""
     return None
 
 

@@ -6,7 +6,7 @@ import math
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import (
     Array,
@@ -101,33 +101,35 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     ) -> Innovation:
         """Return the likelihood of each detection at each point and each centre of each track."""
         assert isinstance(observed, Detections)
-        at_points = filters.point_likelihoods(belief.points, self.state, sensor, observed, p_gate)
-        at_centres = None
+        scan, at_centres = (sensor, observed, p_gate), None
+        found = self._evaluated(belief.points, belief.log_weights, *scan)
         if isinstance(belief, Predicted):
-            at_centres = filters.point_likelihoods(belief.centres, self.state, sensor, observed, p_gate)
-        points = Particles(belief.points, belief.log_weights)
-        detail = PointHypotheses(Common((sensor, observed, p_gate)), at_points, at_centres)
-        return filters.particle_innovation(points, at_points, self.state, sensor, observed, detail)
+            at_centres = self._evaluated(belief.centres, belief.log_weights, *scan).detail
+        return evolve(found, detail=PointHypotheses(Common(scan), found.detail, at_centres))
+
+    def _evaluated(
+        self, points: Array, log_weights: Array, sensor: Sensor, detections: Detections, p_gate: float
+    ) -> Innovation:
+        return filters.evaluate_particles(Particles(points, log_weights), self.state, sensor, detections, p_gate)
 
     def update(self, belief: Particles | Predicted, innovation: Innovation, weights: Array) -> Particles:
         """Return points from ancestors that the scan favours, where it is informative; else the same points, reweighted."""
         detail: PointHypotheses = innovation.detail
-        gained = filters.log_association(detail.at_points, innovation.loglik, weights)
-        log_weights = filters.normalised(belief.log_weights + gained)
+        seen = (innovation.loglik, weights)
+        log_weights = kernels.reweigh_particles(belief.log_weights, detail.at_points, *seen)
         if not isinstance(belief, Predicted) or detail.at_centres is None:
             return Particles(belief.points, log_weights)
-        foreseen = filters.log_association(detail.at_centres, innovation.loglik, weights)
-        first = filters.normalised(belief.log_weights + foreseen)
-        news = filters.too_few(filters.normalised(foreseen), self.resample)[..., None]
+        foreseen = kernels.reweigh_particles(np.zeros(log_weights.shape), detail.at_centres, *seen)
+        news = filters.too_few(foreseen, self.resample)[..., None]
         if not news.any():
             return Particles(belief.points, log_weights)
-        index = filters.resample(first, belief.offset)
+        index = filters.resample(filters.normalised(belief.log_weights + foreseen), belief.offset)
         roots = np.take_along_axis(belief.roots, index[..., None, None], axis=-3)
         points = self._scattered(filters.points_at(belief.centres, index), roots, belief.standard)
-        again = filters.point_likelihoods(points, self.state, *detail.scan.value)
-        second = filters.log_association(again, innovation.loglik, weights) - np.take_along_axis(foreseen, index, axis=-1)
+        before = -np.take_along_axis(foreseen, index, axis=-1)
+        again = self._evaluated(points, log_weights, *detail.scan.value).detail
         points = np.where(news[..., None], points, belief.points)
-        return Particles(points, np.where(news, filters.normalised(second), log_weights))
+        return Particles(points, np.where(news, kernels.reweigh_particles(before, again, *seen), log_weights))
 
     def moments(self, belief: Particles | Predicted) -> Gaussian:
         """Return mean and covariance of the points."""

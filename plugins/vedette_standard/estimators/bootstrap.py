@@ -71,13 +71,12 @@ class BootstrapParticles(OverMotion[Particles]):
     def evaluate(self, belief: Particles, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the likelihood of each detection at each point of each track."""
         assert isinstance(observed, Detections)
-        likelihoods = filters.point_likelihoods(belief.points, self.state, sensor, observed, p_gate)
-        return filters.particle_innovation(belief, likelihoods, self.state, sensor, observed, likelihoods)
+        return filters.evaluate_particles(belief, self.state, sensor, observed, p_gate)
 
     def update(self, belief: Particles, innovation: Innovation, weights: Array) -> Particles:
         """Return the same points, reweighted."""
-        gained = filters.log_association(innovation.detail, innovation.loglik, weights)
-        return Particles(belief.points, filters.normalised(belief.log_weights + gained))
+        log_weights = kernels.reweigh_particles(belief.log_weights, innovation.detail, innovation.loglik, weights)
+        return Particles(belief.points, log_weights)
 
     def moments(self, belief: Particles) -> Gaussian:
         """Return mean and covariance of the points."""

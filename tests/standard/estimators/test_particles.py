@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
-from vedette import Detections, Gaussian, MotionModel, Sensor, Space, filters
+from vedette import Detections, Gaussian, MotionModel, Sensor, Space, filters, kernels
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.imm import Imm
@@ -103,10 +104,15 @@ def test_means_are_without_bias(kind):
 
 def test_convergence_bites(monkeypatch):
     """Likelihoods that are too sharp, or points that do not move, are not the Kalman filter's."""
-    real = filters.point_likelihoods
-    monkeypatch.setattr(filters, "point_likelihoods", lambda *args: 1.3 * real(*args))
+    real = filters.evaluate_particles
+
+    def sharper(*args):
+        found = real(*args)
+        return evolve(found, detail=1.3 * found.detail)
+
+    monkeypatch.setattr(filters, "evaluate_particles", sharper)
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
-    monkeypatch.setattr(filters, "point_likelihoods", real)
+    monkeypatch.setattr(filters, "evaluate_particles", real)
     monkeypatch.setattr(filters, "resample", lambda log_weights, offset: np.zeros(log_weights.shape, dtype=np.intp))
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
 
@@ -255,3 +261,24 @@ def test_points_on_a_circle_average_on_it():
     found = filters.particle_moments(filters.Particles(points, np.log(np.full((1, 4), 0.25))), circle, Space())
     assert abs(found.mean[0, 0]) == pytest.approx(np.pi)
     assert found.cov[0, 0, 0] == pytest.approx((0.1**2 + 0.02**2) / 2)
+
+
+@pytest.mark.parametrize("extent", [0.0, 8.0], ids=["one noise", "a noise a point"])
+@pytest.mark.parametrize("p", [8, 9, 21])
+def test_points_seen_at_once_are_those_seen_by_steps(monkeypatch, p, extent):
+    """The kernel says what numpy says of ranges and bearings to either side of the turn, of a batch, and of lost points."""
+    rng, sensor = np.random.default_rng(15), RangeBearing(10.0, 0.01, detection_probability=0.9, sigma_extent=extent)
+    state = ConstantVelocity(1.0).state
+    points = rng.normal([-500.0, 0.0, 0.0, 0.0], [50.0, 50.0, 1.0, 1.0], (2, 3, p, 4))
+    log_weights = rng.normal(size=(2, 3, p))
+    log_weights[0, 0, 3:5] = -np.inf, -300.0
+    belief = filters.Particles(points, filters.normalised(log_weights))
+    z = np.stack([rng.normal(500, 30, (2, 4)), rng.choice([3.1, -3.1, 3.0], (2, 4))], axis=-1)
+    scan = state, sensor, Detections(z, np.ones((2, 4), bool)), 0.99
+    at_once = filters.evaluate_particles(belief, *scan)
+    monkeypatch.setattr(kernels, "evaluate_particles", lambda *given: None)
+    by_steps = filters.evaluate_particles(belief, *scan)
+    for name in ("loglik", "distance", "log_volume", "nis", "detail"):
+        found, wanted = getattr(at_once, name), getattr(by_steps, name)
+        assert found.shape == wanted.shape
+        np.testing.assert_allclose(found, wanted, rtol=1e-10, atol=1e-10, err_msg=name)
