@@ -295,8 +295,9 @@ def _nis_in_words(ratio: float, axes: float, experiment: Experiment) -> str:
     words = f"its {_percent(1 - BAND)} band is {low:.3g} to {high:.3g} where returns are known to be the target's"
     if low <= ratio <= high:
         return f"{words}: the innovations fit the models"
-    size = f"{ratio:.2g} times larger" if ratio > high else f"{1 / ratio:.2g} times smaller"
-    return f"{words}: the squared innovations are {size} than the models predict"
+    factor, way = (ratio, "larger") if ratio > high else (1 / ratio, "smaller")
+    size = f"{factor:.2g} times" if factor > 1.5 else f"{100 * abs(ratio - 1):.2g} %"
+    return f"{words}: the squared innovations are {size} {way} than the models predict"
 
 
 def _percent(part: float | None) -> str:

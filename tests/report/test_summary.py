@@ -84,6 +84,7 @@ def test_a_brief_summary_fits_a_screen_and_a_whole_one_has_more(truths, scene):
         (2.0, "the innovations fit the models"),
         (8.0, "the squared innovations are 4 times larger"),
         (0.2, "the squared innovations are 10 times smaller"),
+        (1.7, "the squared innovations are 15 % smaller"),
     ],
 )
 def test_the_summary_says_how_nis_stands(nis, verdict, scene):
