@@ -118,6 +118,8 @@ EXTENDED = st.fixed_dictionaries(
 SLANTED = Polygon([[-300.0, -250.0], [280.0, -320.0], [350.0, 40.0], [60.0, -20.0], [-120.0, 330.0]])
 AREAS = {"survives_in": st.sampled_from([(), (SLANTED,), (SLANTED, Polygon([[400.0, 0.0], [500.0, 90.0], [380.0, 200.0]]))])}
 PLANE = ("x", "y", "vx", "vy")
+ACCELERATED = {"ax": (0.0, 0.5), "ay": (0.3, 0.4)}
+EDGE = Edge((-300.0, 200.0), (300.0, 100.0), 40.0, (-9.0, 3.0), others=ACCELERATED, initial=2.0, rate=0.05)
 
 BIASES = {"turned": 0.01, "north": 30.0, "east": 30.0, "late": 0.5, "vx": 10.0, "vy": 10.0}
 """Of what is known where a track starts; not that of ranges, which would make some of them negative."""
@@ -200,16 +202,17 @@ GIVEN = {
     ("lifecycle", "m_of_n"): AREAS,
     ("lifecycle", "score"): AREAS,
     ("birth", "poisson"): {
-        "enter": st.sampled_from([(), (Edge((-300.0, 200.0), (300.0, 100.0), 40.0, (-9.0, 3.0), initial=2.0, rate=0.05),)]),
+        "enter": st.sampled_from([(), (EDGE,)]),
         "appear": st.lists(
             st.builds(
                 Appearance,
-                st.fixed_dictionaries({name: st.tuples(st.floats(-99.0, 99.0), st.floats(50.0, 300.0)) for name in PLANE}),
+                st.fixed_dictionaries(
+                    {name: st.tuples(st.floats(-99.0, 99.0), st.floats(50.0, 300.0)) for name in PLANE}
+                ).map(lambda at: at | ACCELERATED),
                 st.floats(0.1, 5.0),
                 st.floats(0.0, 0.1),
             ),
-            min_size=1,
-            max_size=3,
+            max_size=2,
         ).map(tuple),
     },
     ("birth", "uniform"): {"initial": st.floats(0.1, 5.0), "rate": st.floats(0.0, 0.1)},

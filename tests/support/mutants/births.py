@@ -36,6 +36,8 @@ BIRTHS = [
      {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(s, f, e, o, n, evolve(d, valid=np.ones_like(d.valid)), c)}),
     ("tracks start elsewhere", FromReturns, "tracks_start_near_their_returns",
      prior(lambda p: Gaussian(p.mean + 300.0, p.cov))),
+    ("a mean velocity of 1, in whatever unit", FromReturns, "births_know_no_unit",
+     prior(lambda p: Gaussian(p.mean + np.array([0.0, 0.0, 1.0, 1.0]), p.cov))),
     ("keeps a state between calls", FromReturns, "pure",
      begins(lambda made, d, c: evolve(made, existence=made.existence / (1 + next(CALLS) % 2)))),
 ]  # fmt: skip

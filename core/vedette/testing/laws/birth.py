@@ -7,7 +7,7 @@ import numpy as np
 from vedette.supporting import Birth
 from vedette.testing.comparisons import Closed, covariance, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import apart, birth_parameters, birth_returns
+from vedette.testing.laws import apart, birth_parameters, birth_returns, birth_units
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.types import Detections
 
@@ -91,5 +91,6 @@ LAWS: tuple[Law, ...] = (
     )),
     *birth_returns.LAWS,
     *birth_parameters.LAWS,
+    *birth_units.LAWS,
     *apart.OF_BIRTHS,
 )  # fmt: skip

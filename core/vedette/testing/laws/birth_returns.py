@@ -75,7 +75,7 @@ def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
     same("existence, with something else where a component is missing", other.existence, first.existence, 1e-9)
 
 
-def _last(birth: Birth, drawn: Returns, *scans: Array) -> Newborn:
+def last(birth: Birth, drawn: Returns, *scans: Array) -> Newborn:
     """The tracks that start at the returns of the last of some scans, none of which is a track's."""
     estimator, sensor, free, rng = drawn.estimator, drawn.sensor, np.zeros(len(scans[0])), drawn.rng()
     memory, found = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
@@ -97,9 +97,9 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
     scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * drawn.dt * i for i in range(3)]
     try:
-        before = _last(birth, drawn, *scans[:2])
+        before = last(birth, drawn, *scans[:2])
         scans = scans[:2] if len(before.returns) else scans
-        before = before if len(before.returns) else _last(birth, drawn, *scans)
+        before = before if len(before.returns) else last(birth, drawn, *scans)
     except ValueError as refusal:
         raise Closed(f"it starts no tracks there: {refusal}") from None
     if not len(before.returns) and getattr(birth, "least", 0.0) > 1e-4:
@@ -114,7 +114,7 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
         for axis in (0, 1):
             moved = [np.array(z) for z in scans]
             moved[which][:, axis] += 1e-3 * sigma
-            other = _last(birth, drawn, *moved)
+            other = last(birth, drawn, *moved)
             if not np.array_equal(other.returns, before.returns):
                 raise Closed("a small step changes which returns start tracks")
             slope = (other.prior.mean - before.prior.mean) / 1e-3

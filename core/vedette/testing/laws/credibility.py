@@ -31,6 +31,9 @@ from vedette.types import Detections, Gaussian
 EQUIVALENCE = (0.85, 1.15)
 """Where an estimator that is not exact may have its mean NEES and NIS, as a share of what is expected."""
 
+MOMENT, RETURNS = 1e-6, ((2.0, -1.0), (0.25, 1.0))
+"""A time step in s, and returns: their variance as a share of a belief's, and on which side they are."""
+
 
 def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> None:
     """Covariances stay symmetric and positive definite through thousands of ill-conditioned steps.
@@ -121,7 +124,9 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
 
 
 def _one_axis(estimator: Estimator[Any], drawn: Scene) -> tuple[Any, Watch, Gaussian, float, int]:
-    """Many equal beliefs, a sensor of an axis as sharp as they are, their moments, 1.5 deviations and which axis it is."""
+    """Many beliefs a moment after they began alike, a sensor of an axis as sharp as they are, their moments, 1.5 of their
+    deviations and which axis it is.
+    """
     if not estimator.traits.draws:
         raise Closed("it does not draw: other laws are sharper")
     rng, state = drawn.rng(), estimator.state
@@ -132,22 +137,27 @@ def _one_axis(estimator: Estimator[Any], drawn: Scene) -> tuple[Any, Watch, Gaus
     watch = Watch(observes, cov[i : i + 1, i : i + 1], 1.0)
     shape = (drawn.runs, 1, len(state))
     belief = estimator.start(Gaussian(np.broadcast_to(mean, shape), np.broadcast_to(cov, (*shape, len(state)))), state, rng)
+    belief = predicted(estimator, belief, MOMENT, rng)
     return belief, watch, estimator.moments(belief), 1.5 * float(np.sqrt(cov[i, i])), i
 
 
 def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If it draws: one return moves the mean and shrinks the variance as it does a Gaussian's, in the mean over draws."""
+    """If it draws: two returns, the second the sharper, move and shrink it as they do a Gaussian, in the mean over draws."""
     belief, watch, before, step, i = _one_axis(estimator, drawn)
-    state, rng, cov, mean = estimator.state, drawn.rng(), drawn.prior.cov[0, 0], drawn.prior.mean[0, 0]
-    z = watch.measurement.canonical(watch.measure(mean[i : i + 1]) + step)
-    detections = Detections(np.broadcast_to(z, (drawn.runs, 1, 1)), np.ones((drawn.runs, 1), dtype=bool))
-    innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
-    belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+    state, rng, variance = estimator.state, drawn.rng(), drawn.prior.cov[0, 0, i, i]
+    known, centre = np.array([1.0, 0.0]), watch.measure(drawn.prior.mean[0, 0, i : i + 1])
+    for share, off in RETURNS:
+        z = np.broadcast_to(watch.measurement.canonical(centre + off * step), (drawn.runs, 1, 1))
+        belief = predicted(estimator, belief, MOMENT, rng)
+        detections = Detections(z, np.ones((drawn.runs, 1), dtype=bool))
+        innovation = estimator.evaluate(belief, evolve(watch, R=share * watch.R), detections, 1.0 - 1e-12)
+        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+        known += np.array([1.0, off]) / share
     for when in ("", ", a moment later"):
         after = estimator.moments(belief)
-        moved = state.difference(after.mean, before.mean)[:, 0, i] / (step / 2)
+        moved = state.difference(after.mean, before.mean)[:, 0, i] / (step * known[1] / known[0])
         judge_run_means(f"mean, moved{when}", moved, *EQUIVALENCE, drawn.alpha / 4)
-        judge_run_means(f"variance{when}", after.cov[:, 0, i, i] / (cov[i, i] / 2), *EQUIVALENCE, drawn.alpha / 4)
+        judge_run_means(f"variance{when}", after.cov[:, 0, i, i] / (variance / known[0]), *EQUIVALENCE, drawn.alpha / 4)
         for _ in range(0 if when else 2):
             belief = forget(estimator, belief, drawn, rng)
 

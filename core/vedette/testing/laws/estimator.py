@@ -152,7 +152,10 @@ def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
-    """Tracks of a belief and an innovation can be taken and joined: every array leads with the batch axes and the tracks."""
+    """Tracks of a belief and an innovation can be taken and joined, and what one takes is nothing to another.
+
+    So every array leads with the batch axes and the tracks.
+    """
     belief = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     weights = soft(innovation.loglik, drawn.seed)
@@ -160,11 +163,14 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     for i in ([0], [1], [1, 0]):
         own = np.array(i)
         taken = estimator.update(pytrees.take(belief, own, 1), pytrees.take(innovation, own, 1), weights[:, own])
-        found = estimator.moments(taken)
-        if estimator.traits.draws:  # what it draws in an update may depend on the tracks beside
-            demand(found.mean.shape == (2, *own.shape, len(estimator.state)), f"update: mean of {found.mean.shape}")
-        else:
-            alike(estimator, found, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
+        if not estimator.traits.draws:  # what it draws in an update may depend on which tracks there are
+            alike(estimator, taken, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
+    taking = sure(weights, 1)
+    wanted = estimator.moments(estimator.update(belief, innovation, taking))
+    taking[:, 1] = sure(weights, 0)[:, 1]
+    found = estimator.moments(estimator.update(belief, innovation, taking))
+    first, still = (Gaussian(one.mean[:, 0], one.cov[:, 0]) for one in (wanted, found))
+    alike(estimator, still, first, 1e-9, "where another track takes no return: ")
     wanted = estimator.moments(belief)
     swapped = estimator.moments(pytrees.take(belief, np.array([1, 0]), 1))
     same("mean of swapped tracks", swapped.mean, wanted.mean[:, ::-1])
@@ -260,6 +266,32 @@ def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(estimator, estimator.update(belief, turned, weights[..., [0, 2, 1]]), wanted, 1e-9)
 
 
+def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
+    """Returns in other units, with their noise, say the same: as likely per old unit, they leave the same belief."""
+    observes = drawn.watch.observes
+    if any(axis.period is not None for axis in observes.axes):
+        raise Closed("an angle has one unit")
+    belief = ahead(estimator, drawn, drawn.rng())
+    size = np.diag([0.25, 3.0][: len(observes)])
+    watch = Watch(observes, size @ drawn.watch.R @ size, drawn.watch.probability, mix=size)
+    there = estimator.evaluate(belief, watch, Detections(drawn.seen.z @ size, drawn.seen.valid), P_GATE)
+    here = innovation_of(estimator, belief, drawn)
+    for name in ("distance", "nis"):
+        wanted = getattr(here, name)
+        same(f"{name} in other units", getattr(there, name), wanted, 1e-7, 1.0 + np.abs(wanted))
+    same(
+        "log-likelihood",
+        there.loglik[..., 1:] + np.log(np.linalg.det(size)),
+        here.loglik[..., 1:],
+        1e-7,
+        10.0 + np.abs(here.loglik[..., 1:]),
+    )
+    weights = soft(here.loglik, drawn.seed)
+    alike(
+        estimator, estimator.update(belief, there, weights), estimator.moments(estimator.update(belief, here, weights)), 1e-6
+    )
+
+
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
     """Column 0 is log(1 - P_D P_G): a return outside the gate is missed too."""
     innovation = innovation_of(estimator, ahead(estimator, drawn, drawn.rng()), drawn)
@@ -310,7 +342,7 @@ LAWS: tuple[Law, ...] = (
     *map(Law, (
         noise_of_steps_adds_up, batches_as_it_loops, tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
         a_short_time_forgets_nothing, a_missed_scan_equals_prediction, returns_of_weight_zero_change_nothing,
-        a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_miss_has_its_probability,
+        a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_unit_of_measurement_is_free, a_miss_has_its_probability,
         return_likelihood_is_a_density, soft_weights_give_the_mixtures_moments,
     )),
     *exact.LAWS,

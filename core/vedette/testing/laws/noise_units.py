@@ -15,7 +15,7 @@ from vedette.roles import Component
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand
 
-_LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
+LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
 _PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
 Noise = Callable[[Any, Array], Array]
 DEVIATION = "standard deviation"
@@ -60,10 +60,10 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
     judged = False
     for name, value in numbers.items():
         unit = known[name].unit
-        lengths, angles = power(unit, _LENGTHS), power(unit, _ANGLES)
+        lengths, angles = power(unit, LENGTHS), power(unit, _ANGLES)
         if (lengths, angles) not in ((1.0, 0.0), (0.0, 1.0)):
             continue
-        words = _LENGTHS if lengths else _ANGLES
+        words = LENGTHS if lengths else _ANGLES
         doubled = changed(component, {name: 2.0 * value})
         if doubled is None:
             continue
@@ -88,7 +88,7 @@ def demand_units(component: Any, space: Space, states: Space, x: Array, noise: N
     """
     known = {p.name: p for p in parameters(type(component))}
     component = _alone(component, known)
-    powers = {name: power(p.unit, _LENGTHS) for name, p in known.items()}
+    powers = {name: power(p.unit, LENGTHS) for name, p in known.items()}
     values = {name: getattr(component, name) for name, p in powers.items() if p}
     values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
     if not values or not all(isinstance(value, float | int) for value in values.values()):
@@ -96,10 +96,10 @@ def demand_units(component: Any, space: Space, states: Space, x: Array, noise: N
     other = changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
     if other is None:
         raise Closed("it refuses parameters twice as large")
-    scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
+    scale = np.array([2.0 ** power(axis.unit, LENGTHS) for axis in states.axes])
     usual, there = _variances(component, x, noise), _variances(other, x * scale, noise)
     for i, axis in enumerate(space.axes):
-        wanted = 2 * power(axis.unit, _LENGTHS)
+        wanted = 2 * power(axis.unit, LENGTHS)
         if not wanted or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
             continue
         found = np.log2(there[:, i] / usual[:, i])
@@ -150,7 +150,7 @@ def _made_square(
     component: Component, known: Mapping[str, Any], name: str, i: int, states: Space, x: Array, noise: Noise
 ) -> bool:
     """Tell whether other parameters, or the state, make variance `i` a square: in half the unit of length all have it."""
-    words = _LENGTHS if power(known[name].unit, _LENGTHS) else _ANGLES
+    words = LENGTHS if power(known[name].unit, LENGTHS) else _ANGLES
     others = {n: power(p.unit, words) for n, p in known.items()}
     if words is _ANGLES:  # a state cannot be given another unit of angle: does any other angle matter?
         return any(_matters(component, n, i, x, noise) for n, p in others.items() if p and n != name)
@@ -160,7 +160,7 @@ def _made_square(
     other = changed(component, {n: None if v is None else v * 2.0 ** others[n] for n, v in values.items()})
     if other is None:
         return True
-    scale = np.array([2.0 ** power(axis.unit, _LENGTHS) for axis in states.axes])
+    scale = np.array([2.0 ** power(axis.unit, LENGTHS) for axis in states.axes])
     usual, there = _variances(component, x, noise)[:, i], _variances(other, x * scale, noise)[:, i]
     return bool(np.any(np.abs(there - 2.0 * usual) > 1e-6 * usual))
 

@@ -1,0 +1,71 @@
+"""The law that births know no unit of length: in half the unit, the same tracks start, twice as many units away."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import attrs
+import numpy as np
+from attrs import evolve
+
+from vedette.config.parameters import parameters
+from vedette.supporting import Birth
+from vedette.testing.comparisons import Closed, covariance, same
+from vedette.testing.law import Law
+from vedette.testing.laws.birth_cases import Returns, begun
+from vedette.testing.laws.birth_returns import last
+from vedette.testing.laws.noise_units import LENGTHS, power
+from vedette.testing.strategies import usual
+from vedette.types import Detections
+
+
+def in_half_the_unit(value: Any, axes: Mapping[str, str], unit: str = "1") -> Any:
+    """Return a parameter, or what holds some, in half the unit of length; `axes` to their units, as tables name them."""
+    if attrs.has(type(value)):
+        known = [
+            (p.name, getattr(value, p.field.name), unit if p.unit in ("", "1") else p.unit) for p in parameters(type(value))
+        ]
+        return evolve(value, **{name: in_half_the_unit(each, axes, its) for name, each, its in known})
+    if isinstance(value, Mapping):
+        if unknown := [name for name in value if name not in axes]:
+            raise Closed(f"it has a table by {unknown[0]!r}, which is no axis")
+        return {name: in_half_the_unit(each, axes, axes[name]) for name, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(in_half_the_unit(each, axes, unit) for each in value)
+    return value * 2.0 ** power(unit, LENGTHS) if isinstance(value, float | np.ndarray) else value
+
+
+def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
+    """In half the unit of length the same tracks start: parameters, returns and priors are twice as many units, or 1 / 4.
+
+    Where it starts tracks with accelerations, over these, too.
+    """
+    if birth.draws:
+        raise Closed("what it draws differs")
+    wide = usual("estimator", "kalman")(usual("motion", "constant_acceleration")(0.5))
+    axes = {axis.name: axis.unit for axis in wide.state.axes}
+    z = np.stack(np.meshgrid(*[np.linspace(-300.0, 300.0, 4)] * 2), axis=-1).reshape(-1, 2)
+    other = in_half_the_unit(birth, axes)
+    for estimator in (wide, drawn.estimator):
+        given = evolve(drawn, estimator=estimator, detections=Detections.of(z, 2), claimed=np.zeros(len(z)))
+        halved = evolve(given, estimator=in_half_the_unit(estimator, axes), sensor=in_half_the_unit(drawn.sensor, axes))
+        try:
+            here, there = last(birth, given, z, z, z), last(other, halved, *[2.0 * z] * 3)
+        except ValueError as refusal:
+            told = str(refusal)
+            continue
+        size = 2.0 ** np.array([power(axis.unit, LENGTHS) for axis in estimator.state.axes])
+        covariance("prior of a track that starts in the first scan", begun(birth, given).prior.cov, definite=True)
+        same("returns, in half the unit", there.returns.astype(float), here.returns.astype(float), 0.0)
+        same("existence, in half the unit", there.existence, here.existence, 1e-9, 1.0)
+        spread = np.sqrt(np.diagonal(here.prior.cov, axis1=-2, axis2=-1))
+        apart = (there.prior.mean / size - here.prior.mean) / spread
+        same("mean, in half the unit, in standard deviations", apart, np.zeros(apart.shape), 1e-6, 1.0)
+        outer = spread[..., :, None] * spread[..., None, :]
+        same("covariance, in half the unit", there.prior.cov / (size[:, None] * size), here.prior.cov, 1e-6, outer)
+        return
+    raise Closed(f"it starts no tracks there: {told}")
+
+
+LAWS = (Law(births_know_no_unit),)
