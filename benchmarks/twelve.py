@@ -44,7 +44,7 @@ KINDS = {
     "k_best, mean shown": {"kind": "k_best", "hypotheses": HYPOTHESES, "show": "mean"},
     "n_scan, 3 scans": {"kind": "n_scan", "scans": 3, "hypotheses": HYPOTHESES},
     "variational": {"kind": "variational", "hypotheses": HYPOTHESES},
-    "lmb": {"kind": "lmb", "associations": HYPOTHESES},
+    "lmb": {"kind": "lmb"},
     "gnn": {"kind": "gnn"},
     "nearest": {"kind": "nearest"},
     "pda": {"kind": "pda"},

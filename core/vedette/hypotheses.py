@@ -70,7 +70,8 @@ class Branching:
 
     parent (l,): the row of the leaf that it continues, -1 where a track begins; choice (l,): the return that it takes,
     counted from 1, or 0 for a miss. lost (l,): the probability that truncation dropped in the cluster of the leaf;
-    None: no more than `LOST` in any. merged (l,): of a leaf that gives its return with a leaf of another track, the column,
+    None: no more than `LOST` in any. inexact (l,): whether the weights of the leaf's track are approximations, other than by
+    truncation; None: none are. merged (l,): of a leaf that gives its return with a leaf of another track, the column,
     from 1, of that in the meeting of close rows; 0 of others, None: there are none.
     """
 
@@ -78,6 +79,7 @@ class Branching:
     choice: Indices
     hypotheses: Any
     lost: Array | None = None
+    inexact: Mask | None = None
     merged: Indices | None = None
 
     @property

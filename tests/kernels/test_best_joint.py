@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from support.joint import drawn_scores, joint_associations, marginals
 from vedette import kernels
 from vedette.kernels import hypotheses
-from vedette_standard.associators.marginals import best_marginals_of_table
+from vedette_standard.associators.marginals import marginals_of_table
 
 TWINS = [pytest.param(kernels.best_joint, id="running"), pytest.param(hypotheses.best_joint, id="reference")]
 seeds = st.integers(0, 2**32 - 1)
@@ -52,7 +52,7 @@ def test_an_impossible_miss_is_taken_only_where_nothing_else_is_left(best_joint)
 @given(seeds, st.integers(0, 5), st.integers(0, 5))
 def test_all_of_them_give_the_marginals_of_the_enumeration(seed, t, k):
     scores = drawn_scores(np.random.default_rng(seed), t, k)
-    np.testing.assert_allclose(best_marginals_of_table(scores, ALL)[0], marginals(scores), rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(marginals_of_table(scores, ALL)[0], marginals(scores), rtol=1e-12, atol=1e-12)
 
 
 def test_few_of_them_are_weighted_as_if_there_were_no_others():
@@ -63,13 +63,13 @@ def test_few_of_them_are_weighted_as_if_there_were_no_others():
     expected = np.zeros((2, 3))
     for choice, share in zip(choices[best], likely / likely.sum(), strict=True):
         expected[range(2), choice] += share
-    np.testing.assert_allclose(best_marginals_of_table(scores, 2)[0], expected, rtol=1e-12)
-    np.testing.assert_allclose(best_marginals_of_table(np.stack([scores, scores]), 2)[0][1], expected, rtol=1e-12)
+    np.testing.assert_allclose(marginals_of_table(scores, 2)[0], expected, rtol=1e-12)
+    np.testing.assert_allclose(marginals_of_table(np.stack([scores, scores]), 2)[0][1], expected, rtol=1e-12)
 
 
 def test_a_joint_association_that_is_all_but_impossible_weighs_nothing():
     scores = np.stack([[[-offset, 0.0]] for offset in np.linspace(700.0, 760.0, 121)])
-    weights = best_marginals_of_table(scores, ALL)[0]
+    weights = marginals_of_table(scores, ALL)[0]
     assert not np.any((weights > 0) & (weights < np.finfo(float).tiny))
     assert np.any(weights[:, 0, 0] > 0)
     assert np.any(weights[:, 0, 0] == 0)

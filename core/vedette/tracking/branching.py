@@ -81,7 +81,8 @@ class Branched:
 
     newborn: the tracks that begin where no other takes the return; claims (k,): the probability that some other does.
     gated (l, w): the returns in the gates of the leaves before the scan, -1 for none; None where all met all.
-    approximated: number of tracks of whose clusters truncation dropped more than `LOST`, and lost: what of each, in sum.
+    approximated: number of tracks of whose clusters truncation dropped more than `LOST`, and lost: what of each, in sum; or
+    of tracks whose weights are inexact otherwise.
     """
 
     branching: Branching
@@ -128,6 +129,8 @@ def branched(it: Expected, scores: LeafScores, parts: Sequence[Part] | None) -> 
         ids, lost = it.state.leaves.ids[parent], branching.lost[continues]
         worst = np.maximum.reduceat(lost, np.flatnonzero(np.diff(ids, prepend=-1)))
         approximated, total = int(np.count_nonzero(worst > LOST)), float(np.sum(worst[worst > LOST]))
+    if branching.inexact is not None:
+        approximated = len(np.unique(it.state.leaves.ids[parent[branching.inexact[continues]]]))
     gated = None if parts is None else _gated(scores)
     return Branched(branching, parent, branching.choice[continues], newborn, claims, gated, approximated, total)
 

@@ -10,7 +10,7 @@ from attrs import evolve
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
 from vedette.hypotheses import Hypotheses, LeafScores
 from vedette.tracking import Expected, Part
-from vedette_standard.associators.marginals import best_marginals_of_table
+from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
@@ -32,7 +32,7 @@ class Growing(HypothesisAssociator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the marginals of the best associations of each cluster: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return best_marginals_of_table(scores, self.hypotheses)[0]
+        return marginals_of_table(scores, self.hypotheses)[0]
 
     def initial_hypotheses(self, tracks: int) -> Hypotheses:
         """Return the hypotheses in which every given track is there, each a cluster of its own."""

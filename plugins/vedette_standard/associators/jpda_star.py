@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields
 from vedette.hypotheses import Hypotheses, LeafScores
-from vedette_standard.associators.marginals import best_associations, best_marginals_of_table, left_out, marginals
+from vedette_standard.associators.marginals import best_associations, left_out, marginals, marginals_of_table
 
 
 @final
@@ -43,7 +43,7 @@ class JpdaStar(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return best_marginals_of_table(scores, self.m, _best_of_each_exchange)[0]
+        return marginals_of_table(scores, self.m, _best_of_each_exchange)[0]
 
 
 def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:

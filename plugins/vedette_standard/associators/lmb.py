@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import Array, Branching, HypothesisAssociator, Indices, Mask, fields, kernels
 from vedette.hypotheses import LeafScores
 from vedette.tracking import Expected, Part
-from vedette_standard.associators.marginals import best_marginals, best_marginals_of_table
+from vedette_standard.associators.marginals import joint_marginals, marginals_of_table
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.meeting import meet_close
 from vedette_standard.unresolved.mixtures import Together
@@ -31,9 +31,12 @@ class Mixtures:
 class LabelledMultiBernoulli(HypothesisAssociator):
     """Keeps each track as a mixture of leaves, and forgets which leaves of different tracks go together.
 
-    The score of a track is that of its mixture. The best joint associations of each cluster of tracks that share returns
-    give the marginal probability of each return for each track, and each leaf branches by each return in its gate. Of each
-    track the heaviest leaves are kept. All tracks are shown, each by the leaf that is heaviest given that its target exists.
+    The score of a track is that of its mixture. All joint associations of each cluster of tracks that share returns
+    give the marginal probability of each return for each track, as in `jpda`, and each leaf branches by each return in its
+    gate. Of each track the heaviest leaves are kept. All tracks are shown, each by the leaf that is heaviest given that its
+    target exists. Where a cluster is too wide for exact sums, belief propagation takes their place: the best associations
+    alone would make what they hold too certain.
+    Kropfreiter, Meyer, Hlawatsch, A Fast Labeled Multi-Bernoulli Filter Using Belief Propagation, IEEE T-AES 56, 2020;
     Reuter, Vo, Vo, Dietmayer, The Labeled Multi-Bernoulli Filter, IEEE Trans. Signal Processing 62, 2014.
     """
 
@@ -43,13 +46,19 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     leaves: int = fields.integer("most leaves of a track", default=20, at_least=1)
     least: float = fields.probability("weight in its track at or below which a leaf is dropped", default=1e-4, below=1)
-    associations: int = fields.integer(
-        "largest number of joint associations of a cluster that are computed", default=200, at_least=1
+    exact: int = fields.integer(
+        "most tracks, or else most returns, that exact sums keep apart at once: each takes twice the time",
+        default=14,
+        at_most=16,
     )
 
+    @property
+    def solves(self) -> str:
+        return "marginals" if self.exact >= 4 else ""
+
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """Return the marginals of the best associations of each cluster: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return best_marginals_of_table(scores, self.associations)[0]
+        """Return the marginals of all joint associations: (*b, t, 1+k) -> (*b, t, 1+k)."""
+        return marginals_of_table(scores, self.exact, joint_marginals)[0]
 
     def initial_hypotheses(self, tracks: int) -> Mixtures:
         """Return one leaf for each given track."""
@@ -79,7 +88,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         of, returns = np.divmod(pairs, max(scores.k, 1))
         ends = np.cumsum(np.bincount(of, minlength=count))
         tracks = LeafScores(miss, ends, returns, total, scores.k)
-        misses, taken, lost = best_marginals(tracks, self.associations)
+        misses, taken, inexact = joint_marginals(tracks, self.exact)
         both = None if close is None else Together.of(track, log_weight, scores, tracks, close, misses, taken)
         share = np.concatenate([_share(missed, miss[track]) * misses[track], _share(likely, total[which]) * taken[which]])
         parent, choice = (
@@ -105,7 +114,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
             hypotheses=Mixtures(
                 np.concatenate([track[parent], count + np.arange(len(news))]), np.concatenate([share, free[news]])
             ),
-            lost=np.concatenate([lost[track[parent]], np.zeros(len(news))]),
+            inexact=np.append(inexact[track[parent]], np.zeros(len(news), dtype=bool)) if inexact.any() else None,
             merged=None if both is None else np.append(merged, np.zeros(len(news), dtype=np.int64)),
         )
 

@@ -8,7 +8,7 @@ from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
 from vedette.tracking import Expected, Pairs, Part
-from vedette_standard.associators.marginals import best_marginals_of_table, left_out
+from vedette_standard.associators.marginals import left_out, marginals_of_table
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
 
@@ -42,7 +42,7 @@ class MBestJpda(Associator):
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
-        return best_marginals_of_table(scores, self.m)[0]
+        return marginals_of_table(scores, self.m)[0]
 
     def meet_close(self, expected: Expected) -> Part | None:
         """Return the meeting of rows that may give one return with another one; None: none may."""

@@ -1,4 +1,4 @@
-"""The marginals of the best joint associations of one scan, and what these leave out."""
+"""The marginals of the joint associations of one scan: of the best, and what these leave out, or of all."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from vedette import Array, Branching, Mask, kernels
 from vedette.hypotheses import LOST, Hypotheses, LeafScores
+from vedette_standard.associators.of_pairs import marginals_of_pairs
 
 
 def best_associations(scores: LeafScores, most: int) -> Branching:
@@ -38,8 +39,14 @@ def marginals(scores: LeafScores, grown: Branching, probability: Array) -> tuple
     return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost
 
 
-def best_marginals_of_table(
-    scores: Array, most: int, of: Callable[[LeafScores, int], tuple[Array, Array, Array]] = best_marginals
+def joint_marginals(scores: LeafScores, exact: int) -> tuple[Array, Array, Mask]:
+    """Return the marginals of all joint associations: misses (t,), pairs (p,), and whether (t,) they are approximations."""
+    shares, misses, wide = marginals_of_pairs(scores.leaf, scores.returns, scores.scores, scores.miss, scores.k, exact)
+    return misses, shares, wide
+
+
+def marginals_of_table(
+    scores: Array, most: int, of: Callable[[LeafScores, int], tuple[Array, Array, Array | Mask]] = best_marginals
 ) -> tuple[Array, Array]:
     """Return what `best_marginals` does by tables of log scores (*b, t, 1+k): weights (*b, t, 1+k) and what is lost (*b, t).
 
@@ -57,4 +64,4 @@ def left_out(scores: Array, m: int) -> Mask:
     """Return the tracks of clusters whose associations beyond the `m` best are too probable: (*b, t, 1+k) -> (*b, t)."""
     if np.max(np.prod(1.0 + np.isfinite(scores[..., 1:]).sum(axis=-1), axis=-1), initial=0.0) <= m:
         return np.zeros(scores.shape[:-1], dtype=bool)
-    return best_marginals_of_table(scores, m)[1] > LOST
+    return marginals_of_table(scores, m)[1] > LOST

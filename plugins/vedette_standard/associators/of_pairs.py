@@ -12,6 +12,35 @@ import numpy as np
 from vedette import Array, Indices, Mask, kernels
 from vedette_standard.compiled import fastest
 
+MOST_MESSAGES = 200_000
+"""Messages of belief propagation in a cluster and scan. Ended before it has settled, weights are off by less than
+it is off by itself: in 300 targets 15 m apart, sigma 5 m, 150 sweeps and 1,000 covered as many.
+"""
+
+
+def marginals_of_pairs(
+    tracks: Indices,
+    returns: Indices,
+    scores: Array,
+    miss: Array,
+    k: int,
+    exact: int,
+    tolerance: float = 1e-9,
+    sweeps: int = 1000,
+) -> tuple[Array, Array, Mask]:
+    """Return the weights of pairs and misses over all joint associations, and the tracks (t,) of too wide clusters.
+
+    A cluster that takes more than `exact` tracks or returns kept apart at once has its weights by belief propagation.
+    """
+    weights, misses, wide = summed(tracks, returns, scores, miss, k, exact)
+    if wide.any():
+        some = wide[tracks]
+        weights[some], found = propagated(
+            tracks[some], returns[some], scores[some], miss, k, tolerance, float(sweeps), float(MOST_MESSAGES)
+        )
+        misses[wide] = found[wide]
+    return weights, misses, wide
+
 
 @fastest
 def summed(tracks: Indices, returns: Indices, scores: Array, miss: Array, k: int, most: int) -> tuple[Array, Array, Mask]:

@@ -190,4 +190,4 @@ def _contracted(grown: Branching, every: list[Leaf], real: Indices) -> Branching
         past[:, 0] = np.where(begun, -1, real[grown.parent])[first]
     hypotheses = Hypotheses(after.cluster, after.weights, after.starts, leaves[order], after.track[first], past)
     lost = None if grown.lost is None else grown.lost[first]
-    return Branching(np.where(begun, -1, parent)[first], choice[first], hypotheses, lost, merged[first])
+    return Branching(np.where(begun, -1, parent)[first], choice[first], hypotheses, lost, merged=merged[first])

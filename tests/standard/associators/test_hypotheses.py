@@ -10,8 +10,10 @@ from support.joint import drawn_scores, joint_associations
 from vedette import Gaussian, Space
 from vedette.hypotheses import LeafScores
 from vedette_standard.associators import recombined as recombining
+from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.k_best import KBest
 from vedette_standard.associators.lmb import LabelledMultiBernoulli
+from vedette_standard.associators.marginals import best_marginals
 from vedette_standard.associators.n_scan import NScan
 from vedette_standard.associators.recombined import recombined
 from vedette_standard.associators.variational import Variational
@@ -145,7 +147,7 @@ def test_one_track_alone_is_the_same_mixture_under_every_kind(seed):
     rng = np.random.default_rng(seed)
     scans = [drawn_scores(rng, 1, int(rng.integers(0, 4)), 0.2) for _ in range(3)]
     ends = []
-    for associator in (KBest(MANY, 0.0), LabelledMultiBernoulli(MANY, 0.0, MANY), NScan(5, MANY, 0.0)):
+    for associator in (KBest(MANY, 0.0), LabelledMultiBernoulli(MANY, 0.0), NScan(5, MANY, 0.0)):
         hypotheses = associator.initial_hypotheses(1)
         for scores in scans:
             count = len(associator.probability(hypotheses))
@@ -160,7 +162,7 @@ def test_one_track_alone_is_the_same_mixture_under_every_kind(seed):
 @given(seeds, st.integers(1, 4))
 def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks):
     rng = np.random.default_rng(seed)
-    associator, scores = LabelledMultiBernoulli(100, 0.0, 10000), drawn_scores(rng, tracks, 3)
+    associator, scores = LabelledMultiBernoulli(100, 0.0), drawn_scores(rng, tracks, 3)
     branching = associator.branch(associator.initial_hypotheses(tracks), LeafScores.of(scores), np.ones(3, dtype=bool))
     weights = np.zeros((tracks, 4))
     old = branching.parent >= 0
@@ -173,6 +175,29 @@ def test_a_labelled_multi_bernoulli_has_the_marginals_of_its_tracks(seed, tracks
     judged = associator.existence(branching.hypotheses, np.ones(len(old)), np.full((len(old), 3), -1))
     np.testing.assert_allclose(judged[old], 1.0)
     np.testing.assert_allclose(judged[~old], probability[~old])
+
+
+def chain(count, rng):
+    """Scores of tracks of which each shares a return with the next, so that all are one cluster of many associations."""
+    scores = np.full((count, 2 + count), -np.inf)
+    scores[:, 0] = rng.standard_normal(count)
+    scores[range(count), range(1, 1 + count)] = rng.standard_normal(count)
+    scores[range(count), range(2, 2 + count)] = rng.standard_normal(count)
+    return scores
+
+
+def test_a_labelled_multi_bernoulli_counts_all_associations_of_a_long_cluster():
+    """The best 200 of some 1e20 would state many a miss as 0 or 1."""
+    scores, begins = chain(60, np.random.default_rng(1)), np.zeros(61, dtype=bool)
+    exact, wide = LabelledMultiBernoulli(least=0.0), LabelledMultiBernoulli(least=0.0, exact=1)
+    branching = exact.branch(exact.initial_hypotheses(60), LeafScores.of(scores), begins)
+    misses = exact.probability(branching.hypotheses)[branching.choice == 0]
+    np.testing.assert_allclose(misses, Jpda().associate(scores, None)[:, 0], rtol=1e-9)
+    assert branching.inexact is None
+    told = wide.branch(wide.initial_hypotheses(60), LeafScores.of(scores), begins)
+    assert told.inexact.all()
+    np.testing.assert_allclose(wide.probability(told.hypotheses), exact.probability(branching.hypotheses), rtol=1e-6)
+    assert np.max(np.abs(best_marginals(LeafScores.of(scores), 200)[0] - misses)) > 0.1  # as it was
 
 
 def test_of_a_track_the_heaviest_leaves_are_kept_with_its_whole_weight():

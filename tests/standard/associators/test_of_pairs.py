@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from vedette import kernels
 from vedette.tracking import Pairs
-from vedette_standard.associators import jpda, of_pairs
+from vedette_standard.associators import of_pairs
 from vedette_standard.associators.jpda import Jpda
 
 SUMMED = [pytest.param(of_pairs.summed, id="running"), pytest.param(of_pairs.summed.__wrapped__, id="reference")]
@@ -132,6 +132,6 @@ def test_the_comparison_with_the_table_bites(monkeypatch):
         weights, misses = of_pairs.propagated(tracks, np.arange(len(tracks)), scores, miss, len(tracks), 1e-9, 10.0, 1e6)
         return weights, misses, np.zeros(len(miss), dtype=bool)
 
-    monkeypatch.setattr(jpda, "summed", each_alone)
+    monkeypatch.setattr(of_pairs, "summed", each_alone)
     with pytest.raises(AssertionError):
         test_jpda_takes_pairs_as_it_takes_a_table(14)

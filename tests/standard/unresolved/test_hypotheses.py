@@ -14,7 +14,7 @@ from vedette_standard.unresolved.events import Events
 
 KINDS = ("k_best", "n_scan", "variational", "lmb")
 MANY = {"k_best": {"hypotheses": 5000, "least": 0.0}, "n_scan": {"hypotheses": 5000, "least": 0.0}, "variational":
-        {"hypotheses": 5000, "least": 0.0}, "lmb": {"associations": 5000, "least": 0.0, "leaves": 500}}  # fmt: skip
+        {"hypotheses": 5000, "least": 0.0}, "lmb": {"least": 0.0, "leaves": 500}}  # fmt: skip
 SEEN = [[3.0, 5.0], [-4.0, 1.0], [2.0, 11.0]]
 
 
