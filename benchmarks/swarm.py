@@ -30,8 +30,8 @@ import vedette
 ROOT = Path(__file__).parent.parent
 NEAR = 20.0
 OWN = {"gnn": ("birth.initial=0.45", "lifecycle.delete=0.15"), "variational": ("lifecycle.confirm=0.8",)}
-"""What else a hard choice takes to cover as many targets as soon; and `variational`, which gives a target that several tracks
-may be to one, so that no more false ones are confirmed. Chosen on seeds 1 to 3.
+"""What else a hard choice takes to cover as many targets as soon; and `variational`, which makes several tracks
+that may be one target one track, so that no more false ones are confirmed. Chosen on seeds 1 to 3.
 """
 COLUMNS = (
     *("targets", "seed", "returns", "tracks", "associator", "median ms", "p95 ms", "worst ms"),
