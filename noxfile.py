@@ -171,7 +171,7 @@ def memory(session: nox.Session) -> None:
     build = {"CXXFLAGS": flags, "LDFLAGS": "-fsanitize=address,undefined", "SKBUILD_CMAKE_BUILD_TYPE": "Debug"}
     session.install(".[testing]", env=build)
     runtime = session.run("g++", "-print-file-name=libasan.so", silent=True, external=True)
-    names = ("kernels", "standard/estimators/test_imm.py", "test_values.py")
+    names = ("kernels", "standard/estimators/test_imm.py", "test_values.py", "tools/smoothing/test_compiled.py")
     tests = [str(HERE / "tests" / name) for name in names]
     session.chdir(session.create_tmp())  # away from the checkout, so that the installed kernels are tested
     sanitized = {"LD_PRELOAD": str(runtime).strip(), "ASAN_OPTIONS": "detect_leaks=0:quarantine_size_mb=1"}

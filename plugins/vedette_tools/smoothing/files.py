@@ -313,7 +313,7 @@ def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tupl
         if objects >= OBJECTS:
             break
     pd = needed("pandas", "tables need pandas", "data")
-    return learned(pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0], columns, gap)
+    return learned(pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0], columns, gap)[:2]
 
 
 @contextmanager

@@ -14,8 +14,8 @@ from vedette.space import Array, Indices, Mask
 class Paths:
     """Reports in the order of their pieces, then of time; a piece is an unbroken stretch of one object.
 
-    starts: (p + 1,) where each piece begins, and where the last ends; times (n,) in s; spots (n, 2) in m; velocities (n, 2)
-    in m/s, NaN where none is reported; told (n,): whether a row reports a position, or only asks for one.
+    starts: (p + 1,) where each piece begins, and where the last ends; times (n,) in s; spots (n, d) in m along d axes;
+    velocities (n, d) in m/s, NaN where none is reported; told (n,): whether a row reports a position, or only asks for one.
     """
 
     starts: Indices

@@ -8,7 +8,7 @@ from attrs import evolve, frozen
 from vedette.space import Array, Indices, Mask
 from vedette_tools.smoothing import linear
 from vedette_tools.smoothing.cleaning import gross
-from vedette_tools.smoothing.modes import AGAIN, GATE, RARE, WIDE, bank, smoothed_modes
+from vedette_tools.smoothing.modes import AGAIN, GATE, bank, log_density, smoothed_modes
 from vedette_tools.smoothing.noises import Model, fitted
 from vedette_tools.smoothing.paths import Paths, windows
 
@@ -77,7 +77,7 @@ def _held_back(paths: Paths, back: Mask, told: Told, model: Model) -> float:
     sigma = told.sigma[back]
     S = estimates.spot_variances[back] + sigma**2
     d2 = ((paths.spots - estimates.spots)[back] ** 2).sum(axis=-1) / S
-    return float(np.sum(np.logaddexp(-0.5 * d2, np.log(RARE / WIDE**2) - 0.5 * d2 / WIDE**2) - np.log(2 * np.pi * S)))
+    return float(np.sum(log_density(d2, S, paths.spots.shape[1])))
 
 
 def speeds(paths: Paths) -> Array:
