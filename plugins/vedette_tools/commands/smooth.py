@@ -19,6 +19,9 @@ from vedette_study.executors import dask_client
 from vedette_tools.smoothing.files import processes, smooth_files, tables
 from vedette_tools.smoothing.table import seconds
 
+MANY_GROSS = 0.1
+"""Where a larger part of positions is gross, something else is wrong."""
+
 
 def run(arguments: Namespace) -> int:
     """Smooth the files, and say what was done."""
@@ -40,8 +43,12 @@ def run(arguments: Namespace) -> int:
     with on as executor, on_terminal() as progress:
         told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, arguments.dates)
     parts = f"{told.objects:,} objects in {told.pieces:,} pieces"
-    lost = f"; {told.left_out:,} rows left out: {why or 'no time, no name or other columns'}" if told.left_out else ""
-    print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{lost}")
+    others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""
+    left_out = told.left_out - told.elsewhere
+    lost = f"; {left_out:,} rows left out: {why or 'no time, no name or other columns'}" if left_out else ""
+    print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{others}{lost}")
+    if told.gross > MANY_GROSS * told.rows:
+        print("so many gross positions may be of several objects taken for one: --by names the column that tells them apart")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:
         print(json.dumps({"out": str(out), **asdict(told)}))

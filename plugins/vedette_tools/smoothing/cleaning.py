@@ -15,9 +15,10 @@ FAR, PASSES = 10.0, 2
 than is usual: by hand. Those beside one show once it is out."""
 
 
-def gaps(times: Array, whose: Indices, limit: float | None = None) -> Indices:
+def gaps(times: Array, whose: Indices, told: Mask, limit: float | None = None) -> Indices:
     """Return where pieces start among rows in the order of objects and times, and the number of rows.
 
+    told: rows that report a position; where none does between two gaps, these are bridged, as a position is asked for.
     limit: the longest time in s within a piece; by default each object's own reports say what is long.
     """
     dt = np.diff(times)
@@ -33,7 +34,11 @@ def gaps(times: Array, whose: Indices, limit: float | None = None) -> Indices:
                 rare = waits[int(0.95 * (len(waits) - 1))] if len(waits) else np.inf
                 most[first:last] = max(USUAL * usual, LONG * rare)
     begins = ~same | (dt > most[1:])
-    return np.concatenate([[0], np.flatnonzero(begins) + 1, [len(times)]]).astype(int)
+    starts = np.concatenate([[0], np.flatnonzero(begins) + 1, [len(times)]]).astype(int)
+    asks = np.flatnonzero(np.diff(np.concatenate([[0], np.cumsum(told)])[starts]) == 0)
+    bridged = np.unique(np.concatenate([starts[asks], starts[asks + 1]]))
+    bridged = bridged[(bridged > 0) & (bridged < len(times))]
+    return np.setdiff1d(starts, bridged[same[bridged - 1]])
 
 
 def gross(paths: Paths) -> Mask:

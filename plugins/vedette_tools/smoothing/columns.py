@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from vedette.errors import InputError
 from vedette.space import Array, Mask
 from vedette.units import in_unit
 from vedette_files.columnar import TablePath
-from vedette_files.csv_table import listed
+from vedette_files.csv_table import Dialect, listed, rows
 from vedette_files.libraries import needed
 from vedette_tools.drafting.several import FLAT, GEODETIC
 from vedette_tools.drafting.table import AID, read_table
@@ -30,6 +31,9 @@ SPEED_UNITS = ("m/s", "kn", "km/h")
 
 LOOKED_AT, MOST_DIGITS = 2000, 9
 """So many rows tell how many digits positions have after the point; more than so many digits are taken to be whole."""
+
+MANY, REPEATED = 10_000, 1.5
+"""A name is of objects if among so many rows it stands so often, or so many of its rows are of one time."""
 
 METRES_PER_DEGREE = 111_000.0
 """Of latitude."""
@@ -49,7 +53,7 @@ class Columns:
     """The columns that smoothing reads and writes: positions as latitude and longitude, or along two axes of a plane.
 
     name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals; dates: how dates
-    are written, if not by ISO 8601.
+    are written, if not by ISO 8601; elsewhere: what rows of sensors hold that measure no positions, as ranges.
     """
 
     name: str
@@ -62,6 +66,7 @@ class Columns:
     paces: tuple[Column, Column] | None = None
     decimal: str = "."
     dates: str = ""
+    elsewhere: tuple[str, ...] = ()
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -73,17 +78,23 @@ class Columns:
     def of(cls, path: TablePath, by: str | None, titles: Sequence[str], dates: str = "") -> Columns:
         """Return the columns of a table with these titles; InputError if it lacks a time, a position, or the column `by`."""
         table = read_table(path, AID)
-        if table.polar:
+        of_sensors = (table.measured, *table.others.values())
+        measured = next((each for each in of_sensors if "range" not in each), None)
+        if measured is None:
             raise InputError(f"{path}: ranges and bearings are no positions: track them, `vedette new config {path}`")
-        name = (table.identity or _sure_name(titles)) if by is None else _title(path, by, titles)
-        first, second = (axis for axis in table.measured if axis in (*GEODETIC, *FLAT))
+        elsewhere = tuple({title: None for each in of_sensors if "range" in each for title in each.values()})
+        taken = {*measured.values(), *elsewhere, table.time.title}
+        found = table.identity or _sure_name(titles) or repeated_name(path, titles, table.time.title, taken, table.dialect)
+        name = found if by is None else _title(path, by, titles)
+        first, second = (axis for axis in measured if axis in (*GEODETIC, *FLAT))
         geodetic = first in GEODETIC
         place = tuple(
-            Column(table.measured[axis], _factor(table.units.get(axis, ""), "deg" if geodetic else "m"))
+            Column(measured[axis], _factor(table.units.get(axis, ""), "deg" if geodetic else "m"))
             for axis in (first, second)
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
-        columns = cls(name, time, (place[0], place[1]), geodetic, decimal=table.dialect.decimal, dates=dates or table.dates)
+        decimal, dates = table.dialect.decimal, dates or table.dates
+        columns = cls(name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere)
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
         columns = evolve(columns, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
         return _paced(columns, titles)
@@ -132,6 +143,13 @@ class Columns:
                 good &= (np.abs(values[:, 1]) <= 90) & (np.abs(values[:, 0]) <= 180.0001)
         return values, good
 
+    def of_others(self, frame: Any) -> Mask:
+        """Return which rows are of sensors that measure no positions: they hold what these measure, and no position."""
+        measured = np.zeros(len(frame), dtype=bool)
+        for title in self.elsewhere:
+            measured |= np.isfinite(self.numbers(Column(title), frame))
+        return measured & ~self.positions(frame)[1] if self.elsewhere else measured
+
     def rounding(self, frame: Any) -> float:
         """Return the deviation along an axis, in m, of what the digits of positions leave out; 0 if they are not cut."""
         steps = []
@@ -176,6 +194,23 @@ def _sure_name(titles: Sequence[str]) -> str:
     """Return the title that names objects whatever its cells hold; "" without one. A plain `id` may count rows."""
     words = {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in titles}
     return next((words[name] for name in NAMES[: NAMES.index("id")] if name in words), "")
+
+
+def repeated_name(path: TablePath, titles: Sequence[str], time: str, taken: Collection[str], dialect: Dialect) -> str:
+    """Return the first title that may name objects or count rows and here names objects; "" without one.
+
+    It does if its cells repeat, or if many rows are of one time, which those of one object are not.
+    """
+    words = {re.sub(r"[^a-z0-9]+", "_", title.lower()).strip("_"): title for title in titles if title not in taken}
+    for name in NAMES:
+        if name in words:
+            wanted = {"time": time, "name": words[name]}
+            given = [row.cells for row in islice(rows(path, wanted, "smooth", dialect, []), MANY)]
+            told = [(cells["name"], cells["time"]) for cells in given if cells["name"]]
+            names, times = (len(set(cells)) for cells in zip(*told, strict=True)) if told else (0, 0)
+            if told and (REPEATED * names <= len(told) or REPEATED * times <= len(told)):
+                return words[name]
+    return ""
 
 
 def _title(path: TablePath, by: str, titles: Sequence[str]) -> str:

@@ -20,7 +20,7 @@ from vedette.errors import InputError, Problem
 from vedette.progress import Progress
 from vedette.space import Space
 from vedette_files.columnar import SUFFIX, is_columnar, pyarrow
-from vedette_files.csv_table import Dialect, header_line, numbers
+from vedette_files.csv_table import Dialect, header_line, is_number, numbers
 from vedette_files.csv_table import rows as rows_of
 from vedette_files.csv_times import Times, form_of
 from vedette_files.input_files import check_regular, encoding, lines
@@ -29,7 +29,7 @@ from vedette_files.writing import unfinished
 from vedette_tools.drafting.table import AID, read_table
 from vedette_tools.smoothing.columns import Columns
 from vedette_tools.smoothing.noises import Model
-from vedette_tools.smoothing.table import GROSS, Reports, learned, smoothed_frame
+from vedette_tools.smoothing.table import GROSS, PIECE, Reports, learned, smoothed_frame
 
 ROWS, MOST_PARTS = 50_000, 200
 """Rows of a part, all of some objects, and how many parts there are at most: as many files are open at once."""
@@ -57,10 +57,13 @@ class Job:
 
 @frozen
 class Told:
-    """What was done: rows read, rows left out, objects, pieces, gross positions, rows written."""
+    """What was done: rows read, rows left out, those of them of sensors that measure no positions, objects, pieces, gross
+    positions, rows written.
+    """
 
     rows: int = 0
     left_out: int = 0
+    elsewhere: int = 0
     objects: int = 0
     pieces: int = 0
     gross: int = 0
@@ -120,7 +123,7 @@ def smooth_files(
             for part in progress(parts, "smoothing"):
                 told += next(after)
                 _copy(pa, part.with_suffix(".smooth"), write)
-    return told, first_fault(paths, columns) if told.left_out else ""
+    return told, first_fault(paths, columns) if told.left_out > told.elsewhere else ""
 
 
 @contextmanager
@@ -138,12 +141,13 @@ def smooth_part(job: Job, part: Path) -> Told:
     pa, _ = pyarrow()
     frame = _frame(part)
     reports = Reports.of(frame, job.columns, job.gap)
-    told = Told(left_out=len(frame) - len(reports.rows))
+    told = Told(left_out=len(frame) - len(reports.rows), elsewhere=int(job.columns.of_others(frame).sum()))
     place = part.with_suffix(".smooth")
     if len(reports.rows):
         result, _ = smoothed_frame(frame, job.columns, reports, job.model, job.every)
         told += Told(
-            objects=len(np.unique(reports.codes)), pieces=len(reports.objects), written=len(result),
+            objects=len(np.unique(reports.codes)), written=len(result),
+            pieces=len(result.groupby([job.columns.name, PIECE] if job.columns.name else PIECE, sort=False)),
             gross=int(result[GROSS].sum()) if GROSS in result else 0,
         )  # fmt: skip
         table = pa.Table.from_pandas(result, preserve_index=False)
@@ -164,10 +168,14 @@ def first_fault(paths: Sequence[Path], columns: Columns) -> str:
     titles = {axis: column.title for axis, column in zip(axes.names, columns.place, strict=True)}
     read = numbers(axes, columns.time.title, titles, {}, "smooth")
     wanted = {column.name: column.title for column in read.values()} | ({"name": columns.name} if columns.name else {})
+    wanted |= {f"elsewhere {i}": title for i, title in enumerate(columns.elsewhere)}
     refused: list[Problem] = []
     for path in paths:
         dialect = Dialect() if is_columnar(path) else read_table(path, AID).dialect
         given = list(islice(rows_of(path, wanted, "smooth", dialect, refused), LOOKED_AT))
+        given = [
+            row for row in given if not any(is_number(row.cells[f"elsewhere {i}"]) for i in range(len(columns.elsewhere)))
+        ]
         times = Times(read["time"], form_of((row.cells["time"] for row in given), columns.dates), 0.0)
         for row in given:
             try:

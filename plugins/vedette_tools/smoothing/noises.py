@@ -48,6 +48,8 @@ class Model:
     switch: float = 0.1
     swell: float = 1.0
     """By which factor the accelerations are larger than the modes say."""
+    told: bool = True
+    """Whether any object has the three reports that tell errors from motion."""
 
 
 def fitted(paths: Paths, objects: Indices, speed: Array, rounding: float = 0.0) -> Model:

@@ -18,8 +18,14 @@ WINDOW, OVERLAP = 400, 50
 SAMPLE, SAMPLE_ROWS = 200, 200
 """So many objects, and so many rows of each, tell the model."""
 
-HELD_BACK = 0.1
-"""Part of a sample's reports by which its model is judged."""
+HELD_BACK, ENOUGH, MOST_FOLDS = 0.1, 300, 10
+"""Part of a sample's reports by which its model is judged, and again with others until so many were, or so often."""
+
+TELL = 3
+"""So many reports of an object tell errors from motion."""
+
+MOST_GROSS = 0.5
+"""If a larger part of a piece's reports is gross, none is: there is nothing that they are gross beside."""
 
 SWELLS, DOUBTS = (0.5, 1.0, 2.0, 4.0), (1.0, 4.0, 16.0)
 """Factors of accelerations and of velocities' deviations that are tried on them."""
@@ -27,11 +33,14 @@ SWELLS, DOUBTS = (0.5, 1.0, 2.0, 4.0), (1.0, 4.0, 16.0)
 
 @frozen(eq=False)
 class Smooth:
-    """Of each row: what it is estimated as, whether its report is gross, and the number of its piece."""
+    """Of each row: what it is estimated as, NaN where no report of its piece tells, whether its report is gross, and the
+    number of its piece; objects (p,): whose each piece is.
+    """
 
     estimates: linear.Estimates
     gross: Mask
     piece: Indices
+    objects: Indices
 
 
 def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
@@ -59,16 +68,22 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
     model, owner = fitted(clean, np.array(whose), speeds(clean), rounding), np.array(whose)
     paced = bool(np.isfinite(clean.velocities).any())
     trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
-    back = np.random.default_rng(0).random(len(clean)) < HELD_BACK
-    partly = evolve(clean, told=~back)
-    best, most = model, -np.inf
-    for trust in trusts:
-        told = _told(partly, owner, trust)
-        for swell in SWELLS:
-            tried = evolve(trust, swell=swell)
-            if (likely := _held_back(partly, back, told, tried)) > most:
-                best, most = tried, likely
-    return best
+    tried = [evolve(trust, swell=swell) for trust in trusts for swell in SWELLS]
+    folds = int(np.clip(np.ceil(ENOUGH / (HELD_BACK * len(clean))), 1, MOST_FOLDS))
+    tenth = np.random.default_rng(0).permutation(len(clean)) % round(1 / HELD_BACK)
+    back = (tenth == np.arange(folds)[:, None]).ravel()
+    partly = evolve(_copies(clean, folds), told=~back)
+    owners = np.concatenate([owner + i * (owner[-1] + 1) for i in range(folds)])
+    told = [_told(partly, owners, trust) for trust in trusts]
+    likely = [_held_back(partly, back, told[i // len(SWELLS)], one) for i, one in enumerate(tried)]
+    best = tried[int(np.argmax(likely))]
+    return evolve(best, told=bool(np.bincount(owner, clean.lengths).max(initial=0) >= TELL))
+
+
+def _copies(paths: Paths, count: int) -> Paths:
+    """Return paths side by side with copies of themselves."""
+    starts = np.concatenate([[0], *(paths.starts[1:] + i * len(paths) for i in range(count))])
+    return paths.only(np.tile(np.arange(len(paths)), count), starts)
 
 
 def _held_back(paths: Paths, back: Mask, told: Told, model: Model) -> float:
@@ -97,7 +112,7 @@ def speeds(paths: Paths) -> Array:
 @frozen(eq=False)
 class Told:
     """What a path's own reports tell of each row: its acceleration, noises and first speed, as `linear.smoothed` takes them,
-    and which reports are gross.
+    which reports are gross, and where the object is all at once elsewhere.
     """
 
     accel: Array
@@ -105,18 +120,35 @@ class Told:
     sigma_velocity: Array
     speed: Array
     gross: Mask
+    jumps: Mask
 
 
 def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
-    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order."""
+    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order. Jumps begin further pieces."""
     told = _told(paths, objects, model)
-    every = evolve(paths, told=paths.told & ~told.gross)
+    if told.jumps.any():
+        starts = np.union1d(paths.starts, np.flatnonzero(told.jumps))
+        objects = objects[np.searchsorted(paths.starts, starts[:-1], side="right") - 1]
+        paths = evolve(paths, starts=starts)
+    every = evolve(paths, told=_used(paths, told.gross))
     estimates = _over_windows(every, told, model)
     late = _outlying(every, estimates, told.sigma)
     if late.any():
-        every = evolve(every, told=every.told & ~late)
+        every = evolve(every, told=_used(paths, ~every.told | late))
         estimates = _over_windows(every, told, model)
-    return Smooth(estimates, paths.told & ~every.told, np.repeat(np.arange(len(paths.lengths)), paths.lengths))
+    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    unknown = (np.bincount(piece, every.told, len(paths.lengths)) == 0)[piece]
+    if unknown.any():
+        for part in _parts(estimates):
+            part[unknown] = np.nan
+    return Smooth(estimates, paths.told & ~every.told, piece, objects)
+
+
+def _used(paths: Paths, wrong: Mask) -> Mask:
+    """Return which reports are used of those that are told, if some are wrong; all of a piece of which most are."""
+    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    bad, all_told = (np.bincount(piece, paths.told & which, len(paths.lengths)) for which in (wrong, True))
+    return paths.told & ~(wrong & (bad <= MOST_GROSS * all_told)[piece])
 
 
 def _told(paths: Paths, objects: Indices, model: Model) -> Told:
@@ -126,15 +158,19 @@ def _told(paths: Paths, objects: Indices, model: Model) -> Told:
     kept = np.flatnonzero(~wrong)
     clean = reported.only(kept, np.searchsorted(kept, reported.starts))
     accel, noise, off = _agility(clean, objects, model)
-    wrong[kept] |= off
-    bad = np.zeros(len(paths), dtype=bool)
+    short, begun = _runs(off)
+    wrong[kept] |= short
+    bad, jumps = np.zeros((2, len(paths)), dtype=bool)
     bad[rows[wrong]] = True
+    jumps[rows[kept][begun]] = True
     # What leads to a row is of the next clean report, its noises are of any of its object: the last piece has no later one.
     after = np.searchsorted(rows[kept], np.arange(len(paths)))
     whose = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
     last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
     after = np.maximum(np.minimum(after, last), 0)
-    return Told(accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], speeds(clean)[after], bad)
+    return Told(
+        accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], speeds(clean)[after], bad, jumps
+    )
 
 
 def _over_windows(paths: Paths, told: Told, model: Model) -> linear.Estimates:
@@ -176,14 +212,15 @@ def _agility(paths: Paths, objects: Indices, model: Model) -> tuple[Array, Indic
     accel = np.sqrt(_back(prob @ model.accels**2, rows, inner, n))
     off = np.zeros(n, dtype=bool)
     off[rows[inner]] = banked.gross[pick][inner]
-    return accel, noise, _short(off)
+    return accel, noise, off
 
 
-def _short(off: Mask) -> Mask:
-    """Return those that are off in a row of fewer than AGAIN: more of them are where the object is."""
+def _runs(off: Mask) -> tuple[Mask, Mask]:
+    """Return those that are off in a row of fewer than AGAIN, and where longer rows of them begin: there the object is."""
     edges = np.flatnonzero(np.diff(np.concatenate([[0], off.astype(int), [0]])))
-    kept = off.copy()
+    short, begun = off.copy(), np.zeros_like(off)
     for first, last in edges.reshape(-1, 2).tolist():
         if last - first >= AGAIN - 1:
-            kept[first:last] = False
-    return kept
+            short[first:last] = False
+            begun[first] = last - first >= AGAIN
+    return short, begun

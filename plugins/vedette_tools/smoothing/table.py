@@ -56,15 +56,16 @@ class Reports:
         times = columns.times(frame)
         names = frame[columns.name] if columns.name else pd.Series(np.zeros(len(frame), dtype=int))
         codes = np.asarray(pd.factorize(names.astype(str).where(names.notna() & (names.astype(str) != "")), sort=True)[0])
-        good = np.flatnonzero(np.isfinite(times) & (codes >= 0))
+        good = np.flatnonzero(np.isfinite(times) & (codes >= 0) & ~columns.of_others(frame))
         rows = good[np.lexsort((times[good], codes[good]))]
         codes, times = np.unique(codes[rows], return_inverse=True)[1], times[rows]
         frame = frame.iloc[rows]
         places, told = columns.positions(frame)
         velocities = columns.velocities(frame)
         plane, places = _in_plane(places, told, codes) if columns.geodetic and len(rows) else (None, places)
+        told &= ~_repeated(codes, times, places, velocities)
         places = np.where(told[:, None], places, 0.0)
-        return cls(rows, codes, Paths(gaps(times, codes, gap), times, places, velocities, told), plane)
+        return cls(rows, codes, Paths(gaps(times, codes, told, gap), times, places, velocities, told), plane)
 
 
 def smooth_positions(
@@ -92,8 +93,9 @@ def smooth_positions(
     Returns
     -------
     pandas.DataFrame
-        In the order of the rows given; resampled ones by object and time. Rows without a time or a name are left out, those
-        without a position get one.
+        In the order of the rows given; resampled ones by object and time. Rows without a time or a name are left out, and
+        those of sensors that measure no positions; others without a position get one. Deviations are NaN where no object
+        has three reports.
 
     Raises
     ------
@@ -152,15 +154,27 @@ def smoothed_frame(frame: Any, columns: Columns, reports: Reports, model: Model,
     else:
         wider, asked, last = _resampled(paths, every)
         every_row = smoothed(wider, objects, model)
-        smooth = Smooth(every_row.estimates.only(asked), np.zeros(len(asked), dtype=bool), every_row.piece[asked])
+        smooth = Smooth(
+            every_row.estimates.only(asked), np.zeros(len(asked), dtype=bool), every_row.piece[asked], every_row.objects
+        )
         rows, codes, times = reports.rows[last], reports.codes[last], wider.times[asked]
     result = frame.iloc[rows].copy()
-    first_piece = np.searchsorted(objects, codes)
-    _write(result, columns, reports.plane, codes, smooth, smooth.piece - first_piece)
+    first_piece = np.searchsorted(smooth.objects, codes)
+    _write(result, columns, reports.plane, codes, smooth, smooth.piece - first_piece, told=model.told)
     if times is not None:
         result[columns.time.title] = _as_before(frame[columns.time.title], times, columns)
         result = result.reset_index(drop=True).drop(columns=GROSS)
     return result, rows
+
+
+def _repeated(*columns: Array | Indices) -> Mask:
+    """Return which rows say the same as the row before: sent or received twice, they tell nothing more."""
+    same = np.zeros(len(columns[0]), dtype=bool)
+    if len(same):
+        same[1:] = np.all(
+            [np.all((c[1:] == c[:-1]) | np.isnan(c[1:]), axis=tuple(range(1, c.ndim))) for c in columns], axis=0
+        )
+    return same
 
 
 def _in_plane(places: Array, told: Mask, codes: Indices) -> tuple[Plane, Array]:
@@ -205,8 +219,10 @@ def _resampled(paths: Paths, every: float) -> tuple[Paths, Indices, Indices]:
     return wider, asked, np.maximum(before[asked], paths.starts[:-1][piece])
 
 
-def _write(frame: Any, columns: Columns, plane: Plane | None, codes: Indices, smooth: Smooth, piece: Indices) -> None:
-    """Write estimates into a frame's columns, in its units."""
+def _write(
+    frame: Any, columns: Columns, plane: Plane | None, codes: Indices, smooth: Smooth, piece: Indices, *, told: bool
+) -> None:
+    """Write estimates into a frame's columns, in its units; deviations only if they are told."""
     estimates = smooth.estimates
     spots, velocities = estimates.spots, estimates.velocities
     stretch: Array = np.ones((1, 2))
@@ -232,9 +248,9 @@ def _write(frame: Any, columns: Columns, plane: Plane | None, codes: Indices, sm
     pace_deviation = np.sqrt(estimates.velocity_variances) / stretch.mean(axis=-1)
     with np.errstate(divide="ignore", invalid="ignore"):
         turned = np.where(speed > 0, np.degrees(np.arctan2(pace_deviation, speed)), 90.0)
-    told = np.sqrt(estimates.spot_variances) / stretch.mean(axis=-1), pace_deviation, turned
-    for title, values in zip(DEVIATIONS, told, strict=True):
-        frame[title] = np.round(values, 6)
+    deviations = np.sqrt(estimates.spot_variances) / stretch.mean(axis=-1), pace_deviation, turned
+    for title, values in zip(DEVIATIONS, deviations, strict=True):
+        frame[title] = np.round(values, 6) if told else np.nan
     frame[PIECE], frame[GROSS] = piece, smooth.gross
 
 

@@ -10,6 +10,7 @@ import pytest
 import vedette
 from support.reports import reports_frame
 from vedette.cli import main
+from vedette.commands import DONE
 from vedette_tools.smoothing import files
 
 
@@ -70,3 +71,24 @@ def test_what_is_wrong_is_told_and_nothing_is_overwritten(frame, capsys):
     assert main(["smooth", "plots.csv", "--out", "plots.csv"]) == 2
     assert main(["smooth", "plots.csv", "--out", "bare.csv"]) == 2
     assert sorted(path.name for path in Path().iterdir()) == ["bare.csv", "plots.csv"]
+
+
+def test_the_named_positions_of_a_table_are_smoothed_beside_a_radars_plots(tmp_path, capsys, monkeypatch):
+    """The radar's rows have no name and no position: they are counted apart, and change nothing."""
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(0.0, 600.0, 10.0)
+    ships = [pd.DataFrame({"time": times, "mmsi": 1000 + i, "x": 5.0 * times, "y": 500.0 * i + times}) for i in range(3)]
+    reports = pd.concat(ships).sort_values("time", kind="stable")
+    reports["x"] += np.random.default_rng(0).normal(0, 5, len(reports))
+    plots = pd.DataFrame({"time": np.arange(0.5, 600.0, 1.0), "range": 900.0, "bearing": 30.0})
+    both = pd.concat([plots, reports]).sort_values("time", kind="stable")[["time", "mmsi", "x", "y", "range", "bearing"]]
+    both.to_csv("both.csv", index=False)
+    reports.assign(mmsi=reports.mmsi.astype(float)).to_csv("alone.csv", index=False)
+    told = {}
+    for name in ("both", "alone"):
+        assert main(["smooth", f"{name}.csv", "--workers", "1", "--json"]) == DONE
+        told[name] = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told["both"]["elsewhere"] == told["both"]["left_out"] == len(plots)
+    assert told["alone"]["elsewhere"] == told["alone"]["left_out"] == 0
+    smooth, wanted = (pd.read_csv(f"{name}-smoothed.csv") for name in ("both", "alone"))
+    pd.testing.assert_frame_equal(smooth[["time", "x", "y"]], wanted[["time", "x", "y"]])

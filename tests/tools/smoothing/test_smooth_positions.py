@@ -162,3 +162,63 @@ def test_digits_that_are_cut_bound_what_is_claimed():
         at_rest = smooth.position_deviation_m.quantile(0.1)
         assert at_rest > 0.1 * 10.0**-digits / np.sqrt(12)
         assert at_rest < 10.0**-digits
+
+
+def test_reports_received_twice_change_nothing():
+    frame, _ = reports_frame(seed=9, objects=4)
+    twice = pd.concat([frame, frame.iloc[::3]], ignore_index=True)
+    once, again = vedette.smooth_positions(frame), vedette.smooth_positions(twice)
+    np.testing.assert_allclose(again[["x", "y", DEVIATIONS[0]]][: len(frame)], once[["x", "y", DEVIATIONS[0]]], atol=1e-6)
+    assert not again[GROSS].any()
+
+
+def test_an_object_that_is_all_at_once_elsewhere_goes_on_there_in_a_new_piece():
+    frame, true = reports_frame(seed=10, objects=3)
+    own = np.flatnonzero(frame.id == frame.id[0])
+    later = own[len(own) // 2 :]
+    frame.loc[later, "x"] += 5e4
+    true[later, 0] += 5e4
+    smooth = vedette.smooth_positions(frame)
+    assert off(smooth, true).max() < 60.0
+    assert set(smooth[PIECE][own]) == {0, 1}
+    assert set(smooth[PIECE].drop(own)) == {0}
+    assert smooth[PIECE][later[0]] != smooth[PIECE][later[0] - 1]
+
+
+def test_nothing_is_claimed_where_no_report_tells():
+    frame, _ = reports_frame(seed=11, objects=3)
+    one = frame.id == frame.id[0]
+    smooth = vedette.smooth_positions(frame.assign(x=frame.x.mask(one)))
+    assert smooth.loc[one, ["x", "y", "speed_mps", DEVIATIONS[0]]].isna().all(axis=None)
+    assert not smooth.loc[~one, ["x", "y"]].isna().any(axis=None)
+    two = vedette.smooth_positions(frame.groupby("id").head(2))
+    assert two[list(DEVIATIONS)].isna().all(axis=None)
+    assert np.hypot(two.x - frame.x[two.index], two.y - frame.y[two.index]).max() < 1.0
+
+
+def test_a_position_that_is_asked_for_within_a_gap_lies_between_the_reports_and_is_less_sure():
+    frame, _ = reports_frame(seed=12, objects=2)
+    asks = frame.groupby("id").head(1).assign(x=np.nan, time=600.0 + 1800.0)
+    frame.loc[frame.time > 600, "time"] += 3600.0
+    smooth = vedette.smooth_positions(pd.concat([frame, asks], ignore_index=True))
+    asked = smooth.iloc[len(frame) :]
+    assert np.isfinite(asked.x).all()
+    assert asked[DEVIATIONS[0]].min() > 5 * smooth[DEVIATIONS[0]].median()
+    for name, x in zip(asked.id, asked.x, strict=True):
+        own = frame[frame.id == name].sort_values("time")
+        before, after = own[own.time < 2400].x.iloc[-1], own[own.time > 2400].x.iloc[0]
+        assert min(before, after) - 2000 < x < max(before, after) + 2000
+
+
+@pytest.mark.parametrize("repeats", [True, False], ids=["times repeat", "each once at a time, many at each"])
+def test_a_plain_id_names_objects_unless_it_counts_rows(repeats):
+    frame, _ = reports_frame(seed=13, objects=6)
+    single = frame[frame.id == frame.id[0]].assign(id=lambda own: np.arange(len(own)))
+    if repeats:
+        frame = pd.concat([frame, frame.assign(x=frame.x + 3.0)], ignore_index=True)
+    else:
+        frame = frame[frame.time < 40].sort_values("time", kind="stable")
+    by = vedette.smooth_positions(frame, by="id")
+    pd.testing.assert_frame_equal(vedette.smooth_positions(frame), by)
+    counted, plain = vedette.smooth_positions(single), vedette.smooth_positions(single.drop(columns="id"))
+    pd.testing.assert_frame_equal(counted[["x", "y"]], plain[["x", "y"]])
