@@ -180,7 +180,7 @@ def test_the_fuzzer_of_results_bites(monkeypatch, tmp_path):
     assert " at archives.py:" in (found := hunt(results.case, tmp_path, 300) or "nothing found") or "BadZipFile" in found
 
 
-@pytest.mark.costly
+@pytest.mark.nightly("draws folders until one has the fault: 15 s")
 def test_the_fuzzer_of_folders_bites(monkeypatch, tmp_path):
     """What a page is made of once ended in a traceback where it was no JSON."""
     monkeypatch.setattr("vedette_report.page.frames.parse", lambda text: json.loads(text + "}"))

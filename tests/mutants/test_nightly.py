@@ -38,6 +38,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "fuzz/test_fuzz.py::test_nothing_escapes",
         "fuzz/test_seeds.py",
     ),
+    "fuzz/test_fuzz.py::test_the_fuzzer_of_folders_bites": (
+        "fuzz/test_fuzz.py::test_the_fuzzer_of_live_calls_bites",
+        "fuzz/test_seeds.py",
+    ),
     "adapters/test_stonesoup.py::laws": ("adapters/test_stonesoup_tutorials.py",),
     "bayes_risk/test_reproduction.py::test_where_returns_compete_the_printed_covariance_is_twice_too_small": (
         "bayes_risk/test_association.py::test_the_printed_covariance_is_the_mixtures_less_the_spread_of_the_means",
