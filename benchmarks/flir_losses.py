@@ -14,6 +14,7 @@ tip        it fades within 10 frames, and a tip as bright as .8 of it stands whe
 passes     a tip stands still where it will be in frame 70, as bright as it, from the start on; it fades there, for 60 frames
 trees      a wood below it, 1.1 sizes away: no loss
 crosses    a spot as bright and half as large crosses it within 40 frames: no loss
+halts      target and camera stand still for 60 frames, with noise of a count, and go on: no loss
 
 What is taken away is replaced by what is around it. Told: existence below one half, from the eleventh frame of a loss on.
 """
@@ -185,6 +186,18 @@ def trees(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -
     return 0
 
 
+def halts(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
+    before = boxes.copy()
+    boxes.clear()
+    still = [frames[BEGIN] + rng.normal(0.0, 1.0, frames[0].shape) for _ in range(60)]
+    for k in range(len(frames)):
+        source = k if k < BEGIN else max(k - 60, BEGIN)
+        if source in before:
+            boxes[k] = before[source]
+    frames[BEGIN:] = (still + frames[BEGIN:])[: len(frames) - BEGIN]
+    return 0
+
+
 KINDS: dict[str, Plant] = {
     "another": another,
     "moved": moved,
@@ -196,6 +209,7 @@ KINDS: dict[str, Plant] = {
     "passes": passes,
     "crosses": crosses,
     "trees": trees,
+    "halts": halts,
 }
 
 

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 import vedette
+from vedette.tracking import Intake
 from vedette_flir.annotation import annotated, episodes
 from vedette_flir.births.detected import Detected
 from vedette_flir.drafting import draft
@@ -31,6 +32,9 @@ from vedette_flir.sources.video import VideoSource
 
 VEDETTE_CONTRACT = 2
 
+MANY = 20
+"""Frames in which a detector may be expected to have found something."""
+
 
 @vedette.plugin
 def vedette_components() -> Iterable[type[vedette.Component]]:
@@ -47,6 +51,14 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
 def vedette_draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     """Draft a config for a video or a folder of images."""
     return draft(path, wishes)
+
+
+@vedette.plugin
+def vedette_warnings(intake: Intake, recording: vedette.Recording, sensors: Mapping[str, vedette.Sensor]) -> Iterable[str]:
+    """Say what to change where a detector found nothing in any frame."""
+    for name, came in intake.came.items():
+        if isinstance(sensors[name], DetectedBox) and came.scans >= MANY and not came.returns:
+            yield f'{name}: no spot stands out: for dark targets set polarity = "both", for dim ones a smaller `clear`'
 
 
 @vedette.plugin

@@ -163,6 +163,8 @@ def episodes(folder: Path, result: Result) -> list[str]:
     with (folder / "tracks.csv").open(encoding="utf-8", newline="") as file:
         for row in csv.DictReader(file):
             track, now = int(row["track"]), float(row["existence"] or "nan") < DOUBT
+            if row["confirmed"] == "0":
+                continue  # a track that begins is doubted, not lost
             if now != lost.get(track, False):
                 rows.append((track, f"{track},{float(row['time'])!r},{'lost' if now else 'found again'}\n"))
             lost[track] = now

@@ -68,6 +68,7 @@ kind = "template_filter"
 resize = 0.05  # the box follows the target's spread; without, it stays as it was found
 anchor = 1.0    # the first template counts as much as the smoothed one, and a tenth of the drift from it is taken back
 recentre = 0.1  # in each frame: else the template slides along a vapour trail
+centred = {centred}  # whether the target's place is its own middle, not that of the box it was first seen in
 
 [estimator.motion]
 kind = "carrying"
@@ -109,6 +110,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         path=json.dumps(str(path)),
         start=start,
         camera=CAMERA,
+        centred="false" if boxes else "true",
         begin=GIVEN if boxes else FOUND,
     )
 

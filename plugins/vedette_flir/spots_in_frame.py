@@ -60,7 +60,8 @@ def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, 
                 spot = _measured(cv2, sign * seen, row, column, width, least)
                 if spot is not None:
                     clear, centre, size = spot
-                    candidates.append((clear, sign, coarse * centre + 0.5 * (coarse - 1), coarse * size))
+                    where = coarse * centre + 0.5 * (coarse - 1)
+                    candidates.append((clear, sign, _centroid(sign, grey, where, coarse * size), coarse * size))
     candidates.sort(key=lambda each: -each[0])
     kept: list[tuple[float, float, Array, Array]] = []
     for each in candidates:
@@ -89,3 +90,17 @@ def _measured(cv2: Any, grey: Array, row: int, column: int, side: int, least: fl
     middle, spread = ring_spread(grey, centre, size + 1.0)
     clear = (peak - middle) / spread
     return None if clear < least else (clear, centre, size)
+
+
+def _centroid(sign: float, grey: Array, centre: Array, size: Array) -> Array:
+    """Return the centroid (2,) of what exceeds half the contrast of a hot spot, within its box and a pixel around it."""
+    half = 0.5 * size + 1.0
+    low, high = np.maximum(np.rint(centre - half), 0).astype(np.intp), np.rint(centre + half).astype(np.intp) + 1
+    part = sign * grey[low[1] : high[1], low[0] : high[0]]
+    edge = float(np.median(np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]])))
+    excess = np.maximum(part - (edge + LEVEL * (float(part.max()) - edge)), 0.0)
+    if not excess.any():
+        return centre
+    along = [excess.sum(axis=0), excess.sum(axis=1)]
+    found: Array = low + np.array([each @ np.arange(len(each)) for each in along]) / excess.sum()
+    return found

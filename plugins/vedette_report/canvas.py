@@ -283,6 +283,7 @@ def save(made: Figure, path: Path) -> None:
     ):
         if (layout := made.get_layout_engine()) is not None:
             # savefig draws twice while there is a layout engine: once for the layout alone
-            layout.execute(made)
+            if any(axes.get_subplotspec() for axes in made.axes):  # else there is nothing to lay out, as without a track
+                layout.execute(made)
             made.set_layout_engine(None)
         made.savefig(path, format=form, metadata=_UNDATED[form] | named)

@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.evidence import found_ratio, held_ratio, presence_ratio, ring_spread
+from vedette_flir.evidence import LAG, STILL, UNLIKE, found_ratio, held_ratio, presence_ratio, ring_spread, standing_ratio
 
 SKY = (100, 160)
 
@@ -16,9 +16,9 @@ def sky(k):
     return 60.0 + np.random.default_rng([7, k]).normal(0.0, 1.5, SKY)
 
 
-def spot(at, peak, spread=2.0):
+def spot(at, peak, spread=(2.0, 2.0)):
     y, x = np.mgrid[: SKY[0], : SKY[1]]
-    return peak * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / (2.0 * spread**2))
+    return peak * np.exp(-0.5 * (((x - at[0]) / spread[0]) ** 2 + ((y - at[1]) / spread[1]) ** 2))
 
 
 def trees(edge):
@@ -83,11 +83,54 @@ def test_a_target_that_leaves_the_picture_is_told():
 
 def test_a_bird_that_crosses_is_not_taken_for_the_target():
     def bird(k):
-        return spot((120.0 - 2.5 * k, 40.0 + 0.5 * (k - 24)), 40.0, spread=1.0)
+        return spot((120.0 - 2.5 * k, 40.0 + 0.5 * (k - 24)), 40.0, spread=(1.0, 1.0))
 
     existence, place = followed([sky(k) + spot(path(k), 60.0) + bird(k) for k in range(60)], [path(0)])
     assert existence[-1] > 0.9
     assert np.abs(place[-1, 0] - path(59)).max() < 2.0
+
+
+def test_a_mast_before_which_a_target_vanishes_is_told():
+    """It is as bright, and nothing else is near; but it stands, and is of another shape."""
+    mast = spot(path(38), 45.0, spread=(1.3, 4.0))
+
+    def faded(k):
+        return spot(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])))
+
+    existence, place = followed([sky(k) + np.maximum(faded(k), mast) for k in range(90)], [path(0)])
+    assert existence[:30].min() > 0.9
+    assert existence[60:].max() < 0.5
+    assert np.abs(place[60:, 0] - path(38)).max() < 2.0  # the place is still that of what is most like it
+
+
+def test_a_target_that_stops_is_held():
+    existence, place = followed([sky(k) + spot(path(min(k, 30)), 60.0) for k in range(80)], [path(0)])
+    assert existence.min() > 0.9
+    assert np.abs(place[-1, 0] - path(30)).max() < 0.5
+
+
+def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
+    likes = np.linspace(0.99, 0.3, 30)
+    standing = [standing_ratio(0.9 * STILL, like, 0.97) for like in likes]
+    assert standing[0] == 0.0  # a target that stops looks as it did
+    assert np.all(np.diff(standing) <= 0)
+    assert standing[-1] < -15.0
+    assert [standing_ratio(far, 0.3, 0.97) for far in (1.1 * STILL, np.nan)] == [0.0, 0.0]
+    assert standing_ratio(0.0, 1.0 - UNLIKE, 1.0) == pytest.approx(0.0, abs=1e-9)  # so much it may differ in any frame
+
+
+def test_how_far_a_track_went_is_counted_in_the_scene_and_from_where_it_was_found():
+    """Over `LAG` frames; a camera that turns does not move it, and a target found elsewhere has not been anywhere yet."""
+    tracker = vedette.load(EXAMPLES / "flir_clip.toml").tracker
+    prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 10.0, 10.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
+    state, corner = tracker.start(prior, 0.0), np.zeros(2)
+    for k in range(12):
+        corner = np.array([3.0 * k, 0.0])
+        frame = Frame(sky(k) + spot(path(0) - corner + [30.0, 0.0], 60.0), corner - [30.0, 0.0])
+        state = tracker.step(state, Scan.image(k / 30, "camera", frame))
+        past = state.belief.past[0]
+        assert np.isnan(past[:, 0]).sum() == max(LAG - 1 - k, 0)
+    assert np.abs(past - path(0)).max() < 1.0
 
 
 def test_the_ring_is_robust_to_what_stands_on_one_side():

@@ -119,6 +119,16 @@ def test_figures_in_px_are_those_of_the_frames_in_which_the_target_is_there(tmp_
     assert pixel_figures(result.tracks, result.recording.truth[:1] * 2) == {}
 
 
+def test_opacity_is_left_out(tmp_path):
+    folder, _ = spot(tmp_path / "clip")
+    plain = run(folder, "source.box=[18, 28, 7, 7]").tracks[0].mean
+    for file in folder.iterdir():
+        grey = cv2.imread(str(file), cv2.IMREAD_UNCHANGED)
+        opacity = np.random.default_rng(0).integers(0, 256, grey.shape, np.uint8)
+        cv2.imwrite(str(file), np.dstack([grey, grey, grey, opacity]))
+    np.testing.assert_array_equal(run(folder, "source.box=[18, 28, 7, 7]").tracks[0].mean, plain)
+
+
 @pytest.mark.parametrize("box", ["[0.3, 0.4, 0.1, 0.1]", "[20, 20, 0.5, 7]", "[-10, -10, 90, 7]", "[-9, -19, 70, 90]"])
 def test_a_box_of_no_pixel_or_larger_than_the_image_is_an_error(tmp_path, box):
     folder, _ = spot(tmp_path / "clip", frames=2)

@@ -26,7 +26,9 @@ class Detected(Birth):
     spread: dict[str, float] = fields.table("axis that is not detected to its standard deviation in a new track", at_least=0)
     sensors: tuple[str, ...] = fields.words("sensors whose boxes may start tracks; default: all", default=())
     claimed: float = fields.probability(
-        "a box is left alone if it is a track's with at least this probability", default=0.2, above=0
+        "a box is left alone if it is a track's with at least this probability; a new one exists with little",
+        default=0.01,
+        above=0,
     )
     initial: float = fields.probability("probability that a new track is of a target", default=0.1, above=0, below=1)
 

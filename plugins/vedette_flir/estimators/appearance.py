@@ -19,9 +19,9 @@ from vedette.filters import (
     marginal,
     without_variance,
 )
-from vedette_flir.estimators.matches import MOST, L, Match, known_pixels
+from vedette_flir.estimators.matches import L, Match, known_pixels
 from vedette_flir.estimators.sharing import Expected, Sharing
-from vedette_flir.evidence import LOST
+from vedette_flir.evidence import LAG, LOST
 from vedette_flir.sensors.detected_box import DetectedBox
 
 CALMEST, SETTLING = 0.005, 0.2
@@ -36,6 +36,7 @@ class AppearanceBelief(Generic[L]):
            allows for
     links  the probability (*b, t) that the places of the last frame and the one before are of one target: less than 1 where
            targets met and may have been exchanged, NaN where a track coasts until they part
+    past   the places (*b, t, LAG, 2) of the last frames, the oldest first; NaN before the target was found where it is
     """
 
     position: Gaussian
@@ -44,12 +45,13 @@ class AppearanceBelief(Generic[L]):
     existence: Array
     calm: Array
     links: Array
+    past: Array
 
 
 @frozen(eq=False)
 class AppearanceHypotheses(Generic[L]):
     """Position and appearance updated by a frame, the share (*b, t) of the appearance that is learned from it, how calm the
-    targets are by it, and their links, as those of the belief.
+    targets are by it, their links and past places, as those of the belief.
     """
 
     position: Hypotheses
@@ -57,6 +59,7 @@ class AppearanceHypotheses(Generic[L]):
     learned: Array
     calm: Array
     links: Array
+    past: Array
 
 
 @frozen
@@ -82,12 +85,17 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         """Return the appearance of targets that have not been seen yet."""
 
     @abstractmethod
-    def first(self, pixels: Array, where: Array, box: Array) -> L:
-        """Return the appearance of one target, without leading axes: `pixels` (h, w), its place and box (2,) in px."""
+    def first(self, pixels: Array, where: Array, box: Array) -> Match[L]:
+        """Return one target seen for the first time, without leading axes: `pixels` (h, w), its place and box (2,) in px."""
 
     @abstractmethod
-    def find(self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: L) -> Match[L]:
-        """Return one target found again, expected at `where` with covariance S (2, 2), if it still is in view."""
+    def find(
+        self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: L, past: Array
+    ) -> Match[L]:
+        """Return one target found again, expected at `where` with covariance S (2, 2), if it still is in view.
+
+        `past` (2,) is the place at which it was `LAG` frames ago, in px of this frame; NaN if that is not known.
+        """
 
     def without(self, pixels: Array, where: Array, appearance: L) -> Array:
         """Return the frame without a target at its place, so that it is not found again for another; by default as it is."""
@@ -97,7 +105,8 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         """Return the prior's marginal over the filter's axes, and no appearance yet."""
         position, tracks = marginal(prior, axes, self.state, self.zero_variance), prior.mean.shape[:-1]
         one = np.ones(tracks)
-        return AppearanceBelief(position, self.unseen(tracks), position, one, one, one)
+        past = np.full((*tracks, LAG, 2), np.nan)
+        return AppearanceBelief(position, self.unseen(tracks), position, one, one, one, past)
 
     def reframe(self, belief: AppearanceBelief[L], combined: Gaussian) -> AppearanceBelief[L]:
         """Return the position in the motion's frame of the `combined` estimate; the appearance stays."""
@@ -124,7 +133,8 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             own, one = belief.appearance, np.ones(belief.calm.shape)
             if isinstance(sensor, DetectedBox):
                 return self._claiming(plain, sensor, observed, belief)
-            return evolve(plain, detail=AppearanceHypotheses(plain.detail, own, np.nan * one, belief.calm, one))
+            detail = AppearanceHypotheses(plain.detail, own, np.nan * one, belief.calm, one, belief.past)
+            return evolve(plain, detail=detail)
         where = self.state.locate(sensor.observes)
         x = belief.position.mean[..., where]
         H = embedded(sensor.jacobian(x), where, len(self.state))
@@ -151,7 +161,9 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             (place > 0) & ~anew & (belief.appearance.known > 0), np.minimum(0.5 * distance[..., 0], 1.0), belief.calm
         )
         calm = np.maximum(belief.calm + SETTLING * (seen - belief.calm), CALMEST)
-        detail = AppearanceHypotheses(Hypotheses(shift, post), appearance, learned, calm, links)
+        past = np.where(anew[..., None, None], np.nan, belief.past[..., 1:, :])
+        past = np.concatenate([past, (sensor.measure(x) + nu[..., 0, :])[..., None, :]], axis=-2)
+        detail = AppearanceHypotheses(Hypotheses(shift, post), appearance, learned, calm, links, past)
         return evolve(made, loglik=columns, detail=detail)
 
     def _claiming(
@@ -166,6 +178,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             np.zeros(belief.calm.shape),
             belief.calm,
             np.ones(belief.calm.shape),
+            belief.past,
         )
         return evolve(plain, loglik=plain.loglik - np.logaddexp.reduce(scores, axis=-1)[..., None], detail=detail)
 
@@ -178,7 +191,9 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         part = np.where((belief.appearance.known > 0) | (detail.learned == 0), part, 1.0)
         appearance = _between(belief.appearance, detail.appearance, part)
         position = Gaussian(self.state.displace(belief.position.mean, step), cov)
-        return evolve(belief, position=position, appearance=appearance, calm=detail.calm, links=detail.links)
+        return evolve(
+            belief, position=position, appearance=appearance, calm=detail.calm, links=detail.links, past=detail.past
+        )
 
     def _anew(self, belief: AppearanceBelief[L], H: Array, nu: Array) -> Array:
         """Return the shift (*b, t, 1, n) of targets found elsewhere: to there, moving as when they began."""
@@ -197,6 +212,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         box = np.stack([belief.position.mean[..., names.index(name)] for name in ("width", "height")], axis=-1)
         tracks = expected.shape[:-1]
         start = np.zeros(2) if frame.corner is None else frame.corner[..., None, :]
+        past = belief.past[..., 0, :] - start
         where, pixels = expected - start, np.broadcast_to(frame.pixels, (*tracks[:-1], *frame.pixels.shape[-2:]))
         found, links = np.empty(tracks, dtype=object), np.ones(tracks)
         appearance = _each(belief.appearance, np.array)
@@ -205,7 +221,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             seen = [(*run, t) for t in range(tracks[-1]) if belief.appearance.known[(*run, t)] > 0]
             for one in ((*run, t) for t in range(tracks[-1])):
                 if one not in seen:
-                    found[one] = Match(np.zeros(2), MOST, self.first(image, where[one], box[one]))
+                    found[one] = self.first(image, where[one], box[one])
             who = [
                 Expected(
                     where[one],
@@ -219,7 +235,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
             def find(i: int, image: Array, at: Array, seen: Any = seen, who: Any = who) -> Match[L]:
                 one = seen[i]
-                return self.find(image, at, box[one], S[one], float(belief.existence[one]), who[i].appearance)
+                return self.find(image, at, box[one], S[one], float(belief.existence[one]), who[i].appearance, past[one])
 
             matches, links_of_run = Sharing(image, who, find, self.without).found()
             for one, match, link in zip(seen, matches, links_of_run, strict=True):

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, fields
 from vedette_flir.estimators.appearance import AppearanceFilter
-from vedette_flir.estimators.matches import Appearance, Match, match_ratio
+from vedette_flir.estimators.matches import MOST, Appearance, Match, match_ratio
 from vedette_flir.patches import peak, sample
 from vedette_flir.sources.images import opencv
 
@@ -44,14 +44,14 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
         """Return no template."""
         return BoxPatch(np.zeros(tracks), np.zeros((*tracks, self.cells, self.cells)), np.ones((*tracks, 2)))
 
-    def first(self, pixels: Array, where: Array, box: Array) -> BoxPatch:
+    def first(self, pixels: Array, where: Array, box: Array) -> Match[BoxPatch]:
         """Cut the box as the template."""
         step = self._step(box)
         size = np.clip(np.rint(box / step), 3, self.cells)
-        return BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size)
+        return Match(np.zeros(2), MOST, BoxPatch(np.ones(()), sample(pixels, where, step, self.cells), size))
 
     def find(
-        self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: BoxPatch
+        self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: BoxPatch, past: Array
     ) -> Match[BoxPatch]:
         """Find the best correlation, its peak refined by a parabola."""
         cv2, step, p = opencv(), self._step(box), self.cells

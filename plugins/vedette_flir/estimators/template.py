@@ -12,7 +12,7 @@ from vedette_flir.estimators.appearance import (
     AppearanceBelief,
     AppearanceFilter,
 )
-from vedette_flir.estimators.matches import Match, match_ratio
+from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.template_search import (
     NEAR,
     Look,
@@ -21,14 +21,14 @@ from vedette_flir.estimators.template_search import (
     kept,
     sought,
 )
-from vedette_flir.evidence import COMMON, LOST, held_ratio, learned, presence_ratio
+from vedette_flir.evidence import COMMON, LOST, held_ratio, learned, presence_ratio, standing_ratio
 from vedette_flir.initial_box import target_in
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
 
-SLOWER = 0.2
-"""How much slower what is usual falls than it rises."""
+SLOWER, SLOWEST = 0.2, 0.05
+"""How much slower what is usual falls than it rises; the same of the likeness to the first template."""
 
 
 @final
@@ -74,6 +74,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     resize: float = fields.probability(
         "part of the way that the box follows the target's spread each frame; 0: it stays as it was given", default=0.0
     )
+    centred: bool = fields.flag(
+        "the target's place is its own middle, not that of the box it was first seen in", default=False
+    )
     cut: float = fields.quantity(
         "1",
         "change of a frame over its spread, beyond which it shows another scene and the target is doubted",
@@ -89,10 +92,12 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return no template, and NaN as the size."""
         patch, pair, none = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
-        return TemplateAppearance(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, none, none)
+        return TemplateAppearance(
+            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, none, *(scene, none, none, none)
+        )
 
-    def first(self, pixels: Array, where: Array, box: Array) -> TemplateAppearance:
-        """Find the target in its box, and cut the template around it."""
+    def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
+        """Find the target in its box, and cut the template around it; whether it is one, only the next frames say."""
         found, by = target_in(pixels, where, box), self._matcher
         step, inner, _ = by.grid(found.size)
         # As much surroundings as a search sees: a structure that is small beside them is not removed.
@@ -100,13 +105,23 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
-        values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, none)
+        values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, none, one)
         made = TemplateAppearance(*values, outline(pixels), np.asarray(np.inf), none, none)
         look = by.look(pixels, where + found.offset, NEAR, made)
-        return evolve(made, usual=np.asarray(max(look.clear, 1.0)), usual_margin=np.asarray(look.margin))
+        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)), usual_margin=np.asarray(look.margin))
+        if not self.centred:
+            return Match(np.zeros(2), MOST, made, 0.0)
+        return Match(found.offset, MOST, evolve(made, offset=np.zeros(2)), 0.0)
 
     def find(
-        self, pixels: Array, where: Array, box: Array, S: Array, existence: float, appearance: TemplateAppearance
+        self,
+        pixels: Array,
+        where: Array,
+        box: Array,
+        S: Array,
+        existence: float,
+        appearance: TemplateAppearance,
+        past: Array,
     ) -> Match[TemplateAppearance]:
         """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
         by, box_at, where = self._matcher, where, where + appearance.offset
@@ -115,19 +130,19 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         here = by.look(pixels, np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0), near, appearance, where, W)
-        lost = cut or existence < LOST
-        if lost:
-            best, ratio = sought(by, pixels, here, appearance)
-            if ratio > 0:  # it need not stand out as before to be held from now on
+        travelled = float(np.hypot(*(here.place - appearance.offset - past)))
+        ratio = held_ratio(here.margin, float(appearance.usual_margin), here.clear / float(appearance.usual), here.first)
+        best, ratio = here, ratio + standing_ratio(travelled, here.first, float(appearance.usual_first))
+        if cut or existence < LOST:
+            best, odds = sought(by, pixels, here, appearance)
+            ratio = ratio if best is here else odds
+            if odds > 0:  # it need not stand out as before to be held from now on
                 usual, margin = max(best.clear, 1.0), best.margin
                 appearance = evolve(
                     appearance,
                     usual=np.minimum(appearance.usual, usual),
                     usual_margin=np.minimum(appearance.usual_margin, margin),
                 )
-        else:
-            usual, margin = float(appearance.usual), float(appearance.usual_margin)
-            best, ratio = here, held_ratio(here.margin, margin, here.clear / usual, here.first)
         appearance = by.scaled(appearance, best.scale)
         elsewhere = best is not here and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
         likely = match_ratio(max(best.likeness, 0.0), self.limit, self.independent)
@@ -157,6 +172,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             amplitude=np.asarray(amplitude + share * self.brighten * (bright - amplitude)),
             usual=self._usual(appearance.usual, best.clear, share),
             usual_margin=self._usual(appearance.usual_margin, best.margin, share),
+            usual_first=self._usual(appearance.usual_first, best.first, share, SLOWEST),
         )
         return renewed, place
 
@@ -190,7 +206,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         usual = np.minimum(appearance.usual, COMMON) if cut else appearance.usual
         return evolve(appearance, scene=scene, recent=np.asarray(recent), usual=usual), cut
 
-    def _usual(self, usual: Array, now: float, share: float) -> Array:
+    def _usual(self, usual: Array, now: float, share: float, slower: float = SLOWER) -> Array:
         """Return what is usual after a frame: it rises by `brighten` of the way, and falls more slowly."""
-        part = self.brighten if now > usual else SLOWER * self.brighten
+        part = self.brighten if now > usual else slower * self.brighten
         return np.asarray(usual + share * part * (now - usual))

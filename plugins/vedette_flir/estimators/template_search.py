@@ -33,9 +33,9 @@ SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px; how far it stands out as a rule, by its contrast over the spread of what is around
-    it, and by its likeness over that of other places (*b, t); the outline of the last frame (*b, t, 16, 16) and its recent
-    changes (*b, t) in count; the spread that it had first (*b, t) in px, 0 before it is known, and the logarithm of its
-    growth (*b, t).
+    it, by its likeness over that of other places, and by that to the first template (*b, t); the outline of the last frame
+    (*b, t, 16, 16) and its recent changes (*b, t) in count; the spread that it had first (*b, t) in px, 0 before it is
+    known, and the logarithm of its growth (*b, t).
     """
 
     patch: Array
@@ -45,6 +45,7 @@ class TemplateAppearance(Appearance):
     size: Array
     usual: Array
     usual_margin: Array
+    usual_first: Array
     scene: Array
     recent: Array
     first_spread: Array

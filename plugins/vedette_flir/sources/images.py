@@ -47,14 +47,15 @@ def grey_of(image: NDArray[Any], grey: str = "luminance") -> Grey:
     """Return an 8 or 16 bit image in grey levels; ValueError for others.
 
     Three channels that are equal, but for a codec's rounding, count as one. `grey` says what becomes of others: one of
-    WEIGHTS, or "equal": they are refused.
+    WEIGHTS, or "equal": they are refused. A channel of opacity beside them is left out.
     """
     if image.dtype not in (np.uint8, np.uint16):
         raise ValueError(f"must have pixels of 8 or 16 bit, got {image.dtype}")
     if image.ndim == 2:
         return image
-    if image.shape[2] not in (1, 3):
+    if image.shape[2] not in (1, 3, 4):
         raise ValueError(f"must have one channel, or three of a colour, got {image.shape[2]}")
+    image = image[..., :3]
     middle = image[..., image.shape[2] // 2]
     apart = max(int(np.max(np.maximum(each, middle) - np.minimum(each, middle))) for each in np.moveaxis(image, 2, 0))
     if apart > ALIKE:
