@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib import import_module
 from types import ModuleType
 from typing import Any
 
@@ -12,7 +13,7 @@ from vedette.space import Array, Indices, Mask
 
 _module: ModuleType | None
 try:
-    import vedette_tools._compiled as _module
+    _module = import_module("vedette_tools._compiled")
 except ModuleNotFoundError:
     _module = None
 
