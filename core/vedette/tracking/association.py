@@ -93,7 +93,7 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
         pairs, places = _within_gates(parts, len(it.existence), len(it.observed.z))
         if parts and parts[0].close is not None:
             there, (_, column) = places[0]
-            pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= pairs.k]))
+            pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= parts[0].close.alone]))
         ends, loglik = np.cumsum(np.bincount(pairs.tracks, minlength=len(it.existence))), pairs.loglik
         scores = LeafScores(pairs.miss, ends, pairs.returns, pairs.scores, pairs.k)
     after = branched(it, scores, parts)

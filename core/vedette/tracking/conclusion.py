@@ -133,11 +133,11 @@ def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
     for number, part in enumerate(parts):
         leaves = np.flatnonzero(part_of[parent] == number)
         at, taken = place[parent[leaves]], by.choice[leaves, None]
-        taking = (part.returns[at] == taken - 1) & (taken > 0)
         if part.close is not None:
-            column, both = 1 + np.arange(taking.shape[1]), by.branching.merged
-            own_column = np.zeros(len(leaves), dtype=np.int64) if both is None else both[leaves]
-            taking &= np.where(own_column[:, None] > 0, column == own_column[:, None], column <= len(it.scan.detections.z))
+            after.append(part.close.updated(it, part, at, taken, by.branching.merged, leaves))
+            rows.append(leaves)
+            continue
+        taking = (part.returns[at] == taken - 1) & (taken > 0)
         sure = np.concatenate([taken == 0, taking], axis=1)[:, None].astype(float)
         after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
         rows.append(leaves)

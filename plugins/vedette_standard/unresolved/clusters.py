@@ -21,15 +21,14 @@ def associate_close(
     most: how many events of a cluster count, the likeliest; None: all.
     """
     close: Close = part.close
-    plan, prior, t, k = it.plan, it.existence, len(it.existence), pairs.k
-    assert close.columns is not None
+    plan, prior, t = it.plan, it.existence, len(it.existence)
     index = np.full(part.returns.shape, -1)
     index[places[1]] = places[0]
     row_of = np.full(t, -1)
     row_of[part.rows] = np.arange(len(part.rows))
     together = np.zeros(len(pairs.tracks), dtype=bool)
-    together[index[:, k:][index[:, k:] >= 0]] = True
-    labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, k)[:t]
+    together[index[:, close.alone :][index[:, close.alone :] >= 0]] = True
+    labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, pairs.k)[:t]
     apart = np.zeros(t, dtype=bool)
     weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(t), 0
     hit, existence, p_detect = np.zeros(t), np.array(prior), np.zeros(t)
@@ -52,8 +51,8 @@ def associate_close(
         misses[tracks], weights[own] = shares[:, 0], shares[at[0], 1 + at[1]]
         for number, pair in enumerate(some.tolist()):
             for side, track in enumerate(close.pairs[pair].tolist()):
-                cells = index[row_of[track], k * close.columns[pair, side] + returns]
-                weights[cells[cells >= 0]] = merged[number][cells >= 0]
+                column = close.column(pair, side, returns)
+                weights[index[row_of[track], column[column >= 0]]] = merged[number][column >= 0]
         table = np.concatenate([shares, np.zeros((len(tracks), 1))], axis=-1)
         table[:, -1] = np.maximum(1.0 - np.sum(shares, axis=-1), 0.0)
         loglik = np.zeros((len(tracks), table.shape[-1]))

@@ -82,3 +82,17 @@ def _grown(
     if choice > 0:
         used[:, choice] = True
     return taken, pair, weight + more, used
+
+
+def of_pairs(miss: Array, alone: Array, joint: Array, apart: Array) -> Array:
+    """Return the log weights of all events of pairs of tracks that share a return with no other: (p, (1+k)^2 + k).
+
+    miss (p, 2), alone (p, 2, k), joint (p, k) and apart (p, k, k) are as in `Events.of`. Event (1+k) a + b: the first takes
+    return a, from 1, or 0, and the second b; after these, both give each of the k.
+    """
+    first, second = (np.concatenate([miss[:, side, None], alone[:, side]], axis=1) for side in (0, 1))
+    weight = first[:, :, None] + second[:, None]
+    weight[:, 1:, 1:] += apart
+    of_one = 1 + np.arange(alone.shape[2])
+    weight[:, of_one, of_one] = -np.inf
+    return np.concatenate([weight.reshape(len(miss), (1 + alone.shape[2]) ** 2), joint], axis=1)

@@ -1,143 +1,286 @@
-"""Hypotheses of many scans in which two leaves may give one return."""
+"""Hypotheses of many scans in which two leaves may give one return.
+
+Each hypothesis is split by the events of its close leaves, which have then decided: each stands for a leaf that can do but
+one thing, one of two that give one return taking it. What is split grows as ever, births and truncation too.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 
 from vedette import Array, Branching, Indices, Mask, kernels
 from vedette.hypotheses import Hypotheses, LeafScores
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
-from vedette_standard.unresolved.events import Events
+from vedette_standard.unresolved.events import Events, of_pairs
 
 RARER = 0.01
 """Events of a hypothesis' close leaves are dropped below this part of the weight at which hypotheses are."""
-
 
 Held = list[tuple[float, tuple[int, ...]]]
 """The hypotheses of a cluster: weights and leaves."""
 
 
-NO_RETURNS = np.zeros(0, dtype=np.int64)
+@frozen(eq=False)
+class Decided:
+    """Events (e,) of sets of close pairs of leaves: the set, its share of the set's; and the leaves (n,) of each.
 
-
-@frozen(order=True)
-class Leaf:
-    """A leaf of a hypothesis, its row; and what it has decided on, if it is one of a set of close `pairs`.
-
-    It gives the return `choice`, from 1, alone or with another, or 0, is missed. column: of a return for two, 0 of others.
-    takes: whether it takes the return of this number, which one of two does. score: its log score.
+    A leaf of event `event` is row `row` of those before; it gives the return `choice`, from 1, alone or with another, or 0,
+    is missed; column: of a return for two, from 1, 0 of others; takes: whether it takes the return of this number, which one
+    of two does. score: all that the set scores is its first leaf's, so that a hypothesis keeps its weight before the scan.
     """
 
-    row: int
-    pairs: tuple[int, ...] = ()
-    choice: int = 0
-    column: int = 0
-    takes: bool = False
-    score: float = 0.0
+    of: Indices
+    share: Array
+    event: Indices
+    row: Indices
+    choice: Indices
+    column: Indices
+    takes: Mask
+    score: Array
+
+    @classmethod
+    def joined(cls, parts: list[Decided]) -> Decided:
+        """Return the events of several, by their sets."""
+        before = np.cumsum([0, *(len(part.share) for part in parts)])
+        event = np.concatenate([start + part.event for start, part in zip(before, parts, strict=False)])
+        of, share = (np.concatenate([getattr(part, name) for part in parts]) for name in ("of", "share"))
+        names = ("row", "choice", "column", "takes", "score")
+        return cls(of, share, event, *(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def grown_close(
     hypotheses: Hypotheses, scores: LeafScores, begins: Mask, close: Close, most: int, least: float
 ) -> Branching:
-    """Return what `Hypotheses.grown` does where leaves may give one return with others.
+    """Return what `Hypotheses.grown` does where leaves may give one return with others."""
+    cluster, weights, starts, leaves = _joined(hypotheses, close, most, least)
+    rows = np.repeat(np.arange(len(weights)), np.diff(starts))
+    sets, events = _events(rows, leaves, len(weights), scores, close, least)
+    split, share, event = _split(sets, events, RARER * least)
 
-    Each hypothesis is split by the events of its close leaves, which have then decided: each stands for a leaf that can do
-    but one thing, one of two that give one return taking it. What is split grows as ever, births and truncation too.
-    """
-    split = _Split(scores, close)
-    parts = [split.of(held, least) for held in _joined(hypotheses, close, most, least)]
-    rows, weights, cluster = list[list[Leaf]](), list[float](), list[int]()
-    for number, part in enumerate(parts):
-        total = sum(weight for weight, _ in part)
-        for weight, own in sorted(part, key=lambda one: -one[0]):
-            rows.append(own)
-            weights.append(weight / total)
-            cluster.append(number)
-    every = sorted({one for own in rows for one in own})
-    place = {one: i for i, one in enumerate(every)}
-    leaves = [np.sort([place[one] for one in own]) for own in rows]
-    real = np.array([one.row for one in every], dtype=np.int64)
+    # The leaves of each: those that have not decided, and those of its events.
+    free, own = _free(rows, leaves, sets, events)
+    size = np.bincount(free, minlength=len(weights))
+    at = np.repeat((np.cumsum(size) - size)[split], size[split]) + _counted(size[split])
+    width = np.bincount(events.event, minlength=len(events.share))
+    some, column = np.nonzero(event >= 0)
+    made = event[some, column]
+    there = np.repeat((np.cumsum(width) - width)[made], width[made]) + _counted(width[made])
+    holder = np.concatenate([np.repeat(np.arange(len(split)), size[split]), np.repeat(some, width[made])])
+    weight = weights[split] * share
+    undecided = np.zeros((4, len(leaves)), dtype=np.int64)
+    undecided[0], undecided[1] = leaves, -1
+    decided = np.stack([events.row, events.of[events.event], events.choice, events.column])
+    every = np.concatenate([undecided, decided], axis=1)
+    every, first, place = np.unique(every, axis=1, return_index=True, return_inverse=True)
+    place = place.ravel()
+    held = np.concatenate([place[own][at], place[len(leaves) + there]])
+
+    order = np.lexsort((-weight, cluster[split]))
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    inside = np.lexsort((held, rank[holder]))
+    ends = np.cumsum(np.bincount(rank[holder], minlength=len(split)))
+    wide_cluster = cluster[split][order]
+    total = np.bincount(wide_cluster, weight[order])
     wide = Hypotheses(
-        np.array(cluster), np.array(weights), np.cumsum([0, *map(len, leaves)]), np.concatenate(leaves).astype(np.int64),
-        hypotheses.track[real], hypotheses.past[real],
+        wide_cluster, weight[order] / total[wide_cluster], np.concatenate([[0], ends]), held[inside],
+        hypotheses.track[every[0]], hypotheses.past[every[0]],
     )  # fmt: skip
-    return _contracted(wide.grown(_scores_of(every, scores), begins, most, least), every, real)
+    mine = np.maximum(first - len(leaves), 0)
+    asked = _scores_of(every, np.append(events.takes, False)[mine], np.append(events.score, 0.0)[mine], scores)
+    return _contracted(wide.grown(asked, begins, most, least), every)
 
 
-@frozen(eq=False)
-class _Split:
-    """Hypotheses split by the events of their close leaves, each set of these once."""
-
-    scores: LeafScores
-    close: Close
-    found: dict[tuple[int, ...], list[tuple[float, list[Leaf]]]] = field(factory=dict)
-
-    def of(self, held: Held, least: float) -> list[tuple[float, list[Leaf]]]:
-        """Return the weights of hypotheses and their leaves, some of which have decided."""
-        split = []
-        for weight, own in held:
-            pairs = self._pairs(own)
-            if pairs not in self.found:
-                self.found[pairs] = self._events(pairs, least)
-            decided = {leaf for pair in pairs for leaf in self.close.pairs[pair].tolist()}
-            free = [Leaf(leaf) for leaf in own if leaf not in decided]
-            split += [(weight * share, free + leaves) for share, leaves in self.found[pairs]]
-        return split
-
-    def _pairs(self, own: tuple[int, ...]) -> tuple[int, ...]:
-        """Return the close pairs of a hypothesis' leaves, the likeliest first, as many as allow all events."""
-        inside = np.flatnonzero(np.all(np.isin(self.close.pairs, own), axis=1))
-        likely = np.max(self.close.joint[inside], axis=1, initial=-np.inf)
-        inside = inside[np.argsort(-likely, kind="stable")][: np.count_nonzero(np.isfinite(likely))]
-        kept: list[int] = []
-        for pair in inside.tolist():
-            tracks = np.unique(self.close.pairs[[*kept, pair]])
-            if len(tracks) <= MOST_TRACKS and len(self._returns(tracks, [*kept, pair])) <= MOST_RETURNS:
-                kept.append(pair)
-        return tuple(sorted(kept))
-
-    def _returns(self, leaves: Indices, pairs: list[int]) -> Indices:
-        """Return the returns that leaves may give, alone or with another."""
-        alone = self.scores.returns[np.isin(self.scores.leaf, leaves)]
-        both = np.flatnonzero(np.isfinite(self.close.joint[pairs]).any(axis=0))
-        return np.union1d(alone, both)
-
-    def _events(self, chosen: tuple[int, ...], least: float) -> list[tuple[float, list[Leaf]]]:
-        """Return the share of each event of close leaves, and these as they have decided in it."""
-        if not chosen:
-            return [(1.0, [])]
-        close, scores, pairs = self.close, self.scores, np.array(chosen)
-        assert close.columns is not None
-        leaves = np.unique(close.pairs[pairs])
-        returns = self._returns(leaves, list(chosen))
-        table = np.full((len(leaves), 1 + len(returns)), -np.inf)
-        table[:, 0] = scores.miss[leaves]
-        own = np.flatnonzero(np.isin(scores.leaf, leaves))
-        at = np.searchsorted(leaves, scores.leaf[own]), 1 + np.searchsorted(returns, scores.returns[own])
-        table[at] = scores.scores[own]
-        members = np.searchsorted(leaves, close.pairs[pairs])
-        events = Events.of(table, members, close.joint[np.ix_(pairs, returns)], close.apart(pairs, returns))
-        total = float(kernels.log_sum(events.weight))
-        share, names = np.exp(events.weight - total), np.concatenate([[0], 1 + returns])
-        found = []
-        for row in np.flatnonzero(share > RARER * least).tolist():
-            decided = []
-            for i, leaf in enumerate(leaves.tolist()):
-                choice, pair = int(names[events.taken[row, i]]), int(events.pair[row, i])
-                side = int(pair >= 0 and members[pair, 1] == i)
-                column = 0 if pair < 0 else scores.k * int(close.columns[pairs[pair], side]) + choice
-                # All that the set scores is its first leaf's, so that a hypothesis keeps its weight before the scan.
-                decided.append(Leaf(leaf, chosen, choice, column, choice > 0 and side == 0, total if i == 0 else 0.0))
-            found.append((float(share[row]), decided))
-        return found
+def _counted(count: Indices) -> Indices:
+    """Return 0, 1, ... of each, as many as its count."""
+    return np.arange(int(np.sum(count))) - np.repeat(np.cumsum(count) - count, count)
 
 
-def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> Iterator[Held]:
-    """Yield weights and leaves of the hypotheses of each cluster; those of clusters with close leaves are multiplied."""
+def _split(sets: Indices, events: Decided, least: float) -> tuple[Indices, Array, Indices]:
+    """Return which of the hypotheses (h, s) each is that they are split into, its share, and its events (n, s), -1: none."""
+    number = np.bincount(events.of, minlength=int(np.max(sets, initial=-1)) + 1)
+    first = np.cumsum(number) - number
+    split, share, event = np.arange(len(sets)), np.ones(len(sets)), np.zeros((len(sets), 0), dtype=np.int64)
+    for column in sets.T:
+        mine = column[split]
+        count = np.where(mine >= 0, np.append(number, 0)[mine], 1)
+        again = np.repeat(np.arange(len(split)), count)
+        own = np.where(mine[again] >= 0, np.append(first, 0)[mine[again]] + _counted(count), -1)
+        share = share[again] * np.append(events.share, 1.0)[own]
+        kept = share > least
+        split, share = split[again][kept], share[kept]
+        event = np.concatenate([event[again], own[:, None]], axis=1)[kept]
+    return split, share, event
+
+
+def _free(rows: Indices, leaves: Indices, sets: Indices, events: Decided) -> tuple[Indices, Indices]:
+    """Return the hypotheses of the leaves that have not decided, and the places of these."""
+    decided = np.unique(np.stack([events.of[events.event], events.row]), axis=1)
+    most = 1 + int(max(np.max(leaves, initial=0), np.max(decided[1], initial=0)))
+    asked = np.where(sets[rows] >= 0, sets[rows] * most + leaves[:, None], -1)
+    own = np.flatnonzero(~np.any(np.isin(asked, decided[0] * most + decided[1]), axis=1))
+    return rows[own], own
+
+
+def _events(
+    rows: Indices, leaves: Indices, count: int, scores: LeafScores, close: Close, least: float
+) -> tuple[Indices, Decided]:
+    """Return the sets of close pairs (h, s) of each hypothesis that share no leaf, -1 for none, and the events of these."""
+    hypothesis, pair = _pairs_within(rows, leaves, count, scores, close)
+    edges = np.cumsum(np.bincount(hypothesis, minlength=count))
+    # A lone pair of few returns, as most are, needs no closer look.
+    few = np.diff(scores.ends, prepend=0)[close.pairs].sum(axis=1) + np.isfinite(close.joint).sum(axis=1) <= MOST_RETURNS
+    known: dict[tuple[int, ...], list[tuple[int, ...]]] = {(i,): [(i,)] for i in np.unique(pair[few[pair]]).tolist()}
+    asked = []
+    for inside in np.split(pair, edges[:-1]):
+        key = tuple(inside.tolist())
+        if key not in known:
+            known[key] = _apart(key, scores, close)
+        asked.append(known[key])
+    every = sorted({one for some in asked for one in some}, key=lambda one: (len(one) > 1, one))
+    number = {one: i for i, one in enumerate(every)}
+    sets = np.full((count, max(map(len, asked), default=0)), -1)
+    for h, some in enumerate(asked):
+        sets[h, : len(some)] = [number[one] for one in some]
+    single = np.array([one[0] for one in every if len(one) == 1], dtype=np.int64)
+    several = [_of_several(one, number[one], scores, close, least) for one in every[len(single) :]]
+    return sets, Decided.joined([_of_single(single, scores, close, least), *several])
+
+
+def _apart(pairs: tuple[int, ...], scores: LeafScores, close: Close) -> list[tuple[int, ...]]:
+    """Return sets of a hypothesis' close pairs that share no leaf and no return, of each as many as allow all events."""
+    if len(pairs) < 2:
+        return [kept for kept in [_chosen(np.array(pairs, dtype=np.int64), scores, close)] if kept]
+    members = close.pairs[list(pairs)]
+    leaves, inverse = np.unique(members, return_inverse=True)
+    returns = [_returns(members[i], [pair], scores, close) for i, pair in enumerate(pairs)]
+    tracks = np.concatenate([inverse.ravel(), np.repeat(inverse.reshape(-1, 2)[:, 0], [len(one) for one in returns])])
+    nodes = np.concatenate([scores.k + np.repeat(np.arange(len(pairs)), 2), *returns])
+    label = kernels.linked_clusters(tracks, nodes, len(leaves), scores.k + len(pairs))[inverse.reshape(-1, 2)[:, 0]]
+    groups = [np.array(pairs)[label == one] for one in np.unique(label).tolist()]
+    return [kept for group in groups if (kept := _chosen(group, scores, close))]
+
+
+def _pairs_within(rows: Indices, leaves: Indices, count: int, scores: LeafScores, close: Close) -> tuple[Indices, Indices]:
+    """Return which hypothesis holds both of which close pair, by hypotheses: (n,), (n,)."""
+    from scipy.sparse import csr_array
+
+    usable = np.flatnonzero(np.isfinite(close.joint).any(axis=1))
+    held = csr_array((np.ones(len(leaves)), (rows, leaves)), shape=(count, len(scores.miss))).tocsc()
+    i, j = close.pairs[usable].T
+    both = held[:, i].multiply(held[:, j]).tocoo()
+    order = np.lexsort((both.col, both.row))
+    return both.row[order].astype(np.int64), usable[both.col[order]]
+
+
+def _of_single(pairs: Indices, scores: LeafScores, close: Close, least: float) -> Decided:
+    """Return the events of pairs (s,) of leaves that are close to no other leaf of their hypothesis."""
+    number, sides = np.arange(len(pairs)), close.pairs[pairs]
+    starts = np.concatenate([[0], scores.ends])
+    mine = [np.repeat(number, np.diff(starts)[sides[:, side]]) for side in (0, 1)]
+    at = [starts[sides[of, side]] + _counted(np.bincount(of, minlength=len(pairs))) for side, of in enumerate(mine)]
+    both = np.nonzero(np.isfinite(close.joint[pairs]))
+    codes = [of * scores.k + scores.returns[i] for of, i in zip(mine, at, strict=True)]
+    every = np.unique(np.concatenate([*codes, both[0] * scores.k + both[1]]))
+    of, returns = np.divmod(every, max(scores.k, 1))
+    place = _counted(np.bincount(of, minlength=len(pairs)))
+    width = int(np.max(place, initial=-1)) + 1
+    names = np.zeros((len(pairs), width), dtype=np.int64)
+    names[of, place] = returns
+    alone, joint = np.full((len(pairs), 2, width), -np.inf), np.full((len(pairs), width), -np.inf)
+    for side, (code, i) in enumerate(zip(codes, at, strict=True)):
+        to = np.searchsorted(every, code)
+        alone[of[to], side, place[to]] = scores.scores[i]
+    joint[of, place] = close.joint[pairs[of], returns]
+    weight = of_pairs(scores.miss[sides], alone, joint, close.apart(pairs, names))
+    total = kernels.log_sum(weight, axis=1)
+    share = np.exp(weight - total[:, None])
+    which, event = np.nonzero(share > RARER * least)
+    first, second = np.divmod(event, 1 + width)
+    merged = event >= (1 + width) ** 2
+    given = np.where(merged, event - (1 + width) ** 2, 0)
+    taken = np.stack([np.where(merged, 1 + given, first), np.where(merged, 1 + given, second)], axis=1)
+    choice = np.where(taken > 0, 1 + names[which[:, None], np.maximum(taken - 1, 0)] if width else 0, 0)
+    column = np.zeros_like(choice)
+    for side in (0, 1):
+        column[merged, side] = 1 + close.column(pairs[which[merged]], side, choice[merged, side] - 1)
+    takes = (choice > 0) & ~(merged[:, None] & np.array([False, True]))
+    score = total[which][:, None] * np.array([1.0, 0.0])
+    event = np.repeat(np.arange(len(which)), 2)
+    return Decided(
+        which, share[share > RARER * least], event, sides[which].ravel(), choice.ravel(), column.ravel(), takes.ravel(),
+        score.ravel(),
+    )  # fmt: skip
+
+
+def _chosen(inside: Indices, scores: LeafScores, close: Close) -> tuple[int, ...]:
+    """Return the likeliest of close pairs, as many as allow all events."""
+    kept: list[int] = []
+    if _allowed(inside, scores, close):
+        return tuple(inside.tolist())
+    for pair in inside[np.argsort(-np.max(close.joint[inside], axis=1), kind="stable")].tolist():
+        if _allowed(np.array([*kept, pair]), scores, close):
+            kept.append(pair)
+    return tuple(sorted(kept))
+
+
+def _allowed(pairs: Indices, scores: LeafScores, close: Close) -> bool:
+    """Return whether the events of close pairs are not too many."""
+    tracks = np.unique(close.pairs[pairs])
+    return len(tracks) <= MOST_TRACKS and len(_returns(tracks, pairs, scores, close)) <= MOST_RETURNS
+
+
+def _returns(leaves: Indices, pairs: Indices | list[int], scores: LeafScores, close: Close) -> Indices:
+    """Return the returns that leaves may give, alone or with another."""
+    starts = np.concatenate([[0], scores.ends])
+    alone = [scores.returns[starts[leaf] : starts[leaf + 1]] for leaf in leaves.tolist()]
+    both = np.flatnonzero(np.isfinite(close.joint[pairs]).any(axis=0))
+    return np.unique(np.concatenate([*alone, both]))
+
+
+def _of_several(chosen: tuple[int, ...], number: int, scores: LeafScores, close: Close, least: float) -> Decided:
+    """Return the events of a set of close pairs."""
+    pairs = np.array(chosen, dtype=np.int64)
+    leaves = np.unique(close.pairs[pairs])
+    returns = _returns(leaves, pairs, scores, close)
+    table = np.full((len(leaves), 1 + len(returns)), -np.inf)
+    table[:, 0] = scores.miss[leaves]
+    own = np.flatnonzero(np.isin(scores.leaf, leaves))
+    at = np.searchsorted(leaves, scores.leaf[own]), 1 + np.searchsorted(returns, scores.returns[own])
+    table[at] = scores.scores[own]
+    members = np.searchsorted(leaves, close.pairs[pairs])
+    events = Events.of(table, members, close.joint[np.ix_(pairs, returns)], close.apart(pairs, returns))
+    total = float(kernels.log_sum(events.weight))
+    share, names = np.exp(events.weight - total), np.concatenate([[0], 1 + returns])
+    some = share > RARER * least
+    pair, choice = events.pair[some], names[events.taken[some]]
+    merged, n = pair >= 0, len(leaves)
+    side = (members[pair, 1] == np.arange(n)).astype(np.int64)
+    column = np.where(merged, 1 + close.column(pairs[pair], side, choice - 1), 0)
+    takes = (choice > 0) & ~(merged & (side == 1))
+    score = np.broadcast_to(total * (np.arange(n) == 0), choice.shape)
+    count = np.count_nonzero(some)
+    return Decided(
+        np.full(count, number), share[some], np.repeat(np.arange(count), n), np.tile(leaves, count), choice.ravel(),
+        column.ravel(), takes.ravel(), score.ravel(),
+    )  # fmt: skip
+
+
+def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> tuple[Indices, Array, Indices, Indices]:
+    """Return cluster, weights, starts and leaves of hypotheses; those of clusters with close leaves are multiplied."""
+    held = list(_products(hypotheses, close, most, least))
+    cluster = np.repeat(np.arange(len(held)), [len(part) for part in held])
+    size = [len(own) for part in held for _, own in part]
+    leaves = np.array([leaf for part in held for _, own in part for leaf in own], dtype=np.int64)
+    weights = np.array([weight for part in held for weight, _ in part])
+    return cluster, weights, np.cumsum([0, *size]), leaves
+
+
+def _products(hypotheses: Hypotheses, close: Close, most: int, least: float) -> Iterator[Held]:
     count = int(hypotheses.cluster.max(initial=-1)) + 1
     every: list[Held] = [[] for _ in range(count)]
     edges = zip(hypotheses.starts.tolist(), hypotheses.starts[1:].tolist(), strict=False)
@@ -157,37 +300,34 @@ def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> It
         yield product
 
 
-def _scores_of(every: list[Leaf], scores: LeafScores) -> LeafScores:
-    """Return the log scores of leaves of which some have decided."""
-    starts = np.concatenate([[0], scores.ends])
-    miss, number, returns, gains = list[float](), list[int](), list[Indices](), list[Array]()
-    for leaf in every:
-        own = slice(int(starts[leaf.row]), int(starts[leaf.row + 1]))
-        taken, gain = scores.returns[own], scores.scores[own]
-        if leaf.pairs:
-            taken, gain = np.arange(leaf.choice - 1, leaf.choice)[: leaf.takes], np.full(int(leaf.takes), leaf.score)
-        miss.append((-np.inf if leaf.takes else leaf.score) if leaf.pairs else float(scores.miss[leaf.row]))
-        number.append(len(taken))
-        returns.append(taken)
-        gains.append(gain)
-    taken, gain = np.concatenate([NO_RETURNS, *returns]), np.concatenate([[], *gains])
-    return LeafScores(np.array(miss), np.cumsum(number), taken, gain, scores.k)
+def _scores_of(every: Indices, takes: Mask, score: Array, scores: LeafScores) -> LeafScores:
+    """Return the log scores of leaves (4, n), as `Decided` has them, of which some have decided."""
+    decided, starts = every[1] >= 0, np.concatenate([[0], scores.ends])
+    number = np.where(decided, takes, np.diff(starts)[every[0]])
+    miss = np.where(decided, np.where(takes, -np.inf, score), scores.miss[every[0]])
+    at = np.repeat(np.where(decided, 0, starts[every[0]]), number) + _counted(number)
+    own = np.repeat(np.arange(len(miss)), number)
+    if not len(scores.returns):
+        at = np.zeros(0, dtype=np.int64)
+    taken, gain = (np.zeros(0, dtype=np.int64), np.zeros(0)) if not len(at) else (scores.returns[at], scores.scores[at])
+    sure = decided[own]
+    taken, gain = np.where(sure, every[2][own] - 1, taken), np.where(sure, score[own], gain)
+    return LeafScores(miss, np.cumsum(number), taken, gain, scores.k)
 
 
-def _contracted(grown: Branching, every: list[Leaf], real: Indices) -> Branching:
+def _contracted(grown: Branching, every: Indices) -> Branching:
     """Return the branching of the leaves that there were, those that decided alike being one."""
     after, begun = grown.hypotheses, grown.parent < 0
-    decided = np.array([(len(one.pairs) > 0, one.choice, one.column) for one in every], dtype=np.int64).reshape(-1, 3)
-    own = decided[grown.parent]
-    choice = np.where(begun | (own[:, 0] == 0), grown.choice, own[:, 1])
-    merged = np.where(begun, 0, own[:, 2])
-    parent = np.where(begun, len(every), real[grown.parent])
+    real, decided, choices, columns = every[:, grown.parent]
+    choice = np.where(begun | (decided < 0), grown.choice, choices)
+    merged = np.where(begun, 0, columns)
+    parent = np.where(begun, np.max(every[0], initial=-1) + 1, real)
     _, first, row = np.unique(np.stack([parent, choice, merged]), axis=1, return_index=True, return_inverse=True)
     leaves = row.ravel()[after.leaves]
     order = np.lexsort((leaves, after.rows))
     past = after.past[first]
     if past.shape[1]:
-        past[:, 0] = np.where(begun, -1, real[grown.parent])[first]
+        past[:, 0] = np.where(begun, -1, real)[first]
     hypotheses = Hypotheses(after.cluster, after.weights, after.starts, leaves[order], after.track[first], past)
     lost = None if grown.lost is None else grown.lost[first]
     return Branching(np.where(begun, -1, parent)[first], choice[first], hypotheses, lost, merged=merged[first])

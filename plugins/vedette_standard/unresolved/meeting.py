@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from attrs import evolve
 
-from vedette import Detections, Indices, Innovation, Mask
+from vedette import Detections, Indices, Innovation, Mask, kernels
 from vedette.hypotheses import Hypotheses
 from vedette.tracking import Expected, Part, take, weighed
 from vedette_standard.unresolved.close import close_rows
@@ -15,13 +15,18 @@ from vedette_standard.unresolved.close import close_rows
 
 def of_hypotheses(it: Expected, hypotheses: Hypotheses) -> Part | None:
     """Return the meeting of leaves that may give one return with another one of their hypothesis, or of another cluster."""
+    from scipy.sparse import csr_array
+
+    held = csr_array(
+        (np.ones(len(hypotheses.leaves)), hypotheses.leaves, hypotheses.starts),
+        shape=(len(hypotheses.weights), len(hypotheses.track)),
+    )
+
+    within = (held.T @ held).tocoo()
+    known = np.unique(within.row.astype(np.int64) * len(hypotheses.track) + within.col)
 
     def together(pairs: Indices) -> Mask:
-        some, place = np.unique(pairs, return_inverse=True)
-        i, j = place.reshape(-1, 2).T
-        held = np.zeros((len(hypotheses.weights), len(hypotheses.track)), dtype=bool)
-        held[hypotheses.rows, hypotheses.leaves] = True
-        both = np.any(held[:, some[i]] & held[:, some[j]], axis=0)
+        both = np.isin(pairs[:, 0] * len(hypotheses.track) + pairs[:, 1], known)
         cluster = hypotheses.cluster_of[pairs]
         may: Mask = both | (cluster[:, 0] != cluster[:, 1])
         return may
@@ -47,36 +52,70 @@ def meet_close(it: Expected, together: Callable[[Indices], Mask] | None = None) 
         return None
     rows, inverse = np.unique(close.pairs, return_inverse=True)
     inverse = inverse.reshape(-1, 2)
-    width = k * (1 + int(np.bincount(inverse.ravel()).max()))
+    own, alone = _singles(it, observed, rows)
+    both = inverse[close.pair].ravel()
+    place = alone + _places(both, len(rows))
+    width = max(alone, int(np.max(place, initial=0)) + 1)
     z, noise = np.zeros((len(rows), width, observed.z.shape[-1])), np.zeros((len(rows), width, *close.noise.shape[-2:]))
-    returns, slot = np.full((len(rows), width), -1), np.ones(len(rows), dtype=np.int64)
-    own = it.plan.estimator.moments(take(it.belief, rows, 0))
+    returns = np.full((len(rows), width), -1)
+    x = it.plan.estimator.moments(take(it.belief, rows, 0))
     where = plan.state.locate(it.sensor.observes)
-    R = it.sensor.mean_noise(own.mean[..., where], own.cov[..., where, :][..., where])
-    z[:, :k], returns[:, :k] = observed.z, np.where(observed.valid, np.arange(k), -1)
+    R = it.sensor.mean_noise(x.mean[..., where], x.cov[..., where, :][..., where])
+    z[:, :alone], returns[:, :alone] = observed.z[own], own
     noise[...] = np.broadcast_to(R, (len(rows), *R.shape[-2:]))[:, None]
     if observed.noise is not None:
-        noise[:, :k] = observed.noise
-    columns = np.zeros((len(close.pairs), 2), dtype=np.int64)
-    for p, pair in enumerate(inverse.tolist()):
-        for side, row in enumerate(pair):
-            at = slice(k * slot[row], k * slot[row] + k)
-            z[row, at], noise[row, at], returns[row, at] = close.z[p, side], close.noise[p, side], returns[row, :k]
-            columns[p, side], slot[row] = slot[row], slot[row] + 1
+        noise[:, :alone] = observed.noise[own]
+    returns[both, place] = np.repeat(close.returns, 2)
+    z[both, place], noise[both, place] = close.z.reshape(-1, z.shape[-1]), close.noise.reshape(-1, *noise.shape[-2:])
     belief = take(it.belief, rows[:, None], 0)
     innovation = plan.estimator.evaluate(belief, it.sensor, Detections(z, returns >= 0, None, noise), plan.p_gate)
-    alone = Innovation(
-        innovation.loglik[..., : 1 + k], innovation.distance[..., :k], innovation.log_volume, innovation.nis[..., :k], None
-    )
-    seen = Detections(z[:, :k], returns[:, :k] >= 0, None if observed.evidence is None else observed.evidence[None])
+    parts = innovation.loglik[..., : 1 + alone], innovation.distance[..., :alone], innovation.nis[..., :alone]
+    seen = Detections(z[:, :alone], own >= 0, None if observed.evidence is None else observed.evidence[own])
     scores = np.full((len(rows), 1, 1 + width), -np.inf)
-    spread = None if rate is None else np.broadcast_to(rate, (len(rows), 1, k))
-    scores[..., : 1 + k] = plan.gate.scores(alone, it.sensor, seen, it.existence[rows, None], it.gate, spread)
+    spread = None if rate is None else np.broadcast_to(rate, k)[own][:, None]
+    single = Innovation(parts[0], parts[1], innovation.log_volume, parts[2], None)
+    scores[..., : 1 + alone] = plan.gate.scores(single, it.sensor, seen, it.existence[rows, None], it.gate, spread)
     if observed.identity is not None:
-        codes, names = np.broadcast_to(observed.identity, (len(rows), k)), take(it.names, rows[:, None], 0)
-        scores[..., : 1 + k] = weighed(plan.identity, names, codes, scores[..., : 1 + k])
-    place = k * columns[..., None] + np.arange(k)
-    inside = np.all(innovation.distance[inverse[..., None], 0, place] <= it.gate.threshold, axis=1)
-    close = evolve(close, columns=columns, joint=np.where(inside, close.joint, -np.inf))
-    scores[inverse[..., None], 0, 1 + place] = close.joint[:, None]
+        codes, names = np.where(own >= 0, observed.identity[own], -1), take(it.names, rows[:, None], 0)
+        scores[..., : 1 + alone] = weighed(plan.identity, names, codes, scores[..., : 1 + alone])
+    inside = np.all((innovation.distance[both, 0, place] <= it.gate.threshold).reshape(-1, 2), axis=1)
+    pair, some = close.pair[inside], close.returns[inside]
+    columns = np.full((len(close.pairs), 2, k), -1)
+    columns[pair, :, some] = place.reshape(-1, 2)[inside]
+    close = evolve(
+        close,
+        columns=columns,
+        alone=alone,
+        met_z=z,
+        met_noise=noise,
+        joint=np.where(columns[:, 0] >= 0, close.joint, -np.inf),
+    )
+    scores[both, 0, 1 + place] = np.where(
+        np.repeat(inside, 2), np.repeat(close.joint[close.pair, close.returns], 2), -np.inf
+    )
     return Part(rows, returns, belief, innovation, scores, close)
+
+
+def _singles(it: Expected, observed: Detections, rows: Indices) -> tuple[Indices, int]:
+    """Return the returns (r, w) that may be in the gates of rows, ascending, -1 for none, and w."""
+    k, estimator = len(observed.z), it.plan.estimator
+    if not estimator.traits.bounded or not np.isfinite(it.gate.threshold):
+        row, returns = np.divmod(np.arange(len(rows) * k), k)
+    else:
+        low, high = estimator.extent(take(it.belief, rows, 0), it.sensor, observed, it.gate.threshold)
+        row, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, len(rows) * k)
+    counts = np.broadcast_to(observed.valid, k)[returns]
+    row, returns = row[counts], returns[counts]
+    place = _places(row, len(rows))
+    width = int(np.max(place, initial=-1)) + 1
+    own = np.full((len(rows), width), -1)
+    own[row, place] = returns
+    return own, width
+
+
+def _places(owners: Indices, count: int) -> Indices:
+    """Return the place (p,) of each among those of its owner, in their order."""
+    order, number = np.argsort(owners, kind="stable"), np.bincount(owners, minlength=count)
+    place = np.empty_like(order)
+    place[order] = np.arange(len(owners)) - np.repeat(np.cumsum(number) - number, number)
+    return place

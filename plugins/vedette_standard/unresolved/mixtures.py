@@ -42,7 +42,6 @@ class Together:
         track and log_weight (l,): of each leaf; leaves, tracks: the scores of leaves and of the mixtures that tracks are;
         misses (t,) and taken (p,): the marginals of these, without returns for two.
         """
-        assert close.columns is not None
         k, owner = tracks.k, tracks.leaf
         # A pair's log score of each return, its leaves' weights counted.
         joint = close.joint + np.sum(log_weight[close.pairs], axis=1)[:, None]
@@ -78,7 +77,7 @@ class Together:
             pair, place = np.nonzero(part)
             choice = 1 + used[place]
             for side in range(2):
-                row, column = close.pairs[pairs[pair], side], k * close.columns[pairs[pair], side] + choice
+                row, column = close.pairs[pairs[pair], side], 1 + close.column(pairs[pair], side, choice - 1)
                 found.append(np.stack([row, choice, of[pairs[pair], 1 - side], column]))
                 masses.append(part[pair, place])
         taking, mass = np.concatenate([np.zeros((4, 0), dtype=np.int64), *found], axis=1), np.concatenate(masses)

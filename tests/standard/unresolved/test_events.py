@@ -11,7 +11,7 @@ from support import two_boats
 from vedette import Detections, Gaussian, Scan, kernels
 from vedette.tracking.meeting import meet
 from vedette_standard.unresolved.close import Close, close_rows
-from vedette_standard.unresolved.events import Events
+from vedette_standard.unresolved.events import Events, of_pairs
 
 
 def by_definition(scores, pairs, joint, apart):
@@ -70,6 +70,17 @@ def test_weights_are_sums_over_all_events(seed):
     wanted = by_definition(drawn[0], drawn[1].tolist(), *drawn[2:])
     np.testing.assert_allclose(single, wanted[0], atol=2e-6)
     np.testing.assert_allclose(merged, wanted[1], atol=2e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_events_of_pairs_at_once_are_those_of_each(seed):
+    scores, _, joint, apart = case(seed, t=2)
+    weight = of_pairs(scores[None, :, 0], scores[None, :, 1:], joint[:1], apart[:1])[0]
+    share = np.exp(weight - kernels.log_sum(weight))
+    single, merged = by_definition(scores, [(0, 1)], joint[:1], apart[:1])
+    table = share[:16].reshape(4, 4)
+    np.testing.assert_allclose([table.sum(axis=1), table.sum(axis=0)], single, atol=1e-12)
+    np.testing.assert_allclose(share[16:], merged[0], atol=1e-12)
 
 
 def test_without_pairs_they_are_those_of_jpda():

@@ -38,12 +38,14 @@ def boats(kind, *, more=None, count=2):
 def shares(tracker, state, z):
     """The probability of what each track took, by its number: a return alone, a return with another, or nothing."""
     expected = tracker.expect(state, Scan(state.time, "radar", Detections.of(z, 2)))
-    by = associate(expected, meet(expected))
+    by, k = associate(expected, met := meet(expected)), len(z)
     if by.branched is None:
-        weights, k = by.parts[0][:, 0], len(z)
-        own, both = weights[:, 1 : 1 + k], weights[:, 1 + k :].reshape(len(weights), -1, k).sum(axis=1)
-        return np.concatenate([weights[:, :1], own, both], axis=1)
-    after, k = by.branched.branching, len(z)
+        part, weights, table = met[2][0], by.parts[0][:, 0], np.zeros((len(state.ids), 1 + 2 * k))
+        table[:, 0] = weights[:, 0]
+        row, column = np.nonzero(part.returns >= 0)
+        np.add.at(table, (row, 1 + part.returns[row, column] + k * (column >= part.close.alone)), weights[row, 1 + column])
+        return table
+    after = by.branched.branching
     probability = tracker.associator.probability(after.hypotheses)
     table = np.zeros((len(state.ids), 1 + 2 * k))
     ids = state.leaves.ids[after.parent]
@@ -60,6 +62,23 @@ def test_one_scan_is_the_sum_over_all_events(kind, count):
     wanted = shares(exact, given, SEEN)
     assert np.max(wanted[:, 4:]) > 0.1
     np.testing.assert_allclose(shares(tracker, state, SEEN), wanted, atol=1e-4)
+
+
+@pytest.mark.parametrize("kind", ["k_best", "n_scan"])
+def test_pairs_that_share_nothing_are_the_product_of_their_events(kind):
+    """Four targets of one hypothesis, two here and two there: the events of both are drawn apart."""
+    tracker, state = boats(kind, more=MANY[kind], count=4)
+    exact, given = boats("jpda", count=4)
+    mean = tracker.estimate(state).mean + np.array([[0.0, 400.0 * (i > 1), 0.0, 0.0] for i in range(4)])
+    prior = Gaussian(mean, tracker.estimate(state).cov)
+    state, given = tracker.start(prior, 0.0), exact.start(prior, 0.0)
+    alone = state.leaves.hypotheses
+    one = attrs.evolve(alone, cluster=np.zeros(1, dtype=int), weights=np.ones(1), starts=np.array([0, 4]))
+    state = attrs.evolve(state, leaves=attrs.evolve(state.leaves, hypotheses=one))
+    seen = [[3.0, 5.0], [-4.0, 1.0], [2.0, 420.0]]
+    wanted = shares(exact, given, seen)
+    assert np.min(np.max(wanted[:, 4:], axis=1)) > 0.05
+    np.testing.assert_allclose(shares(tracker, state, seen), wanted, atol=1e-4)
 
 
 def of_histories(tracker, state, z):
@@ -96,8 +115,8 @@ def test_a_second_scan_weighs_the_histories_by_all_their_events():
 
 def test_events_that_forget_what_their_history_scores_are_found(monkeypatch):
     """The mutant of the test above."""
-    own = growth.Leaf
-    monkeypatch.setattr(growth, "Leaf", lambda *given: own(*given[:5]))
+    own = growth._scores_of
+    monkeypatch.setattr(growth, "_scores_of", lambda every, takes, score, scores: own(every, takes, 0.0 * score, scores))
     found, wanted = of_histories(*second_scan())
     assert np.max(np.abs(found - wanted)) > 0.01
 
