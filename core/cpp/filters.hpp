@@ -261,6 +261,39 @@ struct Update : shapes::Update {
     }
 };
 
+// The same of a single return, `post` being the covariance under it: with the weights p and q = 1 - p and the shift s the mixture
+// is P' = q P + p post + p q s s'.
+template <class T, class Shape, class N, class M>
+VEDETTE_INLINE void take_one_return(const Shape& shape, const Correction<T>& correction, T* x, const T* P, T* post, const T* expected,
+                                    const T& log_miss, const T& least, const In& z, const Out* out, N n, M m) {
+    T nu[kMostMeasured], shift[kMostStates], weights[2];
+    load(z, nu, m);
+    for (int i = 0; i < m; ++i) nu[i] -= expected[i];
+    wrap(nu, shape.periods);
+    const T d = correction.squared_distance(nu, m), none = least - std::numeric_limits<double>::infinity();
+    const T gained = (d <= shape.limit ? least - 0.5 * d : none) - log_miss;
+    Lane<T>::store(out[3], 0, d);
+    if (shape.best) {
+        weights[1] = gained > 0.0 ? 1.0 - T{} : T{};
+        weights[0] = 1.0 - weights[1];
+    } else {
+        const T lesser = Lane<T>::exp(gained > 0.0 ? -gained : gained), likelier = 1.0 / (1.0 + lesser);
+        const T unlikelier = normal_or_zero(lesser * likelier);
+        weights[1] = gained > 0.0 ? likelier : unlikelier;
+        weights[0] = gained > 0.0 ? unlikelier : likelier;
+    }
+    store(out[2], weights, 2);
+    correction.mean_shift(nu, shift, n, m);
+    const T both = weights[0] * weights[1];
+    for (int i = 0; i < n; ++i) {
+        x[i] += weights[1] * shift[i];
+        const T scaled = both * shift[i];
+        for (int j = i; j < n; ++j)
+            set_entry(post, i, j, n, T(weights[0] * P[i * n + j] + (weights[1] * post[i * n + j] + scaled * shift[j])));
+    }
+    store(out[0], x, n), store_symmetric(out[1], post, n);
+}
+
 // What the returns z (k, m) of a scan make of a predicted track x, P that surely exists: scores, weights and the mixture, as other
 // kernels say one after another, without the memory between. out: x, P, weights (1+k), squared distances (k).
 template <class T, class C, class Shape, class N, class M>
@@ -272,6 +305,7 @@ VEDETTE_INLINE void take_returns(const Shape& shape, T* x, const T* P, const C* 
     correction.template prepare<C>(P, H, R, n, m);
     correction.template posterior_covariance<C>(P, H, R, post, n, m);
     const T least = log_detect - 0.5 * (correction.log_det + m * kLog2Pi), none = least - std::numeric_limits<double>::infinity();
+    if (k == 1) return take_one_return(shape, correction, x, P, post, expected, log_miss, least, z, out, n, m);
     T top = weights[0] = log_miss, first{}, total{}, hit{};
     for (int h = 0; h < k; ++h) {
         load(at_offset(z, h * m), nu, m);
@@ -286,7 +320,8 @@ VEDETTE_INLINE void take_returns(const Shape& shape, T* x, const T* P, const C* 
     }
     for (int h = 0; h <= k; ++h)
         total += weights[h] = shape.best ? (first == h ? 1.0 - T{} : T{}) : Lane<T>::exp(weights[h] - top);
-    for (int h = 0; h <= k; ++h) Lane<T>::store(out[2], h, weights[h] = normal_or_zero(weights[h] / total));
+    for (int h = 0; h <= k; ++h) weights[h] = normal_or_zero(weights[h] / total);
+    store(out[2], weights, 1 + k);
     for (int i = 0; i < n; ++i) mean[i] = T{};
     for (int h = 0; h < k; ++h) {
         hit += weights[1 + h];
@@ -330,6 +365,8 @@ struct ScanStep : shapes::ScanStep {
 
 // in: x, P, F, Q, z (k, m), the sensor's parameters. Eight states lie side by side here as its twin takes them.
 struct ScanStepTwin : shapes::ScanStepTwin {
+    mutable double p_detect = -1.0, log_miss = 0.0, log_detect = 0.0;  // the last, as most sensors have one
+
     template <class T>
     void run(const In* in, const Out* out) const {
         with_constants<T>(n, m, are_shared(in, {2, 3}), [&](auto states, auto measured, auto c) {
@@ -345,11 +382,14 @@ struct ScanStepTwin : shapes::ScanStepTwin {
         for (int a = 0; a < parameters; ++a) own[a] = Lane<T>::load(in[5], a);
         const auto numbers = [](T* of) { return reinterpret_cast<double*>(of); };
         function(Lane<T>::count, numbers(seen), numbers(own), numbers(expected), numbers(slope), numbers(R), numbers(&detects), data);
-        for (int i = 0; i < m * n; ++i) H[i] = T{};
-        for (int i = 0; i < m; ++i)
-            for (int a = 0; a < observed; ++a) H[i * n + axes[a]] = slope[i * observed + a];
-        const T log_miss = safe_log(1.0 - detects * p_gate), log_detect = safe_log(detects) - log_density;
-        take_returns<T, T>(*this, x, P, H, R, expected, log_miss, log_detect, in[4], out, n, m);
+        for (int a = 0; a < n; ++a)
+            for (int i = 0; i < m; ++i) H[i * n + a] = column[a] < 0 ? T{} : slope[i * observed + column[a]];
+        T missed = Lane<T>::broadcast(log_miss), detected = Lane<T>::broadcast(log_detect);
+        if (!all_of(detects == p_detect)) {
+            missed = safe_log(1.0 - detects * p_gate), detected = safe_log(detects) - log_density;
+            p_detect = lane(detects, 0), log_miss = lane(missed, 0), log_detect = lane(detected, 0);
+        }
+        take_returns<T, T>(*this, x, P, H, R, expected, missed, detected, in[4], out, n, m);
     }
 };
 

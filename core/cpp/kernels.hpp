@@ -71,7 +71,7 @@ struct ScanStepTwin {
     Periods periods;
     SensorTwin function;
     void* data;
-    int parameters, observed, axes[kMostStates];
+    int parameters, observed, axes[kMostStates], column[kMostStates];  // column: of each state's axis among those observed, or -1
 };
 struct EvaluateReturns {
     int n, m, k, noises;

@@ -175,10 +175,11 @@ VEDETTE_INLINE T log_of_normal(T x) {
     typedef typename Bits<T>::words W;
     const I shifted = bits_as<I>(x) - 0x3fe6a09e667f3bcdLL, e = shifted >> 52;
     const T m = bits_as<T>(W(bits_as<W>(x) - (bits_as<W>(e) << 52))), t = (m - 1.0) / (m + 1.0), square = t * t;
-    T sum = 0.07308224910391238 - T{};
-    for (double c : {0.07665860794787153, 0.0909144456279605, 0.11111105567395273, 0.14285714312987757, 0.19999999999949752,
-                     0.3333333333333335, 1.0})
-        sum = sum * square + c;
+    T even = 0.07665860794787153 - T{}, odd = 0.07308224910391238 - T{};  // apart, as in exp_of
+    const T fourth = square * square;
+    for (double c : {0.11111105567395273, 0.19999999999949752, 1.0}) even = even * fourth + c;
+    for (double c : {0.0909144456279605, 0.14285714312987757, 0.3333333333333335}) odd = odd * fourth + c;
+    const T sum = odd * square + even;
     const T whole = bits_as<T>(I(e + bits_as<I>(kToWhole - T{}))) - kToWhole;
     return whole * kLn2High + (whole * kLn2Low + 2.0 * t * sum);
 }
@@ -208,7 +209,7 @@ struct Lane<double> {
     static double sqrt(double value) { return std::sqrt(value); }
     static double maximum(double a, double b) { return a <= b ? b : a; }  // a where it is NaN
     static double wrap(double x, double period) {
-        const double half = period / 2, near = x - period * std::nearbyint(x / period);
+        const double half = period / 2, near = x - period * std::nearbyint(x * (1.0 / period));
         return near >= half ? -half : maximum(near, -half);
     }
 };
@@ -220,6 +221,11 @@ struct Lane<Eight> {
         const double* p = a.at + i;
         const std::ptrdiff_t s = a.next;
         if (s == 0) return broadcast(*p);
+        if (s == 1) {
+            Eight eight;
+            std::memcpy(&eight, p, sizeof eight);
+            return eight;
+        }
         return Eight{p[0], p[s], p[2 * s], p[3 * s], p[4 * s], p[5 * s], p[6 * s], p[7 * s]};
     }
     static void store(const Out& a, std::ptrdiff_t i, Eight value) {
@@ -248,7 +254,7 @@ struct Lane<Eight> {
     static Eight maximum(Eight a, Eight b) { return a <= b ? b : a; }
     static Eight wrap(Eight x, double period) {
         const double half = period / 2;
-        const Eight turns = (x / period + kToWhole) - kToWhole, near = x - period * turns;
+        const Eight turns = (x * (1.0 / period) + kToWhole) - kToWhole, near = x - period * turns;
         return near >= half ? -half - Eight{} : maximum(near, -half - Eight{});
     }
 };
@@ -266,6 +272,15 @@ VEDETTE_INLINE Out at_offset(const Out& a, std::ptrdiff_t from) { return {a.at +
 // Of a problem's `count` numbers those that `want` says.
 template <class T, class F>
 VEDETTE_INLINE void load_where(const In& a, T* to, int count, const F& want) {
+#ifdef __AVX512F__
+    if constexpr (std::is_same_v<T, Eight>)
+        if (count == 2 && a.next == 2) {  // pairs, one after another
+            const Eight front = Lane<Eight>::load({a.at, 1}, 0), back = Lane<Eight>::load({a.at + kLanes, 1}, 0);
+            to[0] = VEDETTE_SHUFFLE(Eight64, front, back, 0, 2, 4, 6, 8, 10, 12, 14);
+            to[1] = VEDETTE_SHUFFLE(Eight64, front, back, 1, 3, 5, 7, 9, 11, 13, 15);
+            return;
+        }
+#endif
     if constexpr (kTransposesRows && std::is_same_v<T, Eight>)
         if (a.next != 0 && count >= 4) {
             for (int i = 0; i < count; i += 4) {
@@ -294,6 +309,14 @@ VEDETTE_INLINE void load(const In& a, T* to, int count) {
 // Number i is what `value` says.
 template <class F>
 VEDETTE_INLINE void store_each(const Out& a, int count, const F& value) {
+#ifdef __AVX512F__
+    if (count == 2 && a.next == 2) {
+        const Eight first = value(0), second = value(1);
+        Lane<Eight>::store({a.at, 1}, 0, VEDETTE_SHUFFLE(Eight64, first, second, 0, 8, 1, 9, 2, 10, 3, 11));
+        Lane<Eight>::store({a.at + kLanes, 1}, 0, VEDETTE_SHUFFLE(Eight64, first, second, 4, 12, 5, 13, 6, 14, 7, 15));
+        return;
+    }
+#endif
     if constexpr (kTransposesRows)
         if (count >= 4) {
             for (int i = 0; i < count; i += 4) {

@@ -261,6 +261,8 @@ inline PyObject* scan_step_twin(Call& call, Args args) {
     shape.best = args[11] == Py_True, shape.function = twin.function, shape.data = twin.data;
     shape.parameters = static_cast<int>(own[0]), shape.observed = axes.count;
     std::copy_n(axes.each, axes.count, shape.axes);
+    std::fill_n(shape.column, kMostStates, -1);
+    for (int a = 0; a < axes.count; ++a) shape.column[axes.each[a]] = a;
     PyObject *to = call.out(1, n), *cov = call.out(2, n, n), *weights = call.out(1, 1 + k), *distance = call.out(1, k);
     if (to && cov && weights && distance) call.run(table->scan_step_twin, shape);
     PyObject* after = call.pack_within(to, cov);

@@ -9,7 +9,7 @@ from attrs import field, frozen
 
 from vedette import kernels
 from vedette.fields import ABSURD
-from vedette.filters.memo import Memo
+from vedette.filters.memo import Memo, as_slice
 from vedette.filters.mixing import merged
 from vedette.filters.motion import OverMotion
 from vedette.roles import Estimator
@@ -93,9 +93,9 @@ def marginal(prior: Gaussian, axes: Space, state: Space, zero_variance: Space) -
     Gaussian
         Over `state`; it is `prior` itself if nothing changes.
     """
-    if axes is state and not zero_variance:
+    if (axes is state or axes.axes == state.axes) and not len(zero_variance):
         return prior
-    places = axes.locate(state)
+    places = as_slice(axes.locate(state))
     cov = prior.cov[..., places, :][..., places]
     if len(zero_variance):
         cov = without_variance(cov, state.locate(zero_variance))

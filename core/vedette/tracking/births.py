@@ -91,7 +91,7 @@ def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Ar
     check_births(len(rows.ids), count, k)
     weights, returns = np.zeros((count, 1 + k)), None
     if k:  # else what rows took is told by pairs
-        weights[range(count), 1 + begin.returns if rows.returns is None else 1] = 1.0
+        weights[np.arange(count), 1 + begin.returns if rows.returns is None else 1] = 1.0
     if rows.returns is not None:
         returns = np.full((count, k), -1)
         returns[:, 0] = begin.returns

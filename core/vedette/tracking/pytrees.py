@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache, reduce
+from operator import attrgetter
 from typing import Any, TypeVar
 
 import attrs
@@ -25,19 +26,20 @@ def take(tree: T, index: Any, axis: int) -> T:
     """Return the entries `index` (an integer or boolean array) of the tracks' axis of every array."""
     if isinstance(index, np.ndarray) and index.dtype == bool:
         index = np.flatnonzero(index)  # once for all arrays
-    if isinstance(tree, np.ndarray) and isinstance(index, np.ndarray):
-        return tree.take(index, axis)  # type: ignore[return-value]
-    if isinstance(tree, np.ndarray):
-        return tree[(slice(None),) * axis + (index,)]  # type: ignore[return-value]
-    return _rebuild(tree, [take(part, index, axis) for part in _parts(tree)])
+    if isinstance(index, np.ndarray):
+        return mapped(lambda array: array.take(index, axis), tree)
+    return mapped(lambda array: array[(slice(None),) * axis + (index,)], tree)
 
 
 def join(first: T, second: T, axis: int) -> T:
     """Return the tracks of `first`, then those of `second`."""
-    if isinstance(first, np.ndarray):
-        return np.concatenate([first, second], axis=axis)  # type: ignore[return-value]
-    pairs = zip(_parts(first), _parts(second), strict=True)
-    return _rebuild(first, [join(one, other, axis) for one, other in pairs])
+    kind: Any = type(first)
+    if kind is np.ndarray:
+        return np.concatenate((first, second), axis)  # type: ignore[arg-type, return-value]
+    if first is None or kind is Common:
+        return first
+    get, make = _made_of(kind)
+    return make([join(one, other, axis) for one, other in zip(get(first), get(second), strict=True)])  # type: ignore[no-any-return]
 
 
 def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None) -> T:
@@ -48,31 +50,34 @@ def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None) -> T:
 
 def size(tree: Any) -> int:
     """Return the number of numbers in all arrays."""
-    return int(tree.size) if isinstance(tree, np.ndarray) else sum(size(part) for part in _parts(tree))
+    return int(tree.size) if isinstance(tree, np.ndarray) else sum(map(size, parts(tree)))
 
 
-def _parts(tree: Any) -> list[Any]:
-    if tree is None or isinstance(tree, Common):
-        return []
-    if isinstance(tree, tuple):
-        return list(tree)
-    names, _ = _made_of(type(tree))  # type: ignore[arg-type]  # a class is hashable
-    return [getattr(tree, name) for name in names]
-
-
-def _rebuild(tree: T, parts: list[Any]) -> T:
-    if tree is None or isinstance(tree, Common):
+def mapped(function: Callable[[Any], Any], tree: T) -> T:
+    """Return the same of what `function` gives for every array."""
+    kind: Any = type(tree)
+    if kind is np.ndarray:
+        return function(tree)  # type: ignore[no-any-return]
+    if tree is None or kind is Common:
         return tree
-    if isinstance(tree, tuple):
-        return tuple(parts)  # type: ignore[return-value]
-    _, make = _made_of(type(tree))  # type: ignore[arg-type]
-    return make(*parts)  # type: ignore[no-any-return]
+    get, make = _made_of(kind)
+    return make([mapped(function, part) for part in get(tree)])  # type: ignore[no-any-return]
+
+
+def parts(tree: Any) -> tuple[Any, ...]:
+    """Return what a tuple or a value consists of, in order; nothing of what is no tree."""
+    return () if tree is None or isinstance(tree, Common) else _made_of(type(tree))[0](tree)  # type: ignore[arg-type]  # a class is hashable
 
 
 @cache
-def _made_of(cls: Any) -> tuple[tuple[str, ...], Callable[..., Any]]:
-    """Return the names of a class's fields, and what makes its values of them: not its constructor if that only stores."""
+def _made_of(cls: Any) -> tuple[Callable[[Any], tuple[Any, ...]], Callable[[list[Any]], Any]]:
+    """Return what gets the parts of a value, and what makes one of them: not the constructor if that only stores."""
+    if issubclass(cls, tuple):
+        return tuple, tuple
     fields = attrs.fields(cls)
+    names = [field.name for field in fields]
     stores = all(field.init and field.converter is None and field.validator is None for field in fields)
     plain = stores and "__slots__" in vars(cls) and not hasattr(cls, "__attrs_post_init__")
-    return tuple(field.name for field in fields), maker(cls) if plain else cls
+    make = maker(cls) if plain else cls
+    get = attrgetter(*names) if len(names) > 1 else lambda tree: tuple(getattr(tree, name) for name in names)
+    return get, lambda parts: make(*parts)

@@ -19,14 +19,17 @@ def one_point(
     """
     noise = None if detections.noise is None else detections.noise[returns]
     spot = sensor.invert(detections.z[returns], noise)
-    lacking = [axis for axis in state.names if axis not in sensor.observes and axis not in spread]
-    if lacking:
-        raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
     count, n, seen = len(returns), len(state), state.locate(sensor.observes)
+    deviations = [spread.get(name) for name in state.names]
+    if lacking := [repr(name) for i, name in enumerate(state.names) if deviations[i] is None and i not in seen]:
+        raise ValueError(f"spread: must state the standard deviation of {', '.join(lacking)} in new tracks")
     mean, cov = np.zeros((count, n)), np.zeros((count, n, n))
-    cov[:, range(n), range(n)] = [spread.get(axis, 0.0) ** 2 for axis in state.names]
-    mean[:, seen] = spot.mean
-    cov[:, np.array(seen)[:, None], seen] = spot.cov
+    for i, deviation in enumerate(deviations):
+        cov[:, i, i] = (deviation or 0.0) ** 2
+    for i, axis in enumerate(seen):
+        mean[:, axis] = spot.mean[:, i]
+        for j, other in enumerate(seen):
+            cov[:, axis, other] = spot.cov[:, i, j]
     return Gaussian(mean, cov)
 
 

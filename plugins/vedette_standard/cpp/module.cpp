@@ -1,7 +1,8 @@
-// vedette_standard._compiled: the twins of sensors and motions, as capsules that the kernels of vedette call, lifecycles, and joint
-// association of pairs.
+// vedette_standard._compiled: the twins of sensors and motions, as capsules that the kernels of vedette call, inverses, lifecycles,
+// and joint association of pairs.
 
 #include "biased.hpp"
+#include "inverses.hpp"
 #include "lifecycles.hpp"
 #include "pairs.hpp"
 
@@ -78,7 +79,7 @@ PyObject* all_twins(PyObject*, PyObject*) {
 #define VEDETTE_FAST(function) \
     {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
 PyMethodDef methods[] = {
-    VEDETTE_FAST(biased) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    VEDETTE_FAST(biased) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(from_polar) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
     VEDETTE_FAST(propagated) VEDETTE_FAST(summed)
     {"twins", all_twins, METH_NOARGS, nullptr},
     {nullptr, nullptr, 0, nullptr},

@@ -15,12 +15,13 @@ struct Sensor {
 };
 
 struct Sight {
-    Eight dx, dy, r, nearest, east, north;  // r at least `kNear`, and the unit vector by it
+    Eight dx, dy, r, over, nearest, east, north;  // r at least `kNear`, 1 / r, and the unit vector by it
 
     VEDETTE_INLINE explicit Sight(const Sensor& s) : dx(s.x[0] - s.p[0]), dy(s.x[1] - s.p[1]) {
         nearest = root(dx * dx + dy * dy);
         r = nearest > kNear ? nearest : kNear - Eight{};
-        east = dx / r, north = dy / r;
+        over = 1.0 / r;
+        east = dx * over, north = dy * over;
     }
     VEDETTE_INLINE Eight bearing(const Sensor& s) const { return wrapped_angle(angle_of(dy, dx) - s.p[2]); }
 };
@@ -42,9 +43,12 @@ struct RangeBearing {
     VEDETTE_INLINE static void look(const Sensor& s) {
         const Sight sight(s);
         s.z[0] = sight.nearest, s.z[1] = sight.bearing(s);
-        s.H[0] = sight.east, s.H[1] = sight.north, s.H[2] = -sight.north / sight.r, s.H[3] = sight.east / sight.r;
+        s.H[0] = sight.east, s.H[1] = sight.north, s.H[2] = -sight.north * sight.over, s.H[3] = sight.east * sight.over;
         const Eight extent = s.p[8], whole = sight.nearest * sight.nearest + extent;
-        scatter(s, s.p[6] + extent, s.p[7] + (extent > 0.0 ? extent / whole : Eight{}));
+        if (all_of(extent == 0.0))
+            scatter(s, s.p[6], s.p[7]);
+        else
+            scatter(s, s.p[6] + extent, s.p[7] + (extent > 0.0 ? extent / whole : Eight{}));
         cover(s, sight.nearest);
     }
 };
@@ -55,7 +59,7 @@ struct BearingOnly {
     VEDETTE_INLINE static void look(const Sensor& s) {
         const Sight sight(s);
         s.z[0] = sight.bearing(s);
-        s.H[0] = -sight.north / sight.r, s.H[1] = sight.east / sight.r;
+        s.H[0] = -sight.north * sight.over, s.H[1] = sight.east * sight.over;
         scatter(s, s.p[6]);
         cover(s, sight.nearest);
     }
@@ -79,9 +83,9 @@ struct RangeBearingRate {
     VEDETTE_INLINE static void look(const Sensor& s) {
         const Sight sight(s);
         const Eight vx = s.x[2] - s.p[9], vy = s.x[3] - s.p[10], rate = sight.east * vx + sight.north * vy;
-        const Eight slower = root(sight.east * sight.east + sight.north * sight.north) / sight.r;
+        const Eight slower = root(sight.east * sight.east + sight.north * sight.north) * sight.over;
         s.z[0] = sight.nearest, s.z[1] = sight.bearing(s), s.z[2] = rate;
-        s.H[0] = sight.east, s.H[1] = sight.north, s.H[4] = -sight.north / sight.r, s.H[5] = sight.east / sight.r;
+        s.H[0] = sight.east, s.H[1] = sight.north, s.H[4] = -sight.north * sight.over, s.H[5] = sight.east * sight.over;
         s.H[8] = (vx - rate * sight.east) * slower, s.H[9] = (vy - rate * sight.north) * slower;
         s.H[2] = s.H[3] = s.H[6] = s.H[7] = Eight{};
         s.H[10] = sight.east, s.H[11] = sight.north;
@@ -99,7 +103,7 @@ struct RangeBearingElevation {
         const Eight flat = sight.r, r = slant > kNear ? slant : kNear - Eight{}, square = r * r;
         s.z[0] = slant, s.z[1] = sight.bearing(s), s.z[2] = wrapped_angle(angle_of(dz, sight.nearest));
         s.H[0] = sight.dx / r, s.H[1] = sight.dy / r, s.H[2] = dz / r;
-        s.H[3] = -sight.north / flat, s.H[4] = sight.east / flat, s.H[5] = Eight{};
+        s.H[3] = -sight.north * sight.over, s.H[4] = sight.east * sight.over, s.H[5] = Eight{};
         s.H[6] = -sight.east * dz / square, s.H[7] = -sight.north * dz / square, s.H[8] = flat / square;
         scatter(s, s.p[6], s.p[7], s.p[8]);
         cover(s, slant);

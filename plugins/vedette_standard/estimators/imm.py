@@ -105,6 +105,7 @@ class Imm(Estimator[Modes]):
     _gaussian: bool = field(init=False, repr=False, eq=False)
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
+    _log_initial: Array = field(init=False, repr=False, eq=False)
 
     @_own.default
     def _axes_of_modes(self) -> tuple[tuple[int, ...], ...]:
@@ -143,6 +144,12 @@ class Imm(Estimator[Modes]):
             return Transition.per_scan(self.transition)
         return Transition.per_interval(self.transition, self.interval)
 
+    @_log_initial.default
+    def _log_of_initial(self) -> Array:
+        initial = np.ones(len(self.modes)) if self.initial is None else self.initial
+        log_prob: Array = np.log(initial / initial.sum())
+        return log_prob
+
     @_absent.default
     def _moments_of_the_absent(self) -> Array:
         stated = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
@@ -157,9 +164,8 @@ class Imm(Estimator[Modes]):
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
         """Start every mode from the same prior, with the `initial` mode probabilities."""
-        r = len(self.modes)
-        initial = np.full(r, 1.0 / r) if self.initial is None else self.initial
-        log_prob = np.broadcast_to(np.log(initial / initial.sum()), (*prior.mean.shape[:-1], r))
+        log_prob = np.empty((*prior.mean.shape[:-1], len(self.modes)))
+        log_prob[...] = self._log_initial
         return new_modes(tuple(mode.start(prior, axes, rng) for mode in self.modes), log_prob)
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:

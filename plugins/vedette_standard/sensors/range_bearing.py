@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Gaussian, Space, Twin, fields
+from vedette_standard.compiled import fastest
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import polar_slope, ranges_and_bearings
 from vedette_standard.sensors.placed import RangingSensor
@@ -88,17 +89,23 @@ class RangeBearing(RangingSensor):
         mean is divided by that. Its covariance for independent errors is then (r^2 + sigma_range^2) cosh(s) - r^2 along the
         line of sight and (r^2 + sigma_range^2) sinh(s) across: J R J' to first order, and definite at r = 0 too.
         """
-        R = self._noise_at(z[..., 0]) if noise is None else noise
-        r, angle, s = z[..., 0], z[..., 1] + leading(self._pose.heading, z.ndim - 1), R[..., 1, 1]
-        cos, sin = np.cos(angle), np.sin(angle)
-        mean = np.empty((*angle.shape, 2))
-        mean[..., 0] = leading(self._pose.position[..., 0], angle.ndim) + r * np.exp(s / 2) * cos
-        mean[..., 1] = leading(self._pose.position[..., 1], angle.ndim) + r * np.exp(s / 2) * sin
-        along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
-        across = (r * r + R[..., 0, 0]) * np.sinh(s)
-        mixed, cos2, sin2, both = r * R[..., 0, 1], cos * cos, sin * sin, sin * cos
-        cov = np.empty((*angle.shape, 2, 2))
-        cov[..., 0, 0] = along * cos2 + across * sin2 - 2 * mixed * both
-        cov[..., 1, 1] = along * sin2 + across * cos2 + 2 * mixed * both
-        cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * both + mixed * (cos2 - sin2)
-        return Gaussian(mean, cov)
+        R, place = self._noise_at(z[..., 0]) if noise is None else noise, self._pose
+        return Gaussian(*from_polar(z, R, place.position[..., 0], place.position[..., 1], place.heading))
+
+
+@fastest
+def from_polar(z: Array, R: Array, x: Array, y: Array, heading: float | Array) -> tuple[Array, Array]:
+    """Return the positions and covariances of ranges and bearings with noise, for a sensor at x and y."""
+    r, angle, s = z[..., 0], z[..., 1] + leading(heading, z.ndim - 1), R[..., 1, 1]
+    cos, sin = np.cos(angle), np.sin(angle)
+    mean = np.empty((*angle.shape, 2))
+    mean[..., 0] = leading(x, angle.ndim) + r * np.exp(s / 2) * cos
+    mean[..., 1] = leading(y, angle.ndim) + r * np.exp(s / 2) * sin
+    along = R[..., 0, 0] * np.cosh(s) + r * r * 2 * np.sinh(s / 2) ** 2
+    across = (r * r + R[..., 0, 0]) * np.sinh(s)
+    mixed, cos2, sin2, both = r * R[..., 0, 1], cos * cos, sin * sin, sin * cos
+    cov = np.empty((*angle.shape, 2, 2))
+    cov[..., 0, 0] = along * cos2 + across * sin2 - 2 * mixed * both
+    cov[..., 1, 1] = along * sin2 + across * cos2 + 2 * mixed * both
+    cov[..., 0, 1] = cov[..., 1, 0] = (along - across) * both + mixed * (cos2 - sin2)
+    return mean, cov

@@ -138,7 +138,7 @@ def tossed(self, scores, evidence):
 
 
 def keeps_in_place(self, hypotheses, alive):
-    array = next(part for part in pytrees._parts(hypotheses) if isinstance(part, np.ndarray) and part.size)
+    array = next(part for part in pytrees.parts(hypotheses) if isinstance(part, np.ndarray) and part.size)
     array[...] = array
     return KBest.keep(self, hypotheses, alive)
 

@@ -56,14 +56,8 @@ def batches_as_it_loops(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def _stacked(memory: Any) -> Any:
     """The memory of two equal runs."""
-    lead = _map(memory, lambda array: array[None])
+    lead = pytrees.mapped(lambda array: array[None], memory)
     return pytrees.join(lead, lead, 0)
-
-
-def _map(tree: Any, change: Any) -> Any:
-    if isinstance(tree, np.ndarray):
-        return change(tree)
-    return pytrees._rebuild(tree, [_map(part, change) for part in pytrees._parts(tree)])
 
 
 def survival_is_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:

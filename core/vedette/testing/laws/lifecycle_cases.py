@@ -65,6 +65,4 @@ def live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[
 
 def still(memory: Any) -> Any:
     """Return a copy of a memory that cannot be written into: it is part of a state, which somebody may have kept."""
-    if isinstance(memory, np.ndarray):
-        return frozen_copy(memory)
-    return pytrees._rebuild(memory, [still(part) for part in pytrees._parts(memory)])
+    return pytrees.mapped(frozen_copy, memory)

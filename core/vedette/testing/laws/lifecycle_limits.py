@@ -92,7 +92,7 @@ def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def _size(tree: Any) -> int:
-    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in pytrees._parts(tree))
+    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in pytrees.parts(tree))
 
 
 def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:
