@@ -105,7 +105,10 @@ class LabelledMultiBernoulli(HypothesisAssociator):
             merged, free = np.append(merged, both.merged), free - both.returns
         some = np.flatnonzero(share > self.least)
         some = some[np.lexsort((merged[some], choice[some], parent[some]))]
+        whole = np.bincount(track[parent], share, count)
         parent, choice, share, merged = parent[some], choice[some], share[some], merged[some]
+        # What is dropped is other leaves' of the track: what its weights lack of 1 is that it never began.
+        share = share * (whole / np.maximum(np.bincount(track[parent], share, count), np.finfo(float).tiny))[track[parent]]
         free = np.maximum(free, 0.0)
         news = np.flatnonzero(begins & (free > self.least))
         return Branching(

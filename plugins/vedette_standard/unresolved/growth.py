@@ -305,13 +305,10 @@ def _scores_of(every: Indices, takes: Mask, score: Array, scores: LeafScores) ->
     decided, starts = every[1] >= 0, np.concatenate([[0], scores.ends])
     number = np.where(decided, takes, np.diff(starts)[every[0]])
     miss = np.where(decided, np.where(takes, -np.inf, score), scores.miss[every[0]])
-    at = np.repeat(np.where(decided, 0, starts[every[0]]), number) + _counted(number)
     own = np.repeat(np.arange(len(miss)), number)
-    if not len(scores.returns):
-        at = np.zeros(0, dtype=np.int64)
-    taken, gain = (np.zeros(0, dtype=np.int64), np.zeros(0)) if not len(at) else (scores.returns[at], scores.scores[at])
-    sure = decided[own]
-    taken, gain = np.where(sure, every[2][own] - 1, taken), np.where(sure, score[own], gain)
+    at = np.where(decided[own], len(scores.returns), starts[every[0]][own] + _counted(number))
+    taken = np.where(decided[own], every[2][own] - 1, np.append(scores.returns, 0)[at])
+    gain = np.where(decided[own], score[own], np.append(scores.scores, 0.0)[at])
     return LeafScores(miss, np.cumsum(number), taken, gain, scores.k)
 
 

@@ -7,6 +7,7 @@ import pytest
 import vedette
 from support import two_boats
 from vedette import Detections, Gaussian, Scan
+from vedette.hypotheses import LeafScores
 from vedette.tracking.association import associate
 from vedette.tracking.meeting import meet
 from vedette_standard.unresolved import growth
@@ -102,6 +103,15 @@ def of_histories(tracker, state, z):
     return np.array([found.get(own, 0.0) for own in histories]), wanted / np.sum(wanted)
 
 
+def test_a_return_that_neither_gives_alone_is_still_one_of_both():
+    tracker, state = boats("k_best", more=MANY["k_best"])
+    part = meet(tracker.expect(state, Scan(0.0, "radar", Detections.of(SEEN[:1], 2))))[2][0]
+    scores = LeafScores.of(np.array([[-2.0, -np.inf], [-1.0, -np.inf]]))
+    after = growth.grown_close(state.leaves.hypotheses, scores, np.zeros(1, dtype=bool), part.close, 100, 0.0)
+    both, none = np.exp(part.close.joint[0, 0]), np.exp(-3.0)
+    np.testing.assert_allclose(after.hypotheses.probability[after.merged > 0], both / (both + none), atol=1e-9)
+
+
 def second_scan():
     tracker, state = boats("k_best", more=MANY["k_best"])
     return tracker, tracker.step(state, Scan(0.0, "radar", Detections.of(SEEN[:2], 2))), [[2.0, 3.0], [0.0, 9.0]]
@@ -150,9 +160,9 @@ def test_leaves_that_merged_are_updated_as_the_joint_gaussian(kind):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_hypotheses_stay_what_they_are_over_many_scans(kind):
-    tracker, state = boats(kind, count=3, more={"least": 0.0, "leaves": 200} if kind == "lmb" else None)
+    tracker, state = boats(kind, count=3)
     rng = np.random.default_rng(3)
-    for n in range(3 if kind == "lmb" else 12):  # it drops leaves of least weight, and with them their share
+    for n in range(12):
         centre = np.array([[2.0 * n, 8.0 * i] for i in range(3)])
         z = np.concatenate([centre[rng.random(3) < 0.6] + rng.normal(0, 3, 2), rng.uniform(-20, 40, (2, 2))])
         state = tracker.step(state, Scan(float(n + 1), "radar", Detections.of(z, 2)))
