@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 
 from vedette import Component, plugin
-from vedette_tools.commands import Explain, New, Smooth, Tune
+from vedette_tools.commands import Completions, Explain, New, Smooth, Tune
 
 VEDETTE_CONTRACT = 2
 
@@ -11,4 +11,4 @@ VEDETTE_CONTRACT = 2
 @plugin
 def vedette_components() -> Iterable[type[Component]]:
     """Return the commands."""
-    return [Explain, New, Smooth, Tune]
+    return [Completions, Explain, New, Smooth, Tune]

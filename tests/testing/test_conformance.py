@@ -142,8 +142,15 @@ GIVEN = {
     ("estimator", "g_h"): {"h": st.floats(0.0, 1.0), "k": st.floats(0.0, 0.05), "step": st.sampled_from([0.5, 2.0])},
     ("estimator", "least_squares"): {"forgetting": st.sampled_from([1.0, 0.95]), "step": st.sampled_from([1.0, 10.0])},
     ("estimator", "ensemble_kalman"): {"members": st.just(100)},
-    ("estimator", "template_filter"): {"motion": BOXED, "cells": st.just(8)},
-    ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.just(8)},
+    ("estimator", "template_filter"): {
+        "motion": BOXED,
+        "cells": st.sampled_from([12, 20]),
+        "limit": st.floats(0.3, 0.7),
+        "margin": st.floats(1.2, 2.5),
+        "opening": st.floats(2.0, 5.0),
+        "sigma": st.floats(0.3, 3.0),
+    },
+    ("estimator", "correlation_filter"): {"motion": BOXED, "cells": st.sampled_from([8, 20]), "limit": st.floats(0.2, 0.7)},
     ("estimator", "whitened_filter"): {"motion": BOXED, "memory": st.floats(0.05, 1.0), "passes": st.just(2)},
     ("estimator", "residual_monitored"): {
         "of": st.builds(Kalman, st.builds(ConstantVelocity, st.floats(0.1, 1.0))),

@@ -90,25 +90,6 @@ class Info(Command):
 
 @final
 @frozen
-class Completions(Command):
-    """Print a script that completes commands in a shell.
-
-    In bash: eval "$(vedette completions bash)".
-    """
-
-    kind: ClassVar[str] = "completions"
-
-    def options(self, parser: ArgumentParser) -> None:
-        parser.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
-
-    def run(self, arguments: Namespace) -> int:
-        from vedette.commands import completions
-
-        return completions.run(arguments)
-
-
-@final
-@frozen
 class Schema(Command):
     """Print the JSON Schema of all that is installed, for editors that complete and check a config."""
 
@@ -123,4 +104,4 @@ class Schema(Command):
 @plugin
 def vedette_components() -> Iterable[type[Component]]:
     """Return the core's commands."""
-    return [Check, Completions, Components, Info, Schema]
+    return [Check, Components, Info, Schema]

@@ -7,7 +7,19 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields, kernels
+from vedette import (
+    Array,
+    Detections,
+    Frame,
+    Gaussian,
+    ImagingSensor,
+    Innovation,
+    MotionModel,
+    Sensor,
+    Traits,
+    fields,
+    kernels,
+)
 from vedette.filters import Hypotheses, OverMotion, embedded, evaluate_linearised, make_innovation, marginal
 from vedette_flir.camera import Window, cut
 from vedette_flir.sensors.image_model import FittedImage
@@ -59,6 +71,8 @@ class WhitenedFilter(OverMotion[Remembered]):
 
     def refuses(self, sensor: Sensor) -> str | None:
         """Refuse cameras without an image model, with another window, or whose noise is correlated over space."""
+        if isinstance(sensor, ImagingSensor) and not isinstance(sensor, FittedImage):
+            return "it has no model of the target's image, by which this filter whitens a frame"
         if isinstance(sensor, FittedImage) and sensor.camera.correlated > 0:
             return "its noise is correlated over space: this filter whitens over time alone"
         if isinstance(sensor, FittedImage) and sensor.camera.window != self.window:

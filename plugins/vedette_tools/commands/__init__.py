@@ -1,4 +1,4 @@
-"""The commands that draft, explain and tune a config: their options; the module of each does the work."""
+"""The commands that draft, explain and tune a config, and complete what is typed: their options; each has its module."""
 
 from __future__ import annotations
 
@@ -90,6 +90,25 @@ class Explain(Command):
         from vedette_tools.commands import explain
 
         return explain.run(arguments)
+
+
+@final
+@frozen
+class Completions(Command):
+    """Print a script that completes commands in a shell.
+
+    In bash: eval "$(vedette completions bash)".
+    """
+
+    kind: ClassVar[str] = "completions"
+
+    def options(self, parser: ArgumentParser) -> None:
+        parser.add_argument("shell", metavar="SHELL", choices=["bash", "zsh", "fish"], help="bash, zsh or fish")
+
+    def run(self, arguments: Namespace) -> int:
+        from vedette_tools.commands import completions
+
+        return completions.run(arguments)
 
 
 @final

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 import vedette
 from support.mutants.mixtures import TWO
 from support.mutants.parts import put
-from vedette import Gaussian
+from vedette import Frame, Gaussian
 from vedette.filters import embedded, evaluate_each, prepare
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.associators.global_nearest import GlobalNearest
@@ -199,6 +199,11 @@ def as_if_new(belief):
     return Modes(belief.beliefs, 0.0 * belief.log_prob - np.log(2))
 
 
+def framed(evaluate):
+    """With another evaluation of frames."""
+    return {"evaluate": lambda s, b, z, d, g: (evaluate if isinstance(d, Frame) else EKF.evaluate)(s, b, z, d, g)}
+
+
 ESTIMATORS = [
     ("noise of another place", EKF, "an_unlike_sensor_is_linearised",
      {"evaluate": lambda s, b, z, d, g: EKF.evaluate(s, b, Elsewhere(z), d, g)}, LINEAR),
@@ -223,6 +228,10 @@ ESTIMATORS = [
     ("all tracks take what one takes", BootstrapParticles, "tracks_come_and_go",
      {"update": lambda s, b, i, w: BootstrapParticles.update(s, b, i, np.broadcast_to(w.mean(1, keepdims=True), w.shape))},
      LINEAR),
+    ("a frame read upside down", EKF, "frames_show_the_target",
+     framed(lambda s, b, z, d, g: EKF.evaluate(s, b, z, evolve(d, pixels=d.pixels[..., ::-1, :]), g)), LINEAR),
+    ("a frame speaks against what it shows", EKF, "frames_are_compared_with_the_first",
+     framed(lambda s, b, z, d, g: evolve(i := EKF.evaluate(s, b, z, d, g), loglik=i.loglik * np.array([1, -1]))), LINEAR),
     ("scans before the last forgotten", Imm, "modes_remember_every_scan",
      {"evaluate": lambda s, b, z, d, g: Imm.evaluate(s, as_if_new(b), z, d, g),
       "update": lambda s, b, i, w: Imm.update(s, as_if_new(b), i, w)}, TWO),

@@ -17,6 +17,7 @@ from vedette.testing.laws import (
     credibility,
     draws,
     exact,
+    frames,
     gaps,
     missing_components,
     mixture,
@@ -351,6 +352,7 @@ LAWS: tuple[Law, ...] = (
     *sharp_beliefs.LAWS,
     *missing_components.LAWS,
     *reframing.LAWS,
+    *frames.LAWS,
     *gaps.OF_ESTIMATORS,
     *twins.OF_ESTIMATORS,
 )  # fmt: skip

@@ -7,7 +7,7 @@ from typing import Any
 
 import shtab
 
-from vedette.commands.exit_codes import DONE
+from vedette.commands import DONE
 from vedette.config.parameters import APART
 from vedette.config.registry import Registry
 

@@ -8,7 +8,7 @@ from argparse import _SubParsersAction
 import pytest
 
 from vedette.cli import _parser
-from vedette.commands.completions import completion_script
+from vedette_tools.commands.completions import completion_script
 
 
 @pytest.fixture(scope="module")
