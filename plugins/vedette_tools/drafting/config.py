@@ -186,8 +186,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
-        first, lambda design: tried(text(design), some), steady, errors=not table.reports, vague=vague, progress=progress
-    )
+        first, lambda design: tried(text(design), some), steady, errors=not table.reports,
+        in_turn=any(one.in_turn for one in facts.values()), vague=vague, progress=progress,
+    )  # fmt: skip
     if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
         told = float(np.clip(proof.trial.detected, 0.3, 0.99))

@@ -50,6 +50,7 @@ def proved(
     steady: float,
     *,
     errors: bool = True,
+    in_turn: bool = False,
     vague: float = 0.0,
     progress: Progress = silent,
     budget: float = BUDGET,
@@ -57,17 +58,17 @@ def proved(
 ) -> Proof:
     """Return the best of the alternatives to a first design; `run` tries one, `steady` is the part of returns in chains.
 
-    errors: whether those of the sensors are doubted. vague: the error of a position, in m, where it is absurd beside the
+    errors: whether those of the sensors are doubted. in_turn: whether targets report one by one, at rates that may differ. vague: the error of a position, in m, where it is absurd beside the
     spread of all. budget: what the trials may take by the `clock`, in s; the first is always tried.
 
-    Each stage changes the best of the stage before: the acceleration and a mode for manoeuvres, then the errors, then gate
-    and speeds.
+    Each stage changes the best of the stage before: how often targets report, the acceleration and a mode for manoeuvres,
+    then the errors, then gate and speeds.
     """
     known: dict[Design, Trial] = {}
     failed: set[Design] = set()
     begun, longest, spent = clock(), 0.0, False
     best, clean = first, steady >= CLEAN
-    for stage in (_motions, *([_errors] if errors and clean else []), _widths):
+    for stage in (*([_rates] if in_turn else []), _motions, *([_errors] if errors and clean else []), _widths):
         if stage is _errors and best.correlated:
             continue
         for design in progress([best, *stage(best)], "alternatives tried"):
@@ -122,6 +123,11 @@ def _as_likely(known: dict[Design, Trial], before: Design) -> dict[Design, Trial
         return known
     least = known[before].loglik - DOUBTED * known[before].returns
     return {design: trial for design, trial in known.items() if design.errors <= before.errors or trial.loglik >= least}
+
+
+def _rates(best: Design) -> Iterator[Design]:
+    for factor in (3.0, 10.0, 30.0):
+        yield evolve(best, often=factor)
 
 
 def _motions(best: Design) -> Iterator[Design]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import product
-from math import log, pi
+from math import log, pi, sqrt
 from typing import Any
 
 import numpy as np
@@ -12,33 +12,35 @@ import numpy as np
 from vedette.space import Array, Indices
 from vedette_tools.drafting.chains import LEAST, Chain
 
-MOST = 1500
-"""So many returns tell how fast targets move."""
+MOST = 600
+"""So many returns tell how large their errors are, and how targets move."""
 
-PACES = tuple(float(pace) for pace in np.geomspace(0.03, 1000.0, 10))
-"""m/s: how far, in each s, a return may lie from where its target was expected."""
+ERRORS = tuple(float(part) for part in np.geomspace(1e-5, 0.1, 9))
+"""The errors that are tried, in parts of the side of the area."""
 
-WIDTHS = (0.1, 1.0, 10.0, 100.0)
-"""The same at once, in s of the pace."""
+SPEEDS, COURSES = (0.1, 1.0, 10.0, 100.0, 1000.0), (3.0, 30.0, 1000.0)
+"""m/s: the speeds that are tried; s: how long a target keeps one."""
 
 GROSS, PASSES = 30.0, 3
 """A return so many times as far off as is usual is gross; those beside one show once it is out. Chosen by hand."""
 
-FAR = 4.0
-"""Beyond so many standard deviations a return is another target's."""
+FAR = 25.0
+"""Beyond such a squared distance a return is another target's."""
 
 
 def in_turn(times: Array, spots: Sequence[Array]) -> list[Chain]:
     """Return the chains of returns whose scans, at times (s,), hold a few targets each; spots: of each scan (k, 2).
 
-    A return goes on with the chain that makes it likeliest, or begins one. How far it may lie from where it was expected is
-    that of greatest likelihood, of all returns, among those that are tried.
+    Each chain has a Kalman filter; a return goes on with the chain that makes it likeliest, or begins one. Errors, speeds
+    and how they change are those of greatest likelihood among those that are tried.
     """
     scan = np.repeat(np.arange(len(spots)), [len(places) for places in spots])
     every = np.concatenate(spots)
     few = slice(0, MOST)
     area = float(np.prod(np.maximum(np.ptp(every[few], axis=0), 1e-3)))
-    tried = [(pace, width * pace) for pace, width in product(PACES, WIDTHS)]
+    tried = [
+        (part * sqrt(area), speed, speed / sqrt(lasts)) for part, speed, lasts in product(ERRORS, SPEEDS, COURSES)
+    ]
     likely = [_followed(times[scan[few]], every[few], scan[few], *one, area)[1] for one in tried]
     owner, _ = _followed(times[scan], every, scan, *tried[int(np.argmax(likely))], area)
     return of_owners(times, spots, owner)
@@ -78,27 +80,41 @@ def steady(rows: Indices, times: Array, spots: Array) -> Indices:
     return rows
 
 
-def _followed(times: Array, spots: Array, scan: Indices, pace: float, width: float, area: float) -> tuple[Indices, float]:
-    """Return whose each return (n,) is, and how likely all are if one is expected within `width` + `pace` dt, in m."""
+def _followed(
+    times: Array, spots: Array, scan: Indices, error: float, speed: float, accel: float, area: float
+) -> tuple[Indices, float]:
+    """Return whose each return (n,) is, and how likely all are, with errors in m, speeds in m/s, an acceleration in m/s^2.
+
+    Of n returns before it the next is of a target that gave k of them with probability k / (n + 1), and of a new one with
+    1 / (n + 1) (the Chinese restaurant process): else many chains that take turns would be as likely as one.
+    """
     owner = np.zeros(len(times), dtype=int)
     last, velocity = np.zeros((len(times), 2)), np.zeros((len(times), 2))
-    then, count, looked = np.zeros(len(times)), 0, np.full(len(times), -1)
-    total, new = 0.0, -log(area)
+    P = np.zeros((3, len(times)))  # along either axis: the variances of place and velocity, and between them the covariance
+    then, given, looked = np.zeros(len(times)), np.zeros(len(times)), np.full(len(times), -1)
+    count, total, new = 0, 0.0, -log(area)
     for i, (time, spot) in enumerate(zip(times.tolist(), spots, strict=True)):
         dt = time - then[:count]
-        spread = width + pace * dt
-        apart = np.linalg.norm(spot - last[:count] - velocity[:count] * dt[:, None], axis=-1) / spread
-        likely = -0.5 * apart**2 - 2.0 * np.log(spread) - log(2 * pi)
-        likely[(apart > FAR) | (looked[:count] == scan[i])] = -np.inf
+        place, both, pace = P[:, :count]
+        place = place + dt * (2.0 * both + dt * (pace + dt * accel**2 / 3))
+        S = place + error**2
+        expected = last[:count] + velocity[:count] * dt[:, None]
+        apart = spot - expected
+        distance = np.sum(apart**2, axis=-1) / S
+        likely = -0.5 * distance - np.log(S) - log(2 * pi) + np.log(given[:count])
+        likely[(distance > FAR) | (looked[:count] == scan[i])] = -np.inf
         best = int(np.argmax(likely)) if count else -1
         if best < 0 or likely[best] < new:
             best, count, total = count, count + 1, total + new
-            last[best] = spot
+            last[best], P[:, best] = spot, (error**2, 0.0, speed**2)
         else:
             total += float(likely[best])
-            if dt[best] > 0:
-                # The velocity forgets within some steps, so a turn is followed; it is 0 until two returns tell it.
-                velocity[best] += 0.5 * ((spot - last[best]) / dt[best] - velocity[best])
-            last[best] = spot
+            step = dt[best]
+            ahead, quick = both[best] + step * (pace[best] + step * accel**2 / 2), pace[best] + step * accel**2
+            gain, turn = place[best] / S[best], ahead / S[best]
+            last[best], velocity[best] = expected[best] + gain * apart[best], velocity[best] + turn * apart[best]
+            P[:, best] = (1 - gain) * place[best], (1 - gain) * ahead, quick - turn * ahead
         owner[i], then[best], looked[best] = best, time, scan[i]
+        given[best] += 1
+        total -= log(i + 1)
     return owner, total

@@ -59,7 +59,8 @@ class Facts:
 class Design:
     """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
     0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
-    speed along an axis; whether errors are correlated in time. `found` is the acceleration noise of greatest likelihood.
+    speed along an axis; whether errors are correlated in time; how many times as often as the slowest of those that report
+    in turn targets do. `found` is the acceleration noise of greatest likelihood.
     """
 
     accel: float
@@ -70,12 +71,14 @@ class Design:
     gate: float = GATE
     found: float = 0.0
     correlated: bool = False
+    often: float = 1.0
 
     def __str__(self) -> str:
         told = f"sigma_accel {rounded(self.accel):g}"
         told += f" and {rounded(self.agile):g} for {self.lasts:g} scan{'s' if self.lasts > 1 else ''}" if self.agile else ""
         told += ", errors correlated in time" if self.correlated else ""
         told += f", errors times {self.errors:.2g}" if self.errors != 1 else ""
+        told += f", reports {self.often:g} times as often" if self.often != 1 else ""
         return f"{told}, speeds of {rounded(self.speed):g}" + (f", gate {self.gate:g}" if self.gate != GATE else "")
 
 
@@ -240,7 +243,8 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
             yield f"sigma = {rounded(errors * size)!r}{doubt}"
         density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
         clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
-    yield f"detection_probability = {rounded(facts.probability)!r}"
+    often = min(design.often * facts.probability, 0.5) if facts.in_turn else facts.probability
+    yield f"detection_probability = {rounded(often)!r}"
     yield clutter
 
 
