@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from math import log
 from typing import Any
 
 import numpy as np
@@ -19,7 +20,7 @@ from vedette_report.error_in_time import Compared, Path, compared
 from vedette_tools.drafting.cadence import left_out_period
 from vedette_tools.drafting.chains import LEAST, Chain, chains, spacing, unbroken
 from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
-from vedette_tools.drafting.noise import Noise, Windows, estimated, plausible
+from vedette_tools.drafting.noise import Noise, Windows, estimated, loglik, plausible
 from vedette_tools.drafting.proof import LESS, proved
 from vedette_tools.drafting.reports import in_turn, of_owners
 from vedette_tools.drafting.several import FLAT, stand
@@ -334,7 +335,7 @@ class Reading:
     @classmethod
     def of(cls, table: Table, recording: Recording) -> Reading:
         """Read it."""
-        seen = _seen(table, recording)
+        seen = {name: _of_targets(table.of(name), each) for name, each in _seen(table, recording).items()}
         return cls(table, recording, seen, {name: _noise(table.of(name), sensor) for name, sensor in seen.items()})
 
     @property
@@ -494,7 +495,12 @@ def _noise(table: Table, seen: Seen) -> Noise:
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
-    pieces = [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)]
+    windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)])
+    start = (*guess, 0.05 * speed / seen.period)
+    return estimated(windows, start, speed, lambda sigmas: _along_lines(table, sigmas))
+
+
+def _windows(table: Table, seen: Seen, pieces: Sequence[Chain]) -> Windows:
     lines = []
     for chain in pieces:
         line = np.tile(np.eye(2), (len(chain.times), 1, 1))
@@ -504,8 +510,35 @@ def _noise(table: Table, seen: Seen) -> Noise:
             line[..., 0] = along / r[:, None]
             line[..., 1] = np.stack([-along[:, 1], along[:, 0]], axis=-1)
         lines.append(line)
-    start = (*guess, 0.05 * speed / seen.period)
-    return estimated(Windows.of(pieces, lines), start, speed, lambda sigmas: sigmas if table.polar else np.repeat(sigmas, 2))
+    return Windows.of(pieces, lines)
+
+
+def _along_lines(table: Table, sigmas: Array) -> Array:
+    return sigmas if table.polar else np.repeat(sigmas, 2)
+
+
+def _of_targets(table: Table, seen: Seen) -> Seen:
+    """Return what a sensor shows without the chains that returns of no target make by chance: they would pass for noise.
+
+    With the noise of the longest chains, those of targets are likelier than returns anywhere (the track score of Sittler,
+    1964), by more than one in all returns is by chance.
+    """
+    every = np.concatenate(seen.spots) if seen.spots else np.zeros((0, 2))
+    loose = len(every) - sum(len(chain.times) for chain in seen.chains)
+    if len(seen.chains) < 2 or loose < len(seen.times):
+        return seen
+    longest = max(len(chain.times) for chain in seen.chains)
+    sure = evolve(seen, chains=tuple(chain for chain in seen.chains if 2 * len(chain.times) >= longest))
+    noise, speed = _noise(table, sure), _speed([sure])
+    sigmas = _along_lines(table, np.array(noise.sensor))
+    area = float(np.prod(np.maximum(np.ptp(np.percentile(every, [1, 99], axis=0), axis=0), 1e-9)))
+    anywhere = log(loose / len(seen.times) / area)
+
+    def score(chain: Chain) -> float:
+        return loglik(_windows(table, seen, [chain]), sigmas, noise.accel, speed) - (len(chain.times) - 1) * anywhere
+
+    kept = tuple(chain for chain in seen.chains if score(chain) > log(len(every)))
+    return evolve(seen, chains=kept) if kept else sure
 
 
 def _believed(table: Table, sigmas: tuple[float, ...]) -> tuple[float, ...]:
