@@ -63,7 +63,7 @@ class CsvSource(Source):
         "where x and y are 0, for latitudes and longitudes; default: the middle of the platform's, else of the returns'",
         default=None,
     )
-    delimiter: str = fields.choice("between columns", [",", ";", "\t", "|"], default=",")
+    delimiter: str = fields.choice("between columns; one blank stands for any", [",", ";", "\t", "|", " "], default=",")
     decimal: str = fields.choice("in numbers", [".", ","], default=".")
     dates: str = fields.text("how dates are written, as '%d/%m/%Y %H:%M:%S'; default: by ISO 8601", default="")
     sort: bool = fields.flag("sort all rows by time; default: those that go back in time are refused", default=False)

@@ -16,6 +16,7 @@ from vedette.fields import ABSURD
 from vedette.space import Axis, Space
 from vedette.units import in_unit
 from vedette_files.columnar import TablePath, header_and_rows, is_columnar
+from vedette_files.composed import cell_of, made_of, perhaps_of
 from vedette_files.input_files import lines, shown
 
 WIDEST = 131_072
@@ -39,7 +40,14 @@ _THOUSANDS = re.compile(r"[-+]?\d{1,3}([,' ]\d{3})+(\.\d*)?")
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 """What Excel writes above a header to say what stands between columns."""
 
-_BETWEEN = re.compile(r"[,;\t|]")
+_DEGREES = re.compile(
+    r"(?P<before>[NSEWnsew])?\s*(?P<sign>[-+])?(?P<degrees>\d+(?:\.\d+)?)\s*(?:°|º|deg)?"
+    r"(?:[\s-]*(?P<minutes>\d+(?:\.\d+)?)\s*(?:['\u2032\u2019]|min)?(?:[\s-]*(?P<seconds>\d+(?:\.\d+)?)\s*(?:\"|\u2033|''|\u201d|sec)?)?)?"
+    r"\s*(?P<after>[NSEWnsew])?"
+)
+"""A latitude or longitude with letters for the hemisphere, or minutes and seconds."""
+
+_BETWEEN = re.compile(r"[,;\t| ]")
 
 
 @frozen
@@ -51,7 +59,7 @@ class Dialect:
 
     def cells(self, line: str) -> list[str] | None:
         """Return the cells of a line, with decimal points; None as `cells_of` does."""
-        cells = cells_of(line, self.delimiter)
+        cells = cells_of(line.lstrip("# ").rstrip() if self.delimiter == " " else line, self.delimiter)
         if self.decimal == "." or cells is None:
             return cells
         return [_COMMA.sub(r"\1.\2", cell) if _COMMA.fullmatch(cell) else cell for cell in cells]
@@ -83,7 +91,7 @@ class Number:
         """Return the row's number; ValueError if it is not a number or is too large."""
         cell = row.cells[self.name]
         try:
-            number = plain_number(cell)
+            number = plain_number(cell) if self.largest is None else degrees(cell)
         except ValueError:
             raise ValueError(f"{self.title} must be a number, got {shown(cell)}{self._advice(cell)}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
@@ -92,6 +100,13 @@ class Number:
         if self.largest is not None and abs(number) * self.factor > self.largest:
             bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
             other = "; is it the longitude's column?" if self.largest == 90 and abs(number) * self.factor <= 360 else ""
+            if not other and self.factor == 1:
+                minutes = abs(number) < 18_100 and abs(number) % 100 < 60
+                letter = "N" if self.largest == 90 else "E"
+                other = (
+                    f"; if these are degrees and minutes, say so by a letter: {cell.lstrip('-')}{letter}" if minutes else ""
+                )
+                other = "; --units latitude='1e-7 deg',longitude='1e-7 deg' reads it" if abs(number) > 1e6 else other
             raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}{other}")
         if number < self.least:
             raise ValueError(f"{self.title} must be >= {self.least:g}, got {shown(cell)}")
@@ -107,7 +122,7 @@ class Number:
         if is_number(number) and unit.isalpha():
             return f"; write the number alone, {number}: `units` says that it is in {unit}"
         if self.largest is not None and cell[:1].isdigit():
-            return "; write degrees with decimals, negative in the south and in the west"
+            return "; write degrees with decimals, or as 59 25.955 N"
         return ""
 
 
@@ -161,7 +176,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
     if not header:
         raise InputError(f"{path}: holds blank lines only, and must begin with a header line: the titles of the columns")
     _check_titles(header, f"{path}:{top}", wanted, place)
-    where = {name: header.index(title) for name, title in wanted.items()}
+    where = {name: cell_of(title, header) for name, title in wanted.items()}
     empty = True
     for number, line in given:
         if not line.strip():
@@ -175,7 +190,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
             text = f"must have {len(header)} columns as in the header, got {len(cells)}"
             refused.append(Problem(line_place, text + _too_many(cells, len(header))))
         else:
-            yield Row(line_place, {name: cells[i] for name, i in where.items()})
+            yield Row(line_place, {name: cell(cells) for name, cell in where.items()})
     if empty:
         raise InputError(f"{path}: has a header and no rows")
 
@@ -216,6 +231,30 @@ def plain_number(cell: str) -> float:
     return float(cell)
 
 
+def degrees(cell: str) -> float:
+    """Return a latitude or longitude in degrees, also as 59°25'57.3"N, 59 25.955 N, or 5925.955N as GPS receivers write it.
+
+    ValueError if the cell is none.
+
+    >>> round(degrees("10 28.8 W"), 4), round(degrees("05925.955 N"), 4)
+    (-10.48, 59.4326)
+    """
+    try:
+        return plain_number(cell)
+    except ValueError:
+        found = _DEGREES.fullmatch(cell.strip())
+    letter = (found["before"] or found["after"] or "") if found else ""
+    if found is None or not (letter or found["minutes"]):
+        raise ValueError
+    whole, minutes, seconds = (float(found[part] or 0) for part in ("degrees", "minutes", "seconds"))
+    if not found["minutes"] and "." in found["degrees"] and len(found["degrees"].partition(".")[0]) > 3:
+        whole, minutes = divmod(whole, 100.0)  # two digits of minutes before the point
+    if minutes >= 60 or seconds >= 60:
+        raise ValueError
+    size = whole + minutes / 60 + seconds / 3600
+    return -size if letter.upper() in ("S", "W") or found["sign"] == "-" else size
+
+
 def is_number(cell: str) -> bool:
     """Return whether a cell holds a finite number."""
     try:
@@ -226,20 +265,23 @@ def is_number(cell: str) -> bool:
 
 def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterator[Row]:
     """Yield the rows of a Parquet file or a data frame, the first of which is row 1."""
-    header, given = header_and_rows(path, wanted.values())
+    parts = {part for title in wanted.values() for part in perhaps_of(title)}
+    header, given = header_and_rows(path, parts)
     _check_titles(header, str(path), wanted, place)
-    read = [title for title in header if title in wanted.values()]
-    where = {name: read.index(title) for name, title in wanted.items()}
+    read = [title for title in header if title in parts]
+    where = {name: cell_of(title, read) for name, title in wanted.items()}
     number = 0
     for number, cells in enumerate(given, 1):
-        yield Row(f"{path.name}:row {number}", {name: cells[i] for name, i in where.items()})
+        yield Row(f"{path.name}:row {number}", {name: cell(cells) for name, cell in where.items()})
     if number == 0:
         raise InputError(f"{path}: has a header and no rows")
 
 
 def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], place: str) -> None:
-    for name, title in wanted.items():
-        if header.count(title) != 1:
+    for name, wish in wanted.items():
+        for title in made_of(wish, header) or (wish,):
+            if header.count(title) == 1:
+                continue
             there = "no column" if title not in header else "more than one column"
             found = f"the columns are {listed(header)}" if len(header) > 1 else f"the only column is {shown(header[0])}"
             cure = _delimiter(header[0]) if len(header) == 1 else ""
@@ -256,7 +298,7 @@ def _delimiter(header: str) -> str:
     """Return which delimiter parts a header that has but one column."""
     found = [mark for mark in (";", "\t", "|", ",") if mark in header]
     told = f"{found[0]!r} seems to stand between columns" if len(found) == 1 else "what stands between columns?"
-    return f"; {told}: source.delimiter states it" + (", and it cannot be a blank" if not found and " " in header else "")
+    return f"; {told}: source.delimiter states it" + (", as ' ' for blanks" if not found and " " in header else "")
 
 
 def listed(header: Sequence[str]) -> str:

@@ -63,7 +63,7 @@ def stamp(cell: str, pattern: str = "") -> tuple[str, float]:
     try:
         return NUMBER, plain_number(cell)
     except ValueError:
-        pass
+        cell = f"{cell[:-4]}Z" if cell.endswith((" UTC", " GMT")) else cell
     try:
         date = datetime.fromisoformat(cell)
     except ValueError:

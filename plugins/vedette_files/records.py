@@ -34,7 +34,7 @@ def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any
     """Return the titles of a file of records, and its records, as flat tables; InputError if it cannot be read.
 
     A record within a record gives titles as `position.x`, a list of numbers `position.0`; a list of records, as the
-    detections of a frame, gives a row for each.
+    detections of a frame, or of lists of numbers gives a row for each.
     """
     if path.suffix.lower() == GPX:
         return list(POINT), _points(path)
@@ -53,12 +53,23 @@ def _of_lines(path: Path) -> Iterator[tuple[str, Any]]:
 
 def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
     data = _parsed(str(path), whole_text(path))
-    if isinstance(data, Mapping):  # one list below a name, as in { "detections": [...] }
+    if isinstance(data, Mapping):  # one list below a name, as in { "detections": [...] }, or columns
         lists = [value for value in data.values() if isinstance(value, list)]
-        data = lists[0] if len(lists) == 1 else data
+        data = lists[0] if len(lists) == 1 else _of_columns(data)
     if not isinstance(data, list):
         raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
     yield from ((f"{path}: record {number}", record) for number, record in enumerate(data, 1))
+
+
+def _of_columns(data: Mapping[str, Any]) -> Any:
+    """Return the records of columns by name, as pandas writes them, or a list of rows below their titles; else the data."""
+    titles, rows = data.get("columns"), data.get("data")
+    if isinstance(titles, list) and isinstance(rows, list) and all(isinstance(row, list) for row in rows):
+        return [dict(zip(map(str, titles), row, strict=False)) for row in rows]
+    columns = [list(each.values()) if isinstance(each, Mapping) else each for each in data.values()]
+    if not columns or not all(isinstance(each, list) and len(each) == len(columns[0]) > 1 for each in columns):
+        return data
+    return [dict(zip(data, row, strict=True)) for row in zip(*columns, strict=True)]
 
 
 def _parsed(place: str, text: str) -> Any:
@@ -82,6 +93,8 @@ def _flat(place: str, record: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
                 row |= {f"{name}.{title}": part for title, part in inner.items()}
         elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value) and depth < DEEPEST:
             rows = [inner for part in value for inner in _flat(place, part, depth + 1)]
+        elif isinstance(value, list) and value and all(isinstance(part, list) for part in value):
+            rows = [{f"{name}.{i}": number for i, number in enumerate(part)} for part in value]
         elif isinstance(value, list):
             row |= {f"{name}.{i}": part for i, part in enumerate(value) if not isinstance(part, list | Mapping)}
         else:

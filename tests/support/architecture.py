@@ -48,6 +48,7 @@ PLUGINS = (
     "vedette_files",
     "vedette_files.archives",
     "vedette_files.columnar",
+    "vedette_files.composed",
     "vedette_files.csv_table",
     "vedette_files.csv_times",
     "vedette_files.image_header",

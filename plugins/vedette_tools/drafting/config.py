@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from math import log
+from math import log, sqrt
 from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import load
+from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.progress import Progress, silent
 from vedette.space import Array, Indices
@@ -29,6 +30,9 @@ from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.titles import meaning
 from vedette_tools.drafting.trial import tried
 from vedette_tools.drafting.wishes import Wishes
+
+UNREAD = 0.5
+"""A table of which more rows cannot be read is not the one that its header says."""
 
 MOST_SCANS = 1500
 """So many scans of a sensor tell its noise."""
@@ -59,6 +63,9 @@ TRUE = 0.999
 """The part of the positions that objects report of themselves which are of an object: nothing else sends any. By hand,
 chosen on the ships with odd numbers of one recording, in the order of their names.
 """
+
+HELD_RUNS, HELD_ROWS = 20, 3
+"""So many positions, usually in so many rows each, are not measured in each row."""
 
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
@@ -158,6 +165,10 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     if any("is out of order" in problem.text for problem in recording.refused):
         table = evolve(table, sort=True)
         recording = _opened(table)
+    rows = recording.rows["detections"]
+    if rows.refused > UNREAD * rows.total:
+        told = f"{rows.refused} of {rows.total} rows cannot be read, the first of them"
+        raise InputError(f"{table.path or path}: {told} {recording.refused[0]}")
     best = _gapless(_best(Reading.of(table, recording)))
     table = best.table if best.table.periods else table
     if table.third and (why := _useless(best)):
@@ -173,7 +184,8 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     floored = max(accel, floor)
-    first = Design(floored, _speed(best.seen.values()), found=floored)
+    speed, period = _speed(best.seen.values()), min(seen.period for seen in best.seen.values())
+    first = Design(floored, speed, found=floored, sharp=speed / sqrt(period))
     if errors := _correlated(best):
         facts = {name: evolve(one, errors=errors) for name, one in facts.items()}
         felt = max(errors.correlated.accel, *(seen.least_felt for seen in best.seen.values()))
@@ -188,17 +200,17 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
         first, lambda design: tried(text(design), some), steady, errors=not table.reports,
-        in_turn=any(one.in_turn for one in facts.values()), vague=vague, progress=progress,
+        in_turn=any(one.in_turn for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
     )  # fmt: skip
     if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
-        told = float(np.clip(proof.trial.detected, 0.3, 0.99))
+        often = float(np.clip(proof.trial.detected, 0.3, 0.99))
         plain = dict(facts)
-        facts = {name: one if one.in_turn else evolve(one, probability=told) for name, one in plain.items()}
+        facts = {name: one if one.in_turn else evolve(one, probability=often) for name, one in plain.items()}
         again = tried(text(proof.design), some)
-        if again is None or again.share < proof.trial.share - LESS or again.broken > 1.1 * proof.trial.broken + 0.5:
+        if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    if lost:
+    if lost := lost or _held(best):
         return Draft(text(proof.design, (lost, *proof.said)), lost)
     return Draft(text(proof.design, proof.said), proof.failure)
 
@@ -228,6 +240,18 @@ def _stood(best: Reading) -> tuple[Reading, str]:
     ]
     stands = {name: (round(float(x), 1), round(float(y), 1)) for name, ((x, y), _) in agreed.items()}
     return _read(evolve(best.table, stands=stands, assumed=(*best.table.assumed, *said))), ""
+
+
+def _held(best: Reading) -> str:
+    """Say that positions are repeated until the next one comes, as where rows are of another sensor; or return ""."""
+    spots = (
+        np.concatenate([places for seen in best.seen.values() for places in seen.spots]) if best.lone else np.zeros((0, 2))
+    )
+    runs = np.diff(np.flatnonzero(np.any(np.diff(spots, axis=0) != 0, axis=-1)))
+    if len(runs) < HELD_RUNS or np.median(runs) < HELD_ROWS:
+        return ""
+    told = f"each position stands in some {np.median(runs):.0f} rows, until the next one comes"
+    return f"nothing fits these data: {told}; keep the first row of each, with its own time"
 
 
 def _read(table: Table) -> Reading:
@@ -347,6 +371,11 @@ class Reading:
     def returns(self) -> int:
         """How many returns the sensors gave in the scans that were looked at."""
         return sum(len(places) for seen in self.seen.values() for places in seen.spots)
+
+    @property
+    def lone(self) -> bool:
+        """Whether there is one return at a time."""
+        return len(self.seen) == 1 and all(len(places) <= 1 for seen in self.seen.values() for places in seen.spots)
 
     @property
     def evidence(self) -> float:

@@ -12,15 +12,28 @@ _DATE = re.compile(
     r"(?P<gap>T|,? )(?P<hour>\d{1,2}):\d\d(?P<seconds>:\d\d(?P<part>\.\d{1,6})?)?(?P<half> ?[APap][Mm])?"
 )
 
+_DAY = re.compile(r"\d{1,4}(?P<between>[./-])(\d{1,2}|[A-Za-z]{3})(?P=between)\d{1,4}(T00:00:00)?")
+_OF_DAY = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?( ?[APap][Mm])?Z?")
+
 ENOUGH = 0.9
 """Such a part of the cells are read by a pattern that counts."""
+
+
+def is_day(cell: str) -> bool:
+    """Return whether a cell is a date without a time of day."""
+    return _DAY.fullmatch(cell) is not None
+
+
+def is_time_of_day(cell: str) -> bool:
+    """Return whether a cell is a time of day without a date."""
+    return _OF_DAY.fullmatch(cell) is not None
 
 
 def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     """Return the pattern of dates and what was assumed of it; twice "" if the cells are no dates, or by ISO 8601.
 
-    Of day and month, the day comes first unless its place holds numbers above 12, or times then go back more often or
-    span more: rows stand in the order of time, within days rather than months.
+    Of day and month, the day comes first, beside AM and PM the month, unless its place holds numbers above 12, or times then
+    go back more often or span more: rows stand in the order of time, within days rather than months.
     """
     given = [cell.strip() for cell in cells if cell.strip()]
     if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
@@ -28,7 +41,8 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     between, whole = parts["between"], len(parts["first"]) == 4
     year = "%Y" if whole or len(parts["third"]) == 4 else "%y"
     month = "%b" if parts["second"].isalpha() else "%m"
-    orders = [(year, month, "%d")] if whole else [("%d", month, year), (month, "%d", year)][: 1 if month == "%b" else 2]
+    by_day = [("%d", month, year)] if month == "%b" else [("%d", month, year), (month, "%d", year)]
+    orders = [(year, month, "%d")] if whole else by_day[::-1] if parts["half"] else by_day  # AM and PM are American
     seconds = ":%S.%f" if parts["part"] else ":%S" if parts["seconds"] else ""
     clock = f"{'%I' if parts['half'] else '%H'}:%M{seconds}"
     half = "" if not parts["half"] else " %p" if parts["half"].startswith(" ") else "%p"

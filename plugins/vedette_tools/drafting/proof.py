@@ -14,21 +14,25 @@ from vedette_tools.drafting.trial import Trial
 WHOLE = 1.03
 """Of alternatives that break no more than so many times the tracks of the best, the likeliest is kept: by hand."""
 
-LESS = 0.02
-"""An alternative may explain such a part of the returns less than the one that explains most: by hand."""
+LESS, LESS_IN_CLUTTER = 0.05, 0.3
+"""An alternative may explain by such a part fewer returns than the one that explains most, whose returns in clutter may be
+false: by hand, on drawn scenes."""
 
 GAIN = 0.2
-"""A first design is left for one whose tracks are more whole, or that is likelier by this for each return: by hand."""
+"""A first design is left for one with more whole tracks, or likelier by this for each of their returns: by hand."""
 
 DOUBTED = 0.5
-"""Errors larger than found must not be less likely by more than this for each return. By hand, on three drawn scenes."""
+"""Errors larger than found must not be less likely by more than this for each return of tracks. By hand, on three scenes."""
 
 CLEAN = 0.9
 """Where steady motion explains such a part of the returns, hardly any is false."""
 
-FITS = 0.5
-"""A draft fits if its tracks explain such a part of the returns that steady motion explains: by hand."""
+FITS, LONE = 0.5, 0.5
+"""A draft fits if its tracks explain such a part of the returns that steady motion explains, and of all where there is
+one at a time: by hand."""
 
+SHARPER = 30.0
+"""Beyond so many times the acceleration noise that was found, starts and stops are another manoeuvre. By hand."""
 
 BUDGET = 45.0
 """s of CPU, after which no further alternative is tried: with the reading of 10,000 rows a draft takes less than 60."""
@@ -51,6 +55,7 @@ def proved(
     *,
     errors: bool = True,
     in_turn: bool = False,
+    lone: bool = False,
     vague: float = 0.0,
     progress: Progress = silent,
     budget: float = BUDGET,
@@ -58,8 +63,9 @@ def proved(
 ) -> Proof:
     """Return the best of the alternatives to a first design; `run` tries one, `steady` is the part of returns in chains.
 
-    errors: whether those of the sensors are doubted. in_turn: whether targets report one by one, at rates that may differ. vague: the error of a position, in m, where it is absurd beside the
-    spread of all. budget: what the trials may take by the `clock`, in s; the first is always tried.
+    errors: whether those of the sensors are doubted. in_turn: whether targets report one by one, at rates that may differ.
+    lone: whether there is one return at a time. vague: the error of a position, in m, where it is absurd beside the spread
+    of all. budget: what the trials may take by the `clock`, in s; the first is always tried.
 
     Each stage changes the best of the stage before: how often targets report, the acceleration and a mode for manoeuvres,
     then the errors, then gate and speeds.
@@ -89,7 +95,7 @@ def proved(
     if best not in known:
         failure = "nothing fits these data: no alternative can be run on them"
         return Proof(first, (failure,), failure)
-    failure = _failure(known[best], steady, vague)
+    failure = _failure(known[best], max(FITS * steady, LONE * lone), steady, vague)
     said = [*([failure] if failure else []), f"tried on its own data: {known[best]}"]
     said += (
         [f"  of {len(known)} alternatives; the first was: {first}: {known[first]}"]
@@ -104,15 +110,16 @@ def proved(
 def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
     """Return the likeliest of those whose tracks are about as whole, and explain about as much, as any.
 
-    Where returns are `clean` of false ones a short track is a broken one. That is the design from
+    Where returns are `clean` of false ones every track counts, however short. That is the design from
     `before` unless it is not among these, or another is clearly likelier.
     """
     most = max(trial.share for trial in known.values())
-    able = {design: trial for design, trial in known.items() if trial.share >= most - LESS}
-    broken = {design: trial.broken + (trial.short if clean else 0) for design, trial in able.items()}
+    least = (1 - (LESS if clean else LESS_IN_CLUTTER)) * most
+    able = {design: trial for design, trial in known.items() if trial.share >= least}
+    broken = {design: trial.broken + (trial.tracks - trial.long if clean else 0.0) for design, trial in able.items()}
     whole = [design for design in able if broken[design] <= WHOLE * min(broken.values()) + 0.5]
     best = max(whole, key=lambda design: able[design].loglik)
-    if before in whole and able[best].loglik < able[before].loglik + GAIN * able[before].returns:
+    if before in whole and able[best].loglik < able[before].loglik + GAIN * able[before].explained:
         return before
     return best
 
@@ -121,18 +128,18 @@ def _as_likely(known: dict[Design, Trial], before: Design) -> dict[Design, Trial
     """Return the trials without those of larger errors that are far less likely: any errors make tracks whole if large."""
     if before not in known:
         return known
-    least = known[before].loglik - DOUBTED * known[before].returns
+    least = known[before].loglik - DOUBTED * known[before].explained
     return {design: trial for design, trial in known.items() if design.errors <= before.errors or trial.loglik >= least}
 
 
 def _rates(best: Design) -> Iterator[Design]:
-    for factor in (3.0, 10.0, 30.0):
+    for factor in (3.0, 10.0, 20.0):
         yield evolve(best, often=factor)
 
 
 def _motions(best: Design) -> Iterator[Design]:
     for accel in (best.accel / 4, best.accel):
-        for agile in (4 * best.accel, 15 * best.accel):
+        for agile in (4 * best.accel, 15 * best.accel, *([best.sharp] if best.sharp > SHARPER * best.accel else [])):
             for lasts in (1.0, 10.0):
                 yield evolve(best, accel=accel, agile=agile, lasts=lasts)
     for factor in (2.5, 6.0, 15.0):
@@ -152,7 +159,7 @@ def _widths(best: Design) -> Iterator[Design]:
     yield evolve(best, speed=3 * best.speed, gate=WIDE)
 
 
-def _failure(trial: Trial, steady: float, vague: float) -> str:
+def _failure(trial: Trial, least: float, steady: float, vague: float) -> str:
     """Say why a draft does not fit, or return ""."""
     if vague:
         return (
@@ -160,8 +167,8 @@ def _failure(trial: Trial, steady: float, vague: float) -> str:
         )
     if not trial.tracks:
         return "nothing fits these data: no track was confirmed in them"
-    if trial.share < FITS * steady:
-        told = f"its tracks explain {trial.share:.2f} of the returns, and steady motion {steady:.2f}"
+    if trial.share < least:
+        told = f"its tracks explain {trial.share:.2g} of the returns, and steady motion {steady:.2g}"
         return f"nothing fits these data: {told}"
     if trial.short > 0.5 * trial.tracks and trial.tracks > 3:
         return f"nothing fits these data: {trial.short} of {trial.tracks} tracks have fewer than 5 returns"

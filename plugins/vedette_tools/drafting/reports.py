@@ -38,9 +38,7 @@ def in_turn(times: Array, spots: Sequence[Array]) -> list[Chain]:
     every = np.concatenate(spots)
     few = slice(0, MOST)
     area = float(np.prod(np.maximum(np.ptp(every[few], axis=0), 1e-3)))
-    tried = [
-        (part * sqrt(area), speed, speed / sqrt(lasts)) for part, speed, lasts in product(ERRORS, SPEEDS, COURSES)
-    ]
+    tried = [(part * sqrt(area), speed, speed / sqrt(lasts)) for part, speed, lasts in product(ERRORS, SPEEDS, COURSES)]
     likely = [_followed(times[scan[few]], every[few], scan[few], *one, area)[1] for one in tried]
     owner, _ = _followed(times[scan], every, scan, *tried[int(np.argmax(likely))], area)
     return of_owners(times, spots, owner)

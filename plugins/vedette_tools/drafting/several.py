@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.errors import InputError
 from vedette.space import Array, Indices
-from vedette_files.csv_table import is_number
+from vedette_files.csv_table import degrees, is_number
 from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.titles import Meaning
 
@@ -47,7 +47,8 @@ def measured_by(
     """
     there = [pair for pair in PAIRS if set(pair) <= set(measured)]
     cells = {pair: [columns[measured[axis].title] for axis in pair] for pair in there}
-    held = {pair: np.array([all(map(is_number, row)) for row in zip(*cells[pair], strict=True)]) for pair in there}
+    holds = {pair: is_angle if pair == GEODETIC else is_number for pair in there}
+    held = {pair: np.array([all(map(holds[pair], row)) for row in zip(*cells[pair], strict=True)]) for pair in there}
     if not there:
         return {}
     if len(sensors) > 1:
@@ -58,6 +59,14 @@ def measured_by(
     if not who and len(either) == 2 and np.mean(held[either[0]] & held[either[1]]) < OFTEN * np.mean(held[either[1]]):
         return {UNNAMED[pair]: pair for pair in either}
     return {"": next((pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= HELD), there[0])}
+
+
+def is_angle(cell: str) -> bool:
+    """Return whether a cell holds a latitude or a longitude."""
+    try:
+        return bool(np.isfinite(degrees(cell)))
+    except ValueError:
+        return False
 
 
 def check_together(path: object, pair_of: Mapping[str, Pair]) -> None:

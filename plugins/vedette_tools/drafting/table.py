@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import compress, islice
 from pathlib import Path
@@ -16,12 +17,14 @@ from vedette.errors import InputError
 from vedette.space import Array
 from vedette_files import NORTH_EAST
 from vedette_files.columnar import FrameTable, TablePath, header_and_rows, is_columnar
+from vedette_files.composed import made_of
 from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line, is_number, listed
 from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
-from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, POLAR, check_together, measured_by
+from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
+from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
 from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, UNITS, Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
 
@@ -32,7 +35,7 @@ MOST_SENSORS = 20
 """A column of more names than these is not taken to name sensors."""
 
 MANY = 20
-"""So many times of which none ends in 60 to 99 are times of day without their colons."""
+"""So many times of which none ends in 60 to 99 are times of day without their colons; so many that are equal are none."""
 
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
@@ -50,10 +53,9 @@ DELIMITERS = (",", ";", "\t", "|")
 NO_MEANING, NO_WISHES = Meaning("", "", "", False, False), Wishes()
 
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
-_DAY = re.compile(r"\d{4}-\d\d-\d\d")
 
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
-COMPASS = ("bearing", "brg", "azimuth", "az", "azi")
+COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
 
 
 @frozen
@@ -170,14 +172,19 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
     below_header, own = chosen(titles, below)
     measured = wishes.measured(path, titles, below_header)
-    if "time" not in measured:
+    time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
+    if not any(set(pair) <= set(measured) for pair in PAIRS):
+        measured |= position_of(columns, in_degrees)
+    measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
+    measured |= {"time": time} if time is not None else {}
+    columns = with_made(columns, measured)
+    if time is None:
         index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
         counted = (
             f", or say how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
         )
         told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN"
-        raise InputError(f"{path}: {told}{counted}{index}")
-    measured["time"] = time = _with_time_of_day(measured["time"], columns)
+        raise InputError(f"{path}: {told}{counted}{index}{_of_header(titles, below or next(iter(rows), []))}")
     assumed: list[str] = []
     who, sensors = _who(measured, columns, assumed)
     flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
@@ -194,7 +201,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     found_by = measured_by(measured, columns, who, sensors)
     if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
-        raise InputError(f"{path}: no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN")
+        told = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        raise InputError(f"{path}: {told}{_of_header(titles, below or next(iter(rows), []))}")
     check_together(path, found_by)
     lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
     assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
@@ -211,7 +219,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
     assumed += ["the row below the header states units; as a return it is refused"] if below else []
-    dates, told = (wishes.dates, "") if wishes.dates else pattern_of(columns[time.title])
+    stated = wishes.dates or pattern
+    dates, told = (stated, "") if stated else pattern_of(columns[time.title])
     assumed += [told] if told else []
     for axis, name in every.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
@@ -223,6 +232,9 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
         _unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, assumed)
+    if len(rows) >= MANY and len(set(columns[time.title])) == 1:
+        told = f"is the time, and {columns[time.title][0]!r} in all rows; name another column: --time COLUMN"
+        raise InputError(f"{path}: {time.title}: {told}")
     times = _numbers(columns[time.title])
     if not wishes.rate and (advice := joined(times)):
         raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
@@ -253,7 +265,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         assumed=(*wishes.assumed, *assumed),
         dates=dates,
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
-        left_out=tuple(title for title in titles if title not in read),
+        left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
     )
 
 
@@ -315,21 +327,46 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
     if _SENTENCE.search(first):
         raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
+    if first.lstrip().startswith("<"):
+        cure = "XML is read as GPX alone, from a file named .gpx: save others as CSV"
+        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
     delimiter = max(DELIMITERS, key=first.count)
-    header = cells_of(first, delimiter)
+    delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
+    dialect = Dialect(delimiter, _decimal(text, delimiter))
+    header = dialect.cells(first)
     if not header or all(is_number(cell) for cell in header):
         wanted = "must be a header line with the titles of the columns, as time,x,y"
         raise InputError(f"{path}:{number}: {wanted}; got {shown(first)}")
+    if later := _later_header(header, text):
+        cure = f"{shown(later)} looks like it: delete what stands above, or begin these lines with #"
+        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
     if len(header) == 1:
-        between = "a comma, a semicolon, a tab or |"
-        cure = "; write commas instead of blanks" if len(first.split()) > 1 else ""
-        cure = "; XML is read as GPX alone, from a file named .gpx: save others as CSV" if first.startswith("<") else cure
+        between = "a comma, a semicolon, a tab, | or blanks"
         raise InputError(
-            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}{cure}"
+            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
         )
-    dialect = Dialect(delimiter, _decimal(text, delimiter))
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     return header, rows, dialect
+
+
+def _later_header(header: Sequence[str], text: Sequence[str]) -> str:
+    """Return the line below the first that looks like the header, where most rows do not have as many cells as the first."""
+    for delimiter in DELIMITERS:
+        cells = [cells_of(line, delimiter) or [] for line in text]
+        width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
+        if width > 1 and width != len(header) and often >= HELD * len(cells):
+            first = next(i for i, row in enumerate(cells) if len(row) == width)
+            return text[first] if any(meaning(cell).axis for cell in cells[first]) else ""
+    return ""
+
+
+def _of_header(titles: Sequence[str], below: Sequence[str]) -> str:
+    """Return what is wrong with a header, by what stands below it, or ""."""
+    if any("\ufffd" in title for title in titles):
+        return "; the titles are not in UTF-8: save the table in UTF-8"
+    if any(below) and not any(sign.isdigit() for cell in below for sign in cell):
+        return "; the header stands in two lines: write one, as time,x,y"
+    return ""
 
 
 def _states_units(row: Sequence[str]) -> bool:
@@ -338,14 +375,6 @@ def _states_units(row: Sequence[str]) -> bool:
     return not any(cell[:1].isdigit() or is_number(cell) for cell in row) and any(
         word in known for word in words for known in UNITS.values()
     )
-
-
-def _with_time_of_day(time: Meaning, columns: Mapping[str, list[str]]) -> Meaning:
-    """Return the column of the time, or, if that holds bare days, another one that says when on a day it was."""
-    if not all(map(_DAY.fullmatch, filter(None, columns[time.title]))):
-        return time
-    others = [meaning(title) for title in columns if title != time.title]
-    return next((each for each in others if each.axis == "time" and not each.own and any(columns[each.title])), time)
 
 
 def _decimal(text: Sequence[str], delimiter: str) -> str:
@@ -374,8 +403,8 @@ def _unit(
 ) -> None:
     """Add a column's unit unless it is the usual one, and what had to be assumed."""
     if axis in GEODETIC:
-        if given.unit == "rad":
-            units[place] = "rad"
+        if given.unit not in ("", "deg"):
+            units[place] = given.unit
         return
     usual = "rad" if axis in ANGLES else "m/s" if axis in SPEEDS else "m"
     unit = given.unit

@@ -60,7 +60,8 @@ class Design:
     """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
     0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
     speed along an axis; whether errors are correlated in time; how many times as often as the slowest of those that report
-    in turn targets do. `found` is the acceleration noise of greatest likelihood.
+    in turn targets do. `found` is the acceleration noise of greatest likelihood, `sharp` one by which targets start and stop
+    from one scan to the next.
     """
 
     accel: float
@@ -72,6 +73,7 @@ class Design:
     found: float = 0.0
     correlated: bool = False
     often: float = 1.0
+    sharp: float = 0.0
 
     def __str__(self) -> str:
         told = f"sigma_accel {rounded(self.accel):g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import unicodedata
 from collections.abc import Sequence
 from itertools import zip_longest
 
@@ -22,6 +23,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("rad", "rads", "radian", "radians"), "rad"),
         **dict.fromkeys(("gon", "grad", "grads"), "0.9 deg"),
         "mrad": "mrad",
+        "e7": "1e-7 deg",
     },
     "s": {
         **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
@@ -66,29 +68,94 @@ CENTRES = ("pos", "position", "center", "centre", "p", "utm")
 """Words before an axis of a position, as of the middle of a box."""
 
 AXES: dict[str, tuple[str, ...]] = {
-    "time": ("time", "timestamp", "t", "utc", "datetime", "date", "ts", "epoch", "stamp", "when", "clock"),
-    "scan": ("scan", "sweep", "rotation", "turn", "frame"),
+    "time": (
+        "time",
+        "timestamp",
+        "t",
+        "utc",
+        "datetime",
+        "date",
+        "ts",
+        "epoch",
+        "stamp",
+        "when",
+        "clock",
+        "zeitstempel",
+        "zeitpunkt",
+        "zeit",
+        "uhrzeit",
+        "datum",
+        "horodatage",
+        "temps",
+        "heure",
+        "fecha_hora",
+        "fecha",
+        "tiempo",
+        "hora",
+        "tempo",
+        "tijd",
+        "tidspunkt",
+        "tid",
+    ),
+    "scan": ("scan", "sweep", "rotation", "turn", "frame", "umlauf", "umdrehung"),
     "sensor": ("sensor", "source", "device", "station"),
     "range_rate": ("range_rate", "doppler", "radial_velocity", "radial_speed", "rr"),
-    "range": ("range", "rng", "distance", "dist", "r", "rho"),
-    "bearing": ("bearing", "brg", "azimuth", "az", "azi", "theta", "angle"),
+    "range": ("range", "rng", "distance", "dist", "r", "rho", "entfernung", "distanz", "abstand", "distancia", "avstand"),
+    "bearing": (
+        "bearing",
+        "brg",
+        "azimuth",
+        "az",
+        "azi",
+        "theta",
+        "angle",
+        "peilung",
+        "azimut",
+        "acimut",
+        "gisement",
+        "relevement",
+        "marcacion",
+        "peiling",
+    ),
     "elevation": ("elevation", "elev", "el"),
-    "latitude": ("latitude", "lat"),
-    "longitude": ("longitude", "lon", "lng", "long"),
-    "altitude": ("altitude", "alt", "geoaltitude", "geo_altitude", "baroaltitude", "baro_altitude"),
+    "latitude": ("latitude", "lat", "breitengrad", "breite", "latitud", "latitudine", "breddegrad"),
+    "longitude": (
+        "longitude",
+        "lon",
+        "lng",
+        "long",
+        "langengrad",
+        "laengengrad",
+        "lange",
+        "laenge",
+        "longitud",
+        "longitudine",
+        "lengdegrad",
+    ),
+    "altitude": (
+        "altitude",
+        "alt",
+        "hohe",
+        "hoehe",
+        "altitud",
+        "geoaltitude",
+        "geo_altitude",
+        "baroaltitude",
+        "baro_altitude",
+    ),
     "heading": ("heading", "hdg", "yaw"),
-    "course": ("course", "cog"),
+    "course": ("course", "cog", "kurs", "rumbo"),
     "vnorth": ("vnorth", "vn", "v_north", "v_n", "velocity_north", "north_velocity", "speed_north", "north_speed"),
     "veast": ("veast", "ve", "v_east", "v_e", "velocity_east", "east_velocity", "speed_east", "east_speed"),
     "vx": ("vx", "v_x", "velocity_x", "speed_x"),
     "vy": ("vy", "v_y", "velocity_y", "speed_y"),
-    "speed": ("speed", "sog", "velocity"),
-    "east": ("east", "easting", "e", "utm_e"),
-    "north": ("north", "northing", "n", "utm_n"),
-    **{axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c") for axis in "xy"},
-    "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc"),
+    "speed": ("speed", "sog", "velocity", "geschwindigkeit", "vitesse", "velocidad", "fart"),
+    "east": ("east", "easting", "e", "utm_e", "rechtswert", "ost", "este"),
+    "north": ("north", "northing", "n", "utm_n", "hochwert", "nord", "norte"),
+    **{axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}") for axis in "xy"},
+    "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc", "tz"),
 }
-"""The words for each axis, the surest first."""
+"""The words for each axis, the surest first: in English, then in German, French, Spanish and others, without accents."""
 
 MEASURES = {
     "time": "s",
@@ -127,9 +194,10 @@ def meaning(title: str, below: str = "") -> Meaning:
     if title.endswith(COORDINATES):
         return Meaning(title, "latitude" if title.endswith("1") else "longitude", "", False, True)
     bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
-    stated = bracket[1] if bracket else below
+    stated = bracket[1] if bracket else below.strip("[]() ")
+    stated = stated or ("e7" if title.lower().endswith("e7") else "")
     plain = (title.replace(bracket[0], " ") if bracket else title).removeprefix(PROPERTIES)
-    words = [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|°", plain)]
+    words = words_of(plain)
     axis, own, sure = _axis(words)
     unit = _unit(stated, axis)
     if not unit and len(words) > 1:
@@ -137,6 +205,12 @@ def meaning(title: str, below: str = "") -> Meaning:
         if last := _unit(words[-1], shorter[0]):
             (axis, own, sure), unit = shorter, last
     return Meaning(title, axis, unit, own, sure, "" if unit or axis not in MEASURES else stated)
+
+
+def words_of(title: str) -> list[str]:
+    """Return the words of a title, in small letters without accents."""
+    plain = "".join(each for each in unicodedata.normalize("NFKD", title) if not unicodedata.combining(each))
+    return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|°", plain)]
 
 
 def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:

@@ -95,6 +95,10 @@ class Columns:
         time = Column(table.time.title, _factor(table.time_unit, "s"))
         decimal, dates = table.dialect.decimal, dates or table.dates
         columns = cls(name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere)
+        if made := next((title for title in columns.read if title not in titles), ""):
+            raise InputError(
+                f"{path}: {made} is no column by itself: smoothing reads a time, and each coordinate, from one column"
+            )
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
         columns = evolve(columns, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
         return _paced(columns, titles)

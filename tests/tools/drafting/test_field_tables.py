@@ -42,6 +42,20 @@ def clock(time, x, y):
 
 PLAIN = table("time,x,y", plain)
 READ = {
+    "blanks between columns": table("time x y", plain, " "),
+    "blanks between columns, aligned": table("#  time      x      y", lambda *look: (f"{cell:12.2f}" for cell in look), " "),
+    "a date in columns": table(
+        "year,month,day,hour,minute,second,x,y",
+        lambda time, x, y: (2026, 5, 12, 8, 30 + int(time // 60), f"{time % 60:.1f}", x, y),
+    ),
+    "points of WKT": table("t,geom", lambda time, x, y: (time, f"POINT ({x:.2f} {y:.2f})")),
+    "German titles": table(
+        "Zeitpunkt [s];Entfernung [km];Peilung [gon]",
+        lambda *look: (str(cell).replace(".", ",") for cell in polar(1e-3, 200 / math.pi)(*look)),
+        ";",
+    ),
+    "French titles": table("temps,distance,azimut (deg)", polar(1, 180 / math.pi)),
+    "units in brackets, in the row below": table("t,x,y\n(s),(km),(km)", lambda time, x, y: (time, x / 1000, y / 1000)),
     "UTF-16, as Excel's Unicode text": PLAIN.replace(",", "\t").encode("utf-16"),
     "comments above the header": f"# radar 3\n# 12 May, rain\n\n{PLAIN}",
     "a header behind #, as numpy.savetxt writes it": f"# made by us\n# {PLAIN}",
@@ -83,9 +97,27 @@ def test_it_is_read_as_the_plain_table(name, tmp_path):
 
 
 REFUSED = {
-    "titles with blanks between them": (
-        table("time x y", plain, " "),
-        r"d.csv:1: must be the titles of the columns with a comma",
+    "the header in two lines": (table("time,place,\n,x,y", plain), r"d.csv: no columns .* the header stands in two lines"),
+    "titles in another encoding": (
+        table("Zeit,Breite,Länge", plain).encode("latin-1"),
+        r"d.csv: no columns .* not in UTF-8: save the table in UTF-8",
+    ),
+    "words above the header": (
+        "Radar log, of 12 May\nOperator: Smith\n" + PLAIN,
+        r"d.csv:1: must be the titles .*'time,x,y' looks like it: delete what stands above",
+    ),
+    "grouped digits": (
+        table("time;x;y", lambda time, x, y: (time, f"{x:,.2f}", f"{y:,.2f}"), ";"),
+        r"d.csv:2: x must be a number, got '3,0.*; write it without what groups its digits, 30",
+    ),
+    "mostly what is no number": (
+        table("time,x,y", lambda time, x, y: (time, x, y if time < 20 else f"{y:.0f} or so")),
+        r"d.csv: 30 of 40 rows cannot be read, the first of them d.csv:12: y must be a number",
+    ),
+    "one time in all rows": (table("date,x,y", lambda time, x, y: (140214, x, y)), r"d.csv: date: .* all rows; .*--time"),
+    "degrees and minutes without a letter": (
+        table("time,lat,lon", lambda time, x, y: (time, f"{5925 + time / 100:.4f}", f"{1028 + time / 100:.4f}")),
+        r"d.csv:2: lat must be from -90 to 90, got '5925.0000'; .* say so by a letter: 5925.0000N",
     ),
     "an Excel workbook": (
         b"PK\x03\x04" + bytes(99),
@@ -107,8 +139,8 @@ REFUSED = {
     ),
     "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
     "letters after latitudes": (
-        table("time,lat,lon", lambda *look: (look[0], "59.4N", "10.5E")),
-        r"lat must be a number, got '59.4N'; write degrees with decimals, negative in the south and in the west",
+        table("time,lat,lon", lambda *look: (look[0], "59.4Q", "10.5E")),
+        r"lat must be a number, got '59.4Q'; write degrees with decimals, or as 59 25.955 N",
     ),
     "negative ranges": (table("time,range,bearing", polar(-1, 1)), r"d.csv:2: range must be >= 0, got '-316"),
 }
@@ -183,7 +215,7 @@ def test_more_titles_of_positions(titles, axes, tmp_path):
     assert read_table(path).measured == axes
 
 
-@pytest.mark.parametrize(("text", "cure"), [("t x y\n0 1 2\n", "commas"), ("<?xml version='1.0'?><kml/>\n", "GPX")])
+@pytest.mark.parametrize(("text", "cure"), [("time\n0\n", "a comma, a semicolon"), ("<?xml version='1.0'?><kml/>\n", "GPX")])
 def test_what_is_no_table_is_refused_with_its_line_and_a_cure(text, cure, tmp_path):
     path = tmp_path / "d.txt"
     path.write_text(text)

@@ -108,8 +108,9 @@ def test_what_nothing_fits_is_said_first_with_an_exit_code_of_its_own(tmp_path, 
     assert main(["new", "config", "circle.csv"]) == DONE
 
 
-def trial(loglik, long, share=1.0, short=0):
-    return Trial(loglik, 100, 5, short, 100.0 * share, long)
+def trial(loglik, tracks, share=1.0, short=0):
+    """`tracks` of equal length, and `short` ones of hardly any return."""
+    return Trial(loglik, 100, tracks + short, short, 100.0 * share, tracks)
 
 
 def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
@@ -118,6 +119,7 @@ def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
     assert kept({first: trial(-500, 5), other: trial(-470, 5)}, first, clean=True) == other
     assert kept({first: trial(-500, 9), other: trial(-900, 5)}, first, clean=True) == other
     assert kept({first: trial(-500, 5), other: trial(-100, 5, share=0.9)}, first, clean=True) == first
+    assert kept({first: trial(-500, 5, share=0.8), other: trial(-900, 5)}, first, clean=False) == first
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=True) == other
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=False) == first
 

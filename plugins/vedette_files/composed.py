@@ -1,0 +1,81 @@
+"""Columns that a table holds in other shape: a time in several columns, a position in the cells of one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+PLUS = " + "
+"""Between the titles of columns whose cells are read as one, with a blank between them."""
+
+PARTS = ("x", "y", "z")
+"""How titles of a position's coordinates end, after the title of its column and a point."""
+
+FRACTIONS = {"nsec": 9, "nsecs": 9, "nanosec": 9, "nanosecs": 9, "nanoseconds": 9, "usec": 6, "usecs": 6, "microseconds": 6}
+"""Last words of titles that count parts of a second beside whole ones, and how many digits these have."""
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_POINT = re.compile(
+    rf"(?:SRID=\d+;\s*)?POINT\s*[ZM]{{0,2}}\s*\(\s*({_NUMBER})\s+({_NUMBER})(?:\s+({_NUMBER}))?[^)]*\)", re.IGNORECASE
+)
+_TUPLE = re.compile(rf"[\[(]?\s*({_NUMBER})\s*[,;]\s*({_NUMBER})(?:\s*[,;]\s*({_NUMBER}))?\s*[\])]?")
+
+Cell = Callable[[Sequence[str]], str]
+
+
+def coordinates(cell: str) -> tuple[str, ...]:
+    """Return the coordinates in a cell, as POINT(10.5 59.4) of WKT or (59.4, 10.5); () if it holds no position.
+
+    >>> coordinates("POINT Z (10.5 59.4 3)"), coordinates("[59.4, 10.5]")
+    (('10.5', '59.4', '3'), ('59.4', '10.5'))
+    """
+    found = _POINT.fullmatch(cell.strip()) or _TUPLE.fullmatch(cell.strip())
+    return tuple(part for part in found.groups() if part is not None) if found else ()
+
+
+def made_of(title: str, header: Sequence[str]) -> tuple[str, ...]:
+    """Return the columns of a table that a title is read from: itself, or those it is made of; () if there are none."""
+    if title in header:
+        return (title,)
+    parts = tuple(title.split(PLUS))
+    if len(parts) > 1 and all(part in header for part in parts):
+        return parts
+    stem, _, part = title.rpartition(".")
+    return (stem,) if part in PARTS and stem in header else ()
+
+
+def perhaps_of(title: str) -> tuple[str, ...]:
+    """Return the columns that a title may be read from, whatever the table holds."""
+    stem, _, part = title.rpartition(".")
+    return (title, *(title.split(PLUS) if PLUS in title else ()), *((stem,) if part in PARTS else ()))
+
+
+def cell_of(title: str, header: Sequence[str]) -> Cell:
+    """Return how a title's cell is read from a row under a header that holds what it is made of."""
+    parts = made_of(title, header)
+    where = [header.index(part) for part in parts]
+    if parts == (title,):
+        return lambda cells: cells[where[0]]
+    if len(parts) == 1:
+        axis = PARTS.index(title[-1])
+        return lambda cells: _coordinate(cells[where[0]], axis)
+    digits = FRACTIONS.get(re.split(r"[^a-z]+", parts[-1].lower())[-1], 0) if len(parts) == 2 else 0
+    return lambda cells: joined([cells[i] for i in where], digits)
+
+
+def joined(cells: Sequence[str], digits: int = 0) -> str:
+    """Return cells as one: with a blank between them, or a whole number and its fraction of so many `digits`.
+
+    A day as data frames write it, at midnight, is a bare day beside a time of day. "" where one is empty.
+    """
+    if not all(cells):
+        return ""
+    if digits and cells[0].lstrip("-").isdigit() and cells[1].isdigit():
+        return f"{cells[0]}.{cells[1].zfill(digits)}"
+    return " ".join([cells[0].removesuffix("T00:00:00"), *cells[1:]])
+
+
+def _coordinate(cell: str, axis: int) -> str:
+    """Return one coordinate of a position; a cell that holds none as it is, so that it is told."""
+    found = coordinates(cell)
+    return found[axis] if axis < len(found) else cell

@@ -1,0 +1,109 @@
+"""Times and positions that a table holds in several columns, or in the cells of one."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+
+from attrs import evolve
+
+from vedette_files.composed import FRACTIONS, PARTS, PLUS, cell_of, coordinates
+from vedette_tools.drafting.dates import is_day, is_time_of_day
+from vedette_tools.drafting.titles import Meaning, meaning, words_of
+
+Columns = Mapping[str, Sequence[str]]
+
+CALENDAR = (
+    ("%Y", ("year", "yyyy", "yr", "jahr", "annee", "ano", "anno")),
+    ("%m", ("month", "mon", "mm", "monat", "mois", "mes", "mese")),
+    ("%d", ("day", "dd", "tag", "jour", "dia", "giorno")),
+    ("%H", ("hour", "hours", "hh", "hr", "stunde", "heure", "hora", "ora")),
+    ("%M", ("minute", "minutes", "min", "mi", "minuto", "minuti")),
+    ("%S", ("second", "seconds", "sec", "secs", "ss", "sekunde", "seconde", "segundo", "secondo")),
+)
+"""The parts of a date and time, from the largest on, and what columns of each are called."""
+
+LONGITUDE_FIRST = ("coordinates", "coordinate", "coords", "lonlat", "lnglat", "geom", "geometry", "wkt")
+"""Words of titles whose pairs of degrees begin with the longitude; others begin with the latitude."""
+
+MOST = 0.9
+"""Such a part of a column's cells are what it holds."""
+
+
+def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, str]:
+    """Return the column of the time, which may be made of several, and the pattern of dates if it is known already."""
+    by_word: dict[str, str] = {}
+    for title in columns:
+        by_word.setdefault("_".join(words_of(title)), title)
+    parts = [(pattern, next((by_word[name] for name in names if name in by_word), "")) for pattern, names in CALENDAR]
+    present = [(pattern, title) for pattern, title in parts if title]
+    whole = found is not None and not _most(columns[found.title], is_day) and found.title not in dict(parts).values()
+    if all(title for _, title in parts[:3]) and not whole:
+        last = present[-1]
+        decimal = ".%f" if last[0] == "%S" and any("." in cell for cell in columns[last[1]]) else ""
+        return _time(PLUS.join(title for _, title in present)), " ".join(pattern for pattern, _ in present) + decimal
+    if found is None:
+        return None, ""
+    if _most(columns[found.title], is_day):
+        clock = next((title for title, cells in columns.items() if _most(cells, is_time_of_day)), "")
+        if clock and len(set(columns[found.title])) == 1 and columns[clock][-1] < columns[clock][0]:
+            return _time(clock), ""  # the day is that of the beginning, and midnight passed
+        return (_time(PLUS.join((found.title, clock))), "") if clock else (found, "")
+    rest = next((title for title, cells in columns.items() if _is_rest(title) and _most(cells, str.isdigit)), "")
+    if rest and rest != found.title and _most(columns[found.title], str.isdigit):
+        return evolve(found, title=PLUS.join((found.title, rest)), unit="s"), ""
+    return found, ""
+
+
+def position_of(columns: Columns, degrees: Callable[[Sequence[str], Sequence[str]], bool]) -> dict[str, Meaning]:
+    """Return x and y that the cells of one column hold, as POINT(10.5 59.4); nothing if none does.
+
+    `degrees` says whether two columns of numbers are a longitude and a latitude.
+    """
+    title = next((title for title, cells in columns.items() if _most(cells, lambda cell: bool(coordinates(cell)))), "")
+    if not title:
+        return {}
+    pair = [f"{title}.{axis}" for axis in PARTS[:2]]
+    first, second = (_cells(each, columns) for each in pair)
+    told = any(cell.lstrip().upper().startswith(("POINT", "SRID")) for cell in columns[title])
+    told = told or any(word in LONGITUDE_FIRST for word in words_of(title))
+    if not told and degrees(second, first):
+        pair = pair[::-1]
+    return {axis: Meaning(name, axis, "", False, True) for axis, name in zip("xy", pair, strict=True)}
+
+
+def with_hemisphere(given: Meaning, columns: Columns) -> Meaning:
+    """Return a latitude or longitude with the column beside it that says north or south, east or west."""
+    titles = list(columns)
+    where = titles.index(given.title) if given.title in titles else -1
+    letters = "NSns" if given.axis == "latitude" else "EWew"
+    for title in titles[where + 1 : where + 2] if where >= 0 else ():
+        if _most(columns[title], lambda cell: len(cell) == 1 and cell in letters):
+            return evolve(given, title=PLUS.join((given.title, title)))
+    return given
+
+
+def with_made(columns: dict[str, list[str]], given: Mapping[str, Meaning]) -> dict[str, list[str]]:
+    """Return the columns with those that are made of others."""
+    return columns | {each.title: _cells(each.title, columns) for each in given.values() if each.title not in columns}
+
+
+def _cells(title: str, columns: Columns) -> list[str]:
+    read = cell_of(title, list(columns))
+    return [read(row) for row in zip(*columns.values(), strict=True)]
+
+
+def _time(title: str) -> Meaning:
+    return Meaning(title, "time", "", False, True)
+
+
+def _is_rest(title: str) -> bool:
+    """Return whether a title counts parts of a second beside whole ones."""
+    words = re.split(r"[^a-z]+", title.lower())
+    return words[-1] in FRACTIONS and (len(words) > 1 or meaning(title).axis != "time")
+
+
+def _most(cells: Sequence[str], holds: Callable[[str], bool]) -> bool:
+    """Return whether most cells that are not empty are so, and there are some."""
+    there = [cell for cell in cells if cell]
+    return bool(there) and sum(map(holds, there)) >= MOST * len(there)
