@@ -3,17 +3,22 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterable, Iterator
 from itertools import islice
 from pathlib import Path
 from types import TracebackType
-from typing import Self, final
+from typing import Any, Self, final
 
+from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.metrics import Score
 from vedette.tracking import State, Tracker, smoothed
 from vedette.types import Recording, Scan
+from vedette_files import Tables
 from vedette_report.series import Recorder, SmoothedSteps
 from vedette_report.track_files import TrackFiles
+
+SMOOTHED_SERIES = "smoothed.npz"
 
 
 @final
@@ -27,6 +32,15 @@ class FixedLag:
     def __init__(self, tracker: Tracker, lag: float, seed: int = 0) -> None:
         self._tracker, self._lag, self._seed = tracker, lag, seed
         self._window: list[State] = []
+
+    @property
+    def waiting(self) -> tuple[State, ...]:
+        """The states that are not due."""
+        return tuple(self._window)
+
+    def go_on(self, waiting: Iterable[State]) -> None:
+        """Wait with these states."""
+        self._window = list(waiting)
 
     def push(self, state: State) -> list[State]:
         """Take a state; return those that are due, in order."""
@@ -52,17 +66,43 @@ class SmoothedFiles:
         self.lag, self._tracker = lag, tracker
         self._lagged = FixedLag(tracker, lag, experiment.seed)
         self._waiting = deque[tuple[Scan, State]]()
-        self._recorder = Recorder(folder / "smoothed.npz", experiment, SmoothedSteps(recording, before), kept=False)
+        self._recorder = Recorder(folder / SMOOTHED_SERIES, experiment, SmoothedSteps(recording, before), kept=False)
         extra = () if before.links is None else ("link",)
         self._tracks = TrackFiles(
             folder, tracker.state, recording.notes, self._recorder.modes, stem="smoothed", extra=extra, grows=True
         )
-        self.names = [*self._tracks.names, "smoothed.npz"]
+        self.names = [*self._tracks.names, SMOOTHED_SERIES]
+
+    @property
+    def none(self) -> Tables:
+        """The tables of a run that nobody has judged, without rows."""
+        return self._recorder.none
 
     def add(self, scan: Scan, before: State, state: State) -> None:
         """Take a scan with the states before and after it."""
         self._waiting.append((scan, before))
         self._record(self._lagged.push(state))
+
+    def to_data(self) -> dict[str, Any]:
+        """Return what a run that goes on from here needs: the lag, and the states from before the first scan that waits."""
+        states = [*([self._waiting[0][1]] if self._waiting else []), *self._lagged.waiting]
+        return {"lag": self.lag, "states": [state.to_data() for state in states]}
+
+    def again(self, scan: Scan, before: State, rows: Iterator[dict[str, dict[str, Any]]]) -> None:
+        """Take a scan that a run took before this one, and of those due by then the next of the rows that it wrote."""
+        while self._waiting and self._waiting[0][0].time + self.lag < scan.time:
+            if (told := next(rows, None)) is None:
+                raise InputError(f"{SMOOTHED_SERIES}: has no scan at {self._waiting[0][0].time} s, which was due")
+            self._recorder.again(self._waiting.popleft()[0], told)
+        self._waiting.append((scan, before))
+
+    def go_on(self, told: Any) -> None:
+        """Go on from what `to_data` gave; InputError if that is of other scans than those that wait."""
+        states = [self._tracker.state_from(state) for state in told["states"]]
+        if [state.time for state in states[1:]] != [scan.time for scan, _ in self._waiting]:
+            raise InputError("the states that wait to be smoothed are none of the run's last scans")
+        self._waiting = deque((scan, before) for (scan, _), before in zip(self._waiting, states, strict=False))
+        self._lagged.go_on(states[1:])
 
     def write(self, *, all_of_it: bool = False) -> None:
         """Judge and write what is due, or what is left; let others see it."""

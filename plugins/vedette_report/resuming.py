@@ -29,6 +29,7 @@ from vedette_files.json_values import parse, read_table
 from vedette_files.writing import unfinished_runs, whole_file
 from vedette_report.files import SERIES
 from vedette_report.identity import Code, check, tell
+from vedette_report.lagging import SMOOTHED_SERIES, SmoothedFiles
 
 CHECKPOINT = ".checkpoint.json"
 """Holds two lines: what the second one is, with its hash, and the state."""
@@ -44,8 +45,8 @@ Rows = dict[str, dict[str, Any]]
 class Checkpoints:
     """Writes the state of a streamed run into its place, whenever its series are written up to there."""
 
-    def __init__(self, place: Path, experiment: Experiment) -> None:
-        self._path, self._experiment = place / CHECKPOINT, experiment
+    def __init__(self, place: Path, experiment: Experiment, smoothed: SmoothedFiles | None = None) -> None:
+        self._path, self._experiment, self._smoothed = place / CHECKPOINT, experiment, smoothed
         self._made: dict[str, str] | None = None
         self._refused = False
 
@@ -57,6 +58,7 @@ class Checkpoints:
         told = {"scans": scans, "drawn": steps.drawn, "seconds": steps.seconds, "code": self._made}
         try:
             told |= {"state": steps.state.to_data(), "intake": steps.intake.to_data()}
+            told |= {"smoothed": None if self._smoothed is None else self._smoothed.to_data()}
         except TypeError as error:
             self._refused, told = True, {"refused": str(error)}
         content = json.dumps(told)
@@ -70,7 +72,8 @@ class Checkpoints:
 class Former:
     """A run that did not come to its end: its place, the scans that were taken and drawn up to the state that it kept.
 
-    `beside`: other places of runs of the same config that came less far.
+    smoothed: what `SmoothedFiles.to_data` says of a run that smooths. `beside`: other places of runs of the same config that
+    came less far.
     """
 
     place: Path
@@ -81,7 +84,13 @@ class Former:
     code: Mapping[str, str] = field(factory=dict)
     state: Any = None
     intake: Any = None
+    smoothed: Any = None
     beside: tuple[Path, ...] = ()
+
+    @property
+    def lag(self) -> float | None:
+        """The lag with which it smooths, in s; None: it does not."""
+        return None if self.smoothed is None else float(self.smoothed["lag"])
 
     @classmethod
     def of(cls, folder: Path) -> Former:
@@ -138,6 +147,12 @@ class Former:
             self._check_line("", line)
         steps.go_on(self.state, self.intake, self.seconds)
 
+    def smoothed_rows(self, none: Tables) -> Iterator[Rows]:
+        """Yield the rows of the tables `none` of each scan that it smoothed."""
+        if self.drawn:
+            with open_series(self.place / SMOOTHED_SERIES) as series:
+                yield from _by_scan(series.blocks(), none)
+
     def _check_line(self, wanted: str, line: tuple[int, str]) -> None:
         if line[1] != wanted:
             raise InputError(f"{self.place / _RECORDING}:{line[0]}: the source does not give what it gave to this run")
@@ -159,7 +174,7 @@ def _read(place: Path) -> Former:
         if "refused" in kept:
             raise InputError(f"{place}: its state cannot be written, so nobody can go on from there: {kept['refused']}")
         numbers = int(kept["scans"]), int(kept["drawn"]), float(kept["seconds"])
-        return Former(place, config, *numbers, dict(kept["code"]), kept["state"], kept["intake"])
+        return Former(place, config, *numbers, dict(kept["code"]), kept["state"], kept["intake"], kept.get("smoothed"))
     except InputError:
         raise
     except (ValueError, TypeError, KeyError) as error:

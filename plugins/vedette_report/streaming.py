@@ -75,8 +75,7 @@ def stream(
     former results as they were, and what it had done beside them. `steps` is the run if it is open already; `shown` is
     called after each of them, with its tables: each scan is then judged as it comes. `reads` is what the run reads, `former`
     a run that did not come to its end, from whose last state this one goes on; its place goes when this one has ended.
-    With `lag`, in s, the tracks are also written as the scans of up to so much later tell them; a run that smooths cannot be
-    gone on with, as it keeps no state of what waits.
+    With `lag`, in s, the tracks are also written as the scans of up to so much later tell them.
     """
     if experiment.retroactive:
         raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
@@ -125,13 +124,18 @@ def _written(
                     checkpoints.write(steps, recorder.scans)
 
         if former is not None:
+            told_later = None if smoothed is None else former.smoothed_rows(smoothed.none)
             for scan, rows in former.play(steps, recording_head(described, spaces), spaces, recorder.none):
                 recording.write(scan_line(scan, spaces, frames))
                 recorder.again(scan, rows)
+                if smoothed is not None and told_later is not None:
+                    smoothed.again(scan, steps.state, told_later)
                 if recorder.full:
                     write()
-        checkpoints = Checkpoints(folder, experiment) if smoothed is None else None
-        if checkpoints is not None and recorder.scans:
+            if smoothed is not None and former.drawn:
+                smoothed.go_on(former.smoothed)
+        checkpoints = Checkpoints(folder, experiment, smoothed)
+        if recorder.scans or smoothed is not None:  # one that begins anew is to smooth as it did
             checkpoints.write(steps, recorder.scans)
         defined, held = True, Held()
         try:

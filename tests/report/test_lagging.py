@@ -10,7 +10,7 @@ from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette.cli import main
 from vedette.tracking import smoothed
 from vedette_files import read_series, read_tracks
-from vedette_report import lagging, series, streaming
+from vedette_report import lagging, series
 from vedette_report.lagging import FixedLag
 from vedette_report.streaming import stream
 
@@ -108,13 +108,6 @@ def test_a_lag_that_waits_for_the_end_is_found(tmp_path, monkeypatch):
     monkeypatch.setattr(lagging.FixedLag, "push", lambda self, state: [own(self, state), []][1])
     with pytest.raises(AssertionError):
         test_what_is_smoothed_is_there_while_the_run_goes(tmp_path, monkeypatch)
-
-
-def test_a_run_that_smooths_leaves_no_state_to_go_on_from(tmp_path, monkeypatch):
-    written = []
-    monkeypatch.setattr(streaming, "Checkpoints", lambda *_: written.append(1))
-    stream(vedette.load(CONFIG), tmp_path / "out", lag=LAG)
-    assert not written
 
 
 def test_all_later_scans_are_refused_where_nothing_is_kept(tmp_path, capsys):

@@ -22,7 +22,7 @@ from vedette.cli import main
 from vedette.tracking import State
 from vedette_files import read_series
 from vedette_files.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
-from vedette_report import identity, series, streaming
+from vedette_report import identity, lagging, series, streaming
 from vedette_report.resuming import CHECKPOINT, Former
 
 EXISTENCE = {"kind": "existence"}
@@ -103,6 +103,31 @@ def test_what_comes_out_is_what_an_undisturbed_run_leaves(kind, monkeypatch, cap
     assert "from scan 30" in capsys.readouterr().err
     assert sorted(files(Path("out"))) == FILES
     assert files(Path("out")) == files(Path("whole"))
+
+
+@pytest.mark.parametrize("kind", ["imm", "k_best"])
+def test_a_run_that_smooths_goes_on_smoothing(kind, monkeypatch, capsys):
+    """The states within the lag are kept with the last one, and what was smoothed is played again."""
+    write(**KINDS[kind])
+    smoothing = ("--stream", "--smooth", "3.3 s")
+    assert main(["run", "config.json", "--out", "whole", *smoothing]) == 0
+    killed(monkeypatch, 4, "run", "config.json", "--out", "out", *smoothing)
+    killed(monkeypatch, 14, "run", "--resume", "out")
+    killed(monkeypatch, 33, "run", "--resume", "out")
+    capsys.readouterr()
+    assert main(["run", "--resume", "out"]) == 0
+    assert "from scan 30" in capsys.readouterr().err
+    assert "smoothed.npz" in files(Path("out"))
+    assert files(Path("out")) == files(Path("whole"))
+
+
+def test_states_that_are_none_of_the_scans_that_wait_are_refused(monkeypatch, capsys):
+    own = lagging.SmoothedFiles.to_data
+    write()
+    with monkeypatch.context() as patch:
+        patch.setattr(lagging.SmoothedFiles, "to_data", lambda self: (told := own(self)) | {"states": told["states"][1:]})
+        killed(monkeypatch, 14, "run", "config.json", "--out", "out", "--stream", "--smooth", "3.3 s")
+    assert "states" in refused(capsys, "run", "--resume", "out")
 
 
 @attrs.frozen

@@ -106,7 +106,7 @@ def _go_on(arguments: Namespace) -> int:
     reads = Inputs.of(config, to_config(experiment))
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
-        return _stream(experiment, steps, folder, reads, arguments, former)
+        return _stream(experiment, steps, folder, reads, arguments, former, former.lag)
 
 
 def _stream(
