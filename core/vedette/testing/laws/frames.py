@@ -20,8 +20,8 @@ from vedette.types import Frame, Gaussian
 
 SHAPE, LEVEL, DARK, LIT, SPREAD = (32, 60), 100.0, 3.0, 40.0, 1.2
 """Rows and columns; counts of the background, in noise of 1, of a dark patch in it and of a bright end; its spread in px."""
-ENDS = ((1.0, -1), (0.6, 1))
-"""How bright the ends are, as a share, and on which side."""
+SHARES, SIDES = np.array([[1.0], [0.6]]), np.array([[-1.0], [1.0]])
+"""How bright the ends are, and on which side."""
 LOOKS = {"width": 24.0, "height": 10.0, "amplitude": LIT, "spread": SPREAD, "background": LEVEL}
 FRAMES, STEP, NEAR = 5, np.array([2.4, -1.2]), (0.3, 5.0)
 """Frames, what the target moves from one to the next, and how near a track must be, or a `conservative` one, in px."""
@@ -49,24 +49,27 @@ class Picture(ImagingSensor):
         return np.eye(2)
 
     def noise(self, x: Array) -> Array:
-        return 2.0 / (np.pi * LIT**2 * sum(share**2 for share, _ in ENDS)) * np.eye(2)
+        return 2.0 / (np.pi * LIT**2 * np.sum(SHARES**2)) * np.eye(2)
 
     def detects(self, x: Array) -> Array:
         return np.asarray(0.9)
 
     def picture(self, at: Array) -> tuple[Array, Array]:
-        """Return the target without background (*b, h, w), and its slopes to x and y (2, *b, h, w)."""
-        rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
-        away = [np.stack([columns - at[..., :1, None] - side * self.reach, rows - at[..., 1:, None]]) for _, side in ENDS]
-        ends = [LIT * share * np.exp(-np.sum(d**2, 0) / (2 * SPREAD**2)) for (share, _), d in zip(ENDS, away, strict=True)]
-        return np.sum(ends, axis=0), sum(d * end / SPREAD**2 for d, end in zip(away, ends, strict=True))
+        """Return the target without background (*b, h, w), and its slopes to x and y (*b, 2, h, w)."""
+        rows, columns = (np.arange(side) for side in SHAPE)
+        dy, dx = rows - at[..., 1:], columns - at[..., :1, None] - self.reach * SIDES
+        down, ends = LIT * np.exp(-(dy**2) / (2 * SPREAD**2)), SHARES * np.exp(-(dx**2) / (2 * SPREAD**2))
+        across, along = ends.sum(axis=-2), (dx * ends).sum(axis=-2)
+        slopes = [down[..., None] * along[..., None, :], (dy * down)[..., None] * across[..., None, :]]
+        return down[..., None] * across[..., None, :], np.stack(slopes, axis=-3) / SPREAD**2
 
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
         empty = frame.pixels[..., None, :, :] - LEVEL
         seen, (image, slopes) = ~np.isnan(empty), self.picture(at)
-        slopes, rest = slopes * seen, np.where(seen, empty - image, 0.0)
-        J, g = np.einsum("i...hw,j...hw->...ij", slopes, slopes), np.einsum("i...hw,...hw->...i", slopes, rest)
-        return J, g, 0.5 * np.sum(np.where(seen, empty, 0.0) ** 2 - rest**2, axis=(-1, -2), where=seen)
+        empty, rest = (np.where(seen, each, 0.0) for each in (empty, empty - image))
+        D = (slopes * seen[..., None, :, :]).reshape(*at.shape, -1)
+        llr = 0.5 * np.sum(empty**2 - rest**2, axis=(-1, -2))
+        return D @ np.swapaxes(D, -1, -2), (D @ rest.reshape(*at.shape[:-1], -1, 1))[..., 0], llr
 
 
 def _begin(estimator: Estimator[Any], drawn: Scene) -> tuple[Picture, Gaussian, Array]:
