@@ -20,6 +20,7 @@ from vedette_files import beyond_period
 from vedette_report.coalescence import LONG, coalesced
 from vedette_report.figures import count
 from vedette_report.rehearsal import rehearsed
+from vedette_report.turned import turned
 
 MOST = 0.5
 """A larger fraction of the input than this must be odd before it is reported."""
@@ -58,6 +59,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
                 f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {scans}): "
                 f"where targets stay close, {kind!r} averages over them; 'jpda_star' and 'k_best' do not"
             )
+    yield from turned(experiment.tracker, result.scans, result.recording.truth)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "

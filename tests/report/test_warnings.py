@@ -114,3 +114,11 @@ def test_a_csv_file_s_angles_are_checked_before_they_are_wrapped(tmp_path):
 def _with_degrees(experiment, source):
     config = vedette.to_config(evolve(experiment, source=None))
     return config | {"source": source | {"detections": source["detections"] | {"units": {"bearing": "deg"}}}}
+
+
+@pytest.mark.parametrize(("angle", "told"), [(0.45, True), (0.5, False)])
+def test_a_radar_that_is_turned_against_the_truth_is_said(angle, told):
+    times = np.arange(30.0)
+    path = (1000.0 + 5 * times)[:, None] * [np.cos(angle), np.sin(angle)]
+    truth = vedette.Trajectory("one", vedette.Space.of(x="m", y="m"), times, path)
+    assert any(each.startswith("radar:") and "bearing" in each for each in said(steady(), (truth,))) == told

@@ -14,6 +14,7 @@ from vedette_report.drawing import Drawing, drawing
 from vedette_report.error_in_time import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.progress import on_terminal
 from vedette_report.recorded import Recorded, pooled, recorded, table
+from vedette_report.turned import turned
 
 
 def run(arguments: Namespace) -> int:
@@ -29,7 +30,14 @@ def run(arguments: Namespace) -> int:
             result = experiment.run(progress=progress, keep_states=True)
         told = recorded(experiment, result)
         objects = pooled(told, experiment.tracker.gate.probability)
-        odd = [f"LOOKS WRONG: {said}" for said in warnings_of(result.intake, result.recording, experiment.tracker.sensors)]
+        tracker = experiment.tracker
+        odd = [
+            f"LOOKS WRONG: {said}"
+            for said in (
+                *warnings_of(result.intake, result.recording, tracker.sensors),
+                *turned(tracker, result.scans, result.recording.truth),
+            )
+        ]
         errors = in_tracks(experiment.tracker, result.scans, result.states)
         lines = [*table(told), *(one.text for one in objects if one.text)]
         lines += [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {one.text}" for one in errors)] if errors else []

@@ -1,0 +1,137 @@
+"""Whether a radar's bearings are turned: its returns against targets whose places truth or named reports tell."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from attrs import frozen
+
+from vedette import Array, Sensor
+from vedette.tracking import Tracker
+from vedette.types import Scan, Trajectory
+
+WIDEST = np.radians(15.0)
+"""Larger angles are not looked for."""
+ALONG, SIGMAS = 30.0, 5.0
+"""A return is compared with a target at its range: within so many m, and so many of the sensor's standard deviations."""
+LONGEST = 60.0
+"""Between reports further apart than this, in s, nothing is known of where a target is."""
+SAMPLED, ENOUGH, PART, MORE = 1000, 20, 0.3, 1.5
+"""So many scans are looked at, at most. An angle is told if so many returns agree on it, of so large a part of the targets'
+looks, so many times as on none, and if it is larger than a return's error and five times its own. Chosen by hand on scenes
+drawn by tests/report/test_turned.py, of other seeds than those of the test.
+"""
+
+
+@frozen
+class Turned:
+    """The angle by which a sensor's returns are turned and its deviation, in rad, of how many targets, known by what."""
+
+    sensor: str
+    angle: float
+    deviation: float
+    targets: int
+    by: str
+
+    def said(self, reports: bool) -> str:
+        """Return what it looks like, and what to do; reports: whether it is known by reports with names."""
+        told = f"{np.degrees(self.angle):+.1f} +- {max(np.degrees(self.deviation), 0.05):.1f} degrees in bearing"
+        stated = f'kind = "displaced", add = {{ bearing = {self.angle:.4f} }}, of = {{ ... }}'
+        found = "; or the tracks find it: `biased` and [registration], docs/concepts/registration.md" if reports else ""
+        places = f"{self.targets} target{'s' if self.targets > 1 else ''} of {self.by}"
+        return f"{self.sensor}: its returns lie {told} from {places}: is its north right? State it, {stated}{found}"
+
+
+def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> Iterator[str]:
+    """Yield a sentence for each sensor of range and bearing whose returns lie beside all targets by the same angle."""
+    every = _known(tracker, scans, truth)
+    some = [scans[i] for i in np.unique(np.linspace(0, len(scans) - 1, SAMPLED).astype(int))] if len(scans) else []
+    for name, sensor in tracker.sensors.items():
+        if {"range", "bearing"} <= set(sensor.measurement.names) and set(sensor.observes.names) <= {"x", "y", "vx", "vy"}:
+            for by, targets in every.items():
+                found = _of_sensor(name, sensor, [scan for scan in some if scan.sensor == name], by, targets)
+                if found is not None:
+                    yield found.said(reports=by in tracker.sensors)
+                    break
+
+
+def _known(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> dict[str, list[tuple[Array, Array]]]:
+    """Return times (s,) and places (s, 2) of targets, by what tells of them."""
+    every: dict[str, list[tuple[Array, Array]]] = {}
+    if own := [one for one in truth if {"x", "y"} <= set(one.space.names) and len(one.times)]:
+        every["the truth"] = [
+            (one.times, one.states[:, [one.space.names.index("x"), one.space.names.index("y")]]) for one in own
+        ]
+    reports: dict[str, dict[int, list[tuple[float, Array]]]] = defaultdict(lambda: defaultdict(list))
+    for scan in scans:
+        names = tracker.sensors[scan.sensor].measurement.names
+        if scan.detections.identity is None or not {"x", "y"} <= set(names):
+            continue
+        place = scan.detections.z[:, [names.index("x"), names.index("y")]]
+        for code, at in zip(scan.detections.identity.tolist(), place, strict=True):
+            if code >= 0 and np.isfinite(at).all():
+                reports[scan.sensor][code].append((scan.time, at))
+    for name, of in reports.items():
+        told = [(np.array([time for time, _ in one]), np.array([at for _, at in one])) for one in of.values()]
+        every[name] = [one for one in told if len(one[0]) > 1]
+    return every
+
+
+def _of_sensor(
+    name: str, sensor: Sensor, scans: Sequence[Scan], by: str, targets: Sequence[tuple[Array, Array]]
+) -> Turned | None:
+    """Return by how much a sensor is turned; None if it does not look so."""
+    looks, offsets, owners, sigmas = 0, list[Array](), list[int](), list[float]()
+    space, names = sensor.measurement, sensor.measurement.names
+    along, across = names.index("range"), names.index("bearing")
+    for scan in scans:
+        placed = sensor if scan.pose is None else sensor.at(scan.pose)
+        z = scan.detections.z
+        for owner, (times, places) in enumerate(targets):
+            if (at := _place(times, places, scan.time)) is None:
+                continue
+            x = np.zeros(len(sensor.observes))
+            x[[sensor.observes.names.index("x"), sensor.observes.names.index("y")]] = at
+            if float(np.max(placed.detects(x))) < PART:
+                continue
+            looks += 1
+            sigma = np.sqrt(np.diagonal(np.broadcast_to(placed.noise(x), (len(names), len(names)))))
+            d = space.difference(z, placed.measure(x)) if len(z) else np.zeros((0, len(names)))
+            near = (np.abs(d[:, along]) < ALONG + SIGMAS * sigma[along]) & (np.abs(d[:, across]) < WIDEST)
+            if near.any():
+                offsets.append(d[near, across])
+                owners.append(owner)
+                sigmas.append(float(sigma[across]))
+    if len(offsets) < ENOUGH:
+        return None
+    error = float(np.median(sigmas))
+    reach = max(1.5 * error, np.radians(0.3))
+    grid = np.arange(-WIDEST, WIDEST, reach / 3.0)
+    votes = np.zeros(len(grid), dtype=np.int64)
+    for one in offsets:
+        votes += np.any(np.abs(grid[:, None] - one) < reach, axis=1)
+    angle = float(np.mean(grid[votes == np.max(votes)]))
+    for _ in range(3):
+        nearest = np.array([one[np.argmin(np.abs(one - angle))] for one in offsets])
+        agrees = np.abs(nearest - angle) < 2.0 * reach
+        angle = float(np.median(nearest[agrees])) if agrees.any() else angle
+    count = int(np.count_nonzero(agrees))
+    around = sum(bool(np.any(np.abs(one) < 2.0 * reach)) for one in offsets)
+    seen = {owner for owner, agreed in zip(owners, agrees.tolist(), strict=True) if agreed}
+    deviation = 1.2533 * float(np.std(nearest[agrees])) / np.sqrt(max(count, 1))
+    sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation)
+    if not sure or (abs(angle) > 4.0 * reach and count < MORE * around):
+        return None
+    return Turned(name, angle, deviation, len(seen), by)
+
+
+def _place(times: Array, places: Array, time: float) -> Array | None:
+    """Return where a target is, between two times that are near to each other; None where that is not known."""
+    i = int(np.searchsorted(times, time))
+    if i == 0 or i == len(times) or times[i] - times[i - 1] > LONGEST:
+        return None
+    part = (time - times[i - 1]) / max(times[i] - times[i - 1], 1e-12)
+    place: Array = places[i - 1] + part * (places[i] - places[i - 1])
+    return place
