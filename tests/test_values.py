@@ -1,6 +1,7 @@
 """A value made by the compiled maker is what the class itself makes."""
 
 import gc
+import weakref
 
 import attrs
 import numpy as np
@@ -85,3 +86,21 @@ def test_only_values_of_the_class_are_evolved():
     for given in ((), (1,), (Innovation(*range(5)),), (Gaussian(1, 2), 3)):
         with pytest.raises(TypeError):
             evolve(*given)
+
+
+@needs_maker
+def test_only_what_may_be_part_of_a_cycle_is_collected_as_garbage():
+    """A value of arrays, numbers and such values is not followed; one that holds anything else is, and goes in a cycle."""
+    new, changed = values.maker(Gaussian), values.evolver(Gaussian)
+    plain, mutable = new(np.zeros(2), np.eye(2)), []
+    for leaf in (plain, new((plain, 1.0), plain), changed(plain, mean=(None, "x"))):
+        assert not gc.is_tracked(leaf)
+    for followed in (new({}, plain), new(mutable, plain), new((plain, mutable), plain), changed(plain, cov=mutable)):
+        assert gc.is_tracked(followed)
+
+    known = {}
+    value = known["value"] = new(known, plain)
+    gone = weakref.ref(value)
+    del known, value
+    gc.collect()
+    assert gone() is None

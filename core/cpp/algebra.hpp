@@ -71,6 +71,17 @@ VEDETTE_INLINE void with_constants(int n, int m, bool shared, const F& f) {
     });
 }
 
+// The same where eight problems have the most usual sizes alone: for kernels that take long to compile.
+template <class T, class F>
+VEDETTE_INLINE void with_usual_constants(int n, int m, bool shared, const F& f) {
+    if constexpr (kUnrolls && !std::is_same_v<T, double>)
+        if (n == 4 && m == 2)
+            return with_coefficients<T>(std::integral_constant<int, 4>(), shared, [&](auto states, auto c) {
+                f(states, std::integral_constant<int, 2>(), c);
+            });
+    f(n, m, T{});
+}
+
 // A stage of eight problems stands apart, or the compiler would keep too much in memory, and be at it for minutes.
 template <class F>
 __attribute__((noinline)) void outlined(const F& f) {

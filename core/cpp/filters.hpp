@@ -348,7 +348,7 @@ VEDETTE_INLINE void take_returns(const Shape& shape, T* x, const T* P, const C* 
 struct ScanStep : shapes::ScanStep {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_constants<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
+        with_usual_constants<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
             solve<T, decltype(c)>(in, out, states, measured);
         });
     }
@@ -369,7 +369,7 @@ struct ScanStepTwin : shapes::ScanStepTwin {
 
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_constants<T>(n, m, are_shared(in, {2, 3}), [&](auto states, auto measured, auto c) {
+        with_usual_constants<T>(n, m, are_shared(in, {2, 3}), [&](auto states, auto measured, auto c) {
             solve<T, decltype(c)>(in, out, states, measured);
         });
     }

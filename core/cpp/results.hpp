@@ -43,7 +43,7 @@ class Result {
                 slots_.of(result, i) = all[i];
             else
                 PyTuple_SET_ITEM(result, i, all[i]);
-        return result;
+        return slotted ? slots_.finished(result) : result;
     }
 
   private:

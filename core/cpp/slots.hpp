@@ -12,6 +12,16 @@ namespace vedette {
 
 constexpr Py_ssize_t kMostFields = 32;
 
+// Whether no cycle of references can lead through an object: the collector of garbage does not follow it, or it is a tuple of such.
+inline bool is_leaf(PyObject* given) {
+    if (given == nullptr || !PyObject_IS_GC(given)) return true;
+    if (!PyObject_GC_IsTracked(given)) return !PyDict_Check(given);  // a dictionary is followed from its first such entry on
+    if (!PyTuple_CheckExact(given)) return false;
+    for (Py_ssize_t i = 0; i < PyTuple_GET_SIZE(given); ++i)
+        if (!is_leaf(PyTuple_GET_ITEM(given, i))) return false;
+    return true;
+}
+
 struct Slots {
     PyTypeObject* type = nullptr;
     Py_ssize_t count = 0, offsets[kMostFields];
@@ -44,6 +54,15 @@ struct Slots {
     PyObject* new_value() const { return type->tp_alloc(type, 0); }
     PyObject*& of(PyObject* value, Py_ssize_t i) const {
         return *reinterpret_cast<PyObject**>(reinterpret_cast<char*>(value) + offsets[i]);
+    }
+
+    // The value, whose slots are filled for good. One of leaves is no part of a cycle, so the collector need not walk through it:
+    // else it would, again and again, through all states that a long run keeps.
+    PyObject* finished(PyObject* value) const {
+        bool leaves = PyObject_IS_GC(value);
+        for (Py_ssize_t i = 0; leaves && i < count; ++i) leaves = is_leaf(of(value, i));
+        if (leaves) PyObject_GC_UnTrack(value);
+        return value;
     }
 };
 

@@ -28,7 +28,7 @@ PyObject* make(PyObject* self, PyObject* const* args, size_t flagged, PyObject* 
     PyObject* value = slots.new_value();
     if (value == nullptr) return nullptr;
     for (Py_ssize_t i = 0; i < given; ++i) slots.of(value, i) = Py_NewRef(args[i]);
-    return value;
+    return slots.finished(value);
 }
 
 // The place of a field, from `expected` on as callers name them in order; -1 if there is none.
@@ -61,7 +61,7 @@ PyObject* evolve(PyObject* self, PyObject* const* args, size_t flagged, PyObject
     }
     for (Py_ssize_t i = 0; i < slots.count; ++i)
         if (slots.of(value, i) == nullptr) slots.of(value, i) = Py_XNewRef(slots.of(args[0], i));
-    return value;
+    return slots.finished(value);
 }
 
 template <vectorcallfunc call>

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.units import short
+from vedette.values import maker
 
 
 @runtime_checkable
@@ -40,8 +41,11 @@ class Seed:
             raise ValueError(f"seed: must be a whole number >= 0, or a Generator of numpy, got {short(seed)}") from None
         entropy = given.entropy
         whole = tuple(map(int, entropy)) if isinstance(entropy, Sequence) else int(entropy or 0)
-        return cls(whole, tuple(given.spawn_key))
+        return new_seed(whole, tuple(given.spawn_key))
 
     def generator(self, step: int) -> np.random.Generator:
         """Return the generator of one step, from its beginning; this takes some 12 us."""
         return np.random.Generator(np.random.PCG64(np.random.SeedSequence(self.entropy, spawn_key=(*self.key, step))))
+
+
+new_seed = maker(Seed)
