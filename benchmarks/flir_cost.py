@@ -1,24 +1,35 @@
 """Costs in images: update by the information pair and by the innovation form, lock-step Monte Carlo, simulated frames.
 
-    python benchmarks/flir_cost.py [updates] [runs] [frames]
+    python -m benchmarks.flir_cost [updates] [runs] [frames] [stages]
 
-Without an argument, all three. Times are CPU times, which other processes hardly affect. The innovation form
-factorises an N^2 x N^2 matrix: at 64 x 64 it holds 134 MB and is timed once.
+Without an argument, all. Stages are those of a video of 320 x 256 px, with as many BLAS threads as by default. Times are CPU
+times, which other processes hardly affect. The innovation form factorises an N^2 x N^2 matrix: at 64 x 64 it holds 134 MB
+and is timed once.
 """
 
+import os
 import sys
+import tempfile
+from pathlib import Path
 from time import process_time
 
 import numpy as np
 
-from vedette import Frame, Gaussian
+import vedette
+from benchmarks.flir_stream import EXAMPLE, draw
+from vedette import Frame, Gaussian, Scan
 from vedette.filters import evaluate_frame
 from vedette_flir.camera import Camera
 from vedette_flir.matched_truth import FRAMES, record
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
+from vedette_flir.patches import sample
+from vedette_flir.preprocessors.spot_detector import SpotDetector
+from vedette_flir.registration import Registration
+from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_flir.sources.images import look_through
 from vedette_flir.spots import circular
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 
@@ -83,9 +94,39 @@ def frames():
         print(f"64 x 64, {name}: {scene.frames / took:7.0f} frames/s")
 
 
+def stages(count=300):
+    """Print the CPU time a frame of each stage of a run through a drawn video of 320 x 256 px, over `count` frames."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "video.avi"
+        draw(path, count)
+        clip = look_through(path)
+        spent = dict.fromkeys(("decode", "register", "detect", "sample", "update"), 0.0)
+        turned, detector = Registration(), SpotDetector(sensors={"camera": BoxCentroid()})
+        tracker = vedette.load(EXAMPLE).tracker
+        prior = Gaussian(np.array([[250.5, 86.5, 0, 0, 26, 16]], dtype=float), np.diag([1.0, 1, 1e4, 1e4, 0, 0])[None])
+        state = tracker.start(prior, 0.0)
+
+        def timed(stage, action):
+            before = process_time()
+            made = action()
+            spent[stage] += process_time() - before
+            return made
+
+        for k in range(count):
+            pixels = timed("decode", lambda: clip.frame(k))  # noqa: B023
+            scan = Scan.image(k / 30, "camera", Frame(pixels))
+            timed("register", lambda: turned.take(pixels))  # noqa: B023
+            timed("detect", lambda: detector.process({"camera": scan}))  # noqa: B023
+            timed("sample", lambda: sample(pixels, np.array([160.0, 128.0]), 1.2, 60))  # noqa: B023
+            state = timed("update", lambda: tracker.step(state, scan))  # noqa: B023
+    for stage, took in spent.items():
+        print(f"{stage:8} {1e3 * took / count:5.2f} ms of CPU a frame{', within the update' if stage == 'sample' else ''}")
+    print(f"existence at the end {state.existence[0]:.3f}; threads by {os.environ.get('OPENBLAS_NUM_THREADS', 'default')}")
+
+
 def main():
     """Run what is asked for."""
-    known = {"updates": updates, "runs": runs, "frames": frames}
+    known = {"updates": updates, "runs": runs, "frames": frames, "stages": stages}
     asked = sys.argv[1:] or list(known)
     if wrong := [name for name in asked if name not in known]:
         sys.exit(f"flir_cost: there are {', '.join(known)}; got {', '.join(wrong)}")

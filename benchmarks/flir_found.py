@@ -20,6 +20,7 @@ import numpy as np
 import vedette
 from benchmarks.flir_clips import clips
 from vedette import Array, Frame, Scan
+from vedette_flir.registration import Registration
 from vedette_flir.spots_in_frame import spots
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_found.toml"
@@ -50,17 +51,18 @@ def curve(snr: float, frames: int) -> str:
     return f"{snr:4.0f}  " + "  ".join(f"{point:>13}" for point in points)
 
 
-def tracked(pixels: list[Array], made: Any) -> list[tuple[Array, Array]]:
+def tracked(pixels: list[Array], made: Any, steady: bool = False) -> list[tuple[Array, Array]]:
     """Return of each track that is confirmed in the frames, its numbers of frames from there on, and its places then."""
     tracker, detector = made.tracker, made.preprocessors["spots"]
-    state, seen = tracker.start(seed=1), dict[int, list[tuple[int, Array]]]()
+    state, seen, turned = tracker.start(seed=1), dict[int, list[tuple[int, Array]]](), Registration()
     for k, each in enumerate(pixels):
-        frame = Scan.image(k / 30, "camera", Frame(each))
+        corner = turned.take(each).copy() if steady else np.zeros(2)
+        frame = Scan.image(k / 30, "camera", Frame(each, corner))
         state = tracker.step(state, frame)
         state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
         mean = tracker.estimate(state).mean
         for i in np.flatnonzero(state.confirmed):
-            seen.setdefault(int(state.ids[i]), []).append((k, mean[i, :2]))
+            seen.setdefault(int(state.ids[i]), []).append((k, mean[i, :2] - corner))
     return [(np.array([k for k, _ in rows]), np.array([at for _, at in rows])) for rows in seen.values()]
 
 
@@ -85,7 +87,7 @@ def found_in_noise(runs: int) -> None:
             )
 
 
-def found_in_clips(clear: float) -> None:
+def found_in_clips(clear: float, steady: bool) -> None:
     """Print how often the true target of a segment is found within a second, and what else is confirmed."""
     made, right, visible, others, seconds = (
         vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"]),
@@ -99,7 +101,7 @@ def found_in_clips(clear: float) -> None:
             first = min(k for k in clip.boxes if k >= begin)
             numbers = list(range(first, min(first + 45, end)))
             hit, seconds = False, seconds + len(numbers) / 30
-            for when, where in tracked([clip.frames[k] for k in numbers], made):
+            for when, where in tracked([clip.frames[k] for k in numbers], made, steady):
                 box = np.array([clip.boxes.get(first + k, np.full(4, np.nan)) for k in when])
                 own = np.abs(where - box[:, :2]) < np.maximum(10.0, 0.5 * box[:, 2:])
                 mine = bool(own.all(axis=1).any())
@@ -114,13 +116,14 @@ def main() -> None:
         "python -m benchmarks.flir_found", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("what", choices=["drawn", "clips"])
+    parser.add_argument("--steady", action="store_true", help="take out how the camera turns, as `source.steady` does")
     parser.add_argument("--runs", type=int, default=20)
     given = parser.parse_args()
     if given.what == "drawn":
         found_in_noise(given.runs)
     else:
         for clear in (5.0, 6.0, 8.0):
-            found_in_clips(clear)
+            found_in_clips(clear, given.steady)
 
 
 if __name__ == "__main__":

@@ -28,6 +28,9 @@ spread = { x = 1.0, y = 1.0, vx = 100.0, vy = 100.0, width = 0.0, height = 0.0 }
 kind = "reappearing_target"  # its existence says whether it is held, or lost and sought
 """
 
+AUTOMATIC = """automatic = true  # no target is given: the tracker finds them
+steady = false    # true where a camera turns over a scene, not plain sky: what stands in the scene is known then, too"""
+
 FOUND = f"""
 [sensors.spots]
 kind = "detected_box"
@@ -68,6 +71,7 @@ kind = "template_filter"
 resize = 0.05  # the box follows the target's spread; without, it stays as it was found
 anchor = 1.0    # the first template counts as much as the smoothed one, and a tenth of the drift from it is taken back
 recentre = 0.1  # in each frame: else the template slides along a vapour trail
+moves = {centred}  # whether what stands where it was first seen is a part of the scene, until it leaves
 centred = {centred}  # whether the target's place is its own middle, not that of the box it was first seen in
 
 [estimator.motion]
@@ -98,7 +102,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     if not _shows_images(path):
         return None
     boxes = _picked(path) if wishes.get("pick") else _box(wishes.get("box"))
-    start, about = "automatic = true  # no target is given: the tracker finds them", "targets are found where they stand out"
+    start, about = AUTOMATIC, "targets are found where they stand out and move"
     if boxes:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
     if len(boxes) > 1:

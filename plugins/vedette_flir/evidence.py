@@ -41,6 +41,9 @@ within .15 px, and .08 of one that hovers; of tracks that had taken a thing that
 STANDING = 8.0
 """What it says against a target that it came to stand as it became e times less like what it was, in logarithms."""
 
+MOVED = 1.0
+"""Pixels from where it was first seen within which a thing counts as a part of the scene, where targets move."""
+
 ENOUGH, PULL, JUMP = 0.5, 1.5, 1.0
 """Log-odds from which another place is taken; what it must be better by than the place expected; what is kept back of its
 odds, as the place was the best of several.

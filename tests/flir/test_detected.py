@@ -84,6 +84,39 @@ def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
     np.testing.assert_array_equal(again.tracks[0].mean, track.mean)
 
 
+def test_what_stands_in_the_scene_is_no_target_until_it_moves():
+    """A lamp is as clear as the target; it starts to move in frame 45."""
+    experiment = vedette.load(EXAMPLES / "flir_found.toml")
+    tracker, detector = experiment.tracker, experiment.preprocessors["spots"]
+    state, confirmed = tracker.start(seed=1), []
+    for k in range(75):
+        lamp = np.array([120.0 + 0.8 * max(k - 45, 0), 80.0])
+        pixels = np.maximum(picture(k, 20.0)[0], picture(k, 20.0, at=lamp)[0])
+        frame = Scan.image(k / 30, "camera", Frame(pixels))
+        state = tracker.step(state, frame)
+        state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        confirmed.append(tracker.estimate(state).mean[state.confirmed, :2])
+    for k in (30, 44):
+        np.testing.assert_allclose(confirmed[k], [picture(k)[1]], atol=1.0)
+    assert len(confirmed[-1]) == 2
+    np.testing.assert_allclose(confirmed[-1][np.argmax(confirmed[-1][:, 0])], lamp, atol=1.0)
+
+
+def test_a_track_that_was_never_held_is_not_sought_elsewhere():
+    """A speck that is gone in the next frame does not jump to a target on the other side."""
+    experiment = vedette.load(EXAMPLES / "flir_found.toml")
+    tracker, detector, places = experiment.tracker, experiment.preprocessors["spots"], []
+    state = tracker.start(seed=1)
+    for k in range(4):
+        pixels = picture(k, 20.0, at=np.array([40.0, 50.0] if k == 0 else [120.0, 80.0]))[0]
+        frame = Scan.image(k / 30, "camera", Frame(pixels))
+        state = tracker.step(state, frame)
+        state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        places += tracker.estimate(state).mean[state.ids == 0, 0].tolist()
+    assert places
+    assert max(places) < 60.0
+
+
 def test_a_frame_is_counted_once():
     """Boxes of a frame claim and start tracks; position and existence of a track are those by the frame alone."""
     experiment = vedette.load(EXAMPLES / "flir_found.toml")

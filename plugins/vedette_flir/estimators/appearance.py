@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Space, Traits, fields, kernels
 from vedette.filters import (
     Hypotheses,
     OverMotion,
@@ -36,7 +36,9 @@ class AppearanceBelief(Generic[L]):
            allows for
     links  the probability (*b, t) that the places of the last frame and the one before are of one target: less than 1 where
            targets met and may have been exchanged, NaN where a track coasts until they part
-    past   the places (*b, t, LAG, 2) of the last frames, the oldest first; NaN before the target was found where it is
+    held   whether a target ever existed rather than not (*b, t): only then it can be lost, and is sought elsewhere
+    past   the places (*b, t, 1 + LAG, 2) where the target was found first, there or elsewhere, and those of the last frames,
+           the oldest first; NaN before
     """
 
     position: Gaussian
@@ -45,6 +47,7 @@ class AppearanceBelief(Generic[L]):
     existence: Array
     calm: Array
     links: Array
+    held: Mask
     past: Array
 
 
@@ -94,7 +97,8 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     ) -> Match[L]:
         """Return one target found again, expected at `where` with covariance S (2, 2), if it still is in view.
 
-        `past` (2,) is the place at which it was `LAG` frames ago, in px of this frame; NaN if that is not known.
+        `past` (2, 2): the places where it was found first, and at which it was `LAG` frames ago, in px of this frame; NaN if
+        that is not known.
         """
 
     def without(self, pixels: Array, where: Array, appearance: L) -> Array:
@@ -105,8 +109,8 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         """Return the prior's marginal over the filter's axes, and no appearance yet."""
         position, tracks = marginal(prior, axes, self.state, self.zero_variance), prior.mean.shape[:-1]
         one = np.ones(tracks)
-        past = np.full((*tracks, LAG, 2), np.nan)
-        return AppearanceBelief(position, self.unseen(tracks), position, one, one, one, past)
+        past = np.full((*tracks, 1 + LAG, 2), np.nan)
+        return AppearanceBelief(position, self.unseen(tracks), position, one, one, one, np.zeros(tracks, dtype=bool), past)
 
     def reframe(self, belief: AppearanceBelief[L], combined: Gaussian) -> AppearanceBelief[L]:
         """Return the position in the motion's frame of the `combined` estimate; the appearance stays."""
@@ -114,7 +118,8 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
     def informed(self, belief: AppearanceBelief[L], existence: Array) -> AppearanceBelief[L]:
         """Return the belief with the existence that the next frame meets."""
-        return evolve(belief, existence=np.broadcast_to(existence, belief.appearance.known.shape))
+        existence = np.broadcast_to(existence, belief.appearance.known.shape)
+        return evolve(belief, existence=existence, held=belief.held | (existence >= LOST))
 
     def predict(self, belief: AppearanceBelief[L], dt: float, rng: np.random.Generator) -> AppearanceBelief[L]:
         """Return the position `dt` s later; the appearance stays."""
@@ -161,8 +166,10 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             (place > 0) & ~anew & (belief.appearance.known > 0), np.minimum(0.5 * distance[..., 0], 1.0), belief.calm
         )
         calm = np.maximum(belief.calm + SETTLING * (seen - belief.calm), CALMEST)
-        past = np.where(anew[..., None, None], np.nan, belief.past[..., 1:, :])
-        past = np.concatenate([past, (sensor.measure(x) + nu[..., 0, :])[..., None, :]], axis=-2)
+        found_at, first = sensor.measure(x) + nu[..., 0, :], anew | ~(belief.appearance.known > 0)
+        began = np.where(first[..., None], found_at, belief.past[..., 0, :])
+        before = np.where(first[..., None, None], np.nan, belief.past[..., 2:, :])
+        past = np.concatenate([began[..., None, :], before, found_at[..., None, :]], axis=-2)
         detail = AppearanceHypotheses(Hypotheses(shift, post), appearance, learned, calm, links, past)
         return evolve(made, loglik=columns, detail=detail)
 
@@ -208,11 +215,11 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
     def _find(self, belief: AppearanceBelief[L], expected: Array, S: Array, frame: Frame) -> tuple[Any, L, Array]:
         """Return the match of each track (*b, t), the new appearances, and the links (*b, t)."""
-        names = self.state.names
+        names, existence = self.state.names, np.where(belief.held, belief.existence, np.maximum(belief.existence, LOST))
         box = np.stack([belief.position.mean[..., names.index(name)] for name in ("width", "height")], axis=-1)
         tracks = expected.shape[:-1]
         start = np.zeros(2) if frame.corner is None else frame.corner[..., None, :]
-        past = belief.past[..., 0, :] - start
+        past = belief.past[..., :2, :] - np.expand_dims(start, -2)
         where, pixels = expected - start, np.broadcast_to(frame.pixels, (*tracks[:-1], *frame.pixels.shape[-2:]))
         found, links = np.empty(tracks, dtype=object), np.ones(tracks)
         appearance = _each(belief.appearance, np.array)
@@ -227,7 +234,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
                     where[one],
                     box[one],
                     belief.calm[one] * S[one],
-                    bool(belief.existence[one] >= LOST),
+                    bool(existence[one] >= LOST),
                     _each(belief.appearance, lambda array, one=one: array[one]),
                 )
                 for one in seen
@@ -235,7 +242,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
             def find(i: int, image: Array, at: Array, seen: Any = seen, who: Any = who) -> Match[L]:
                 one = seen[i]
-                return self.find(image, at, box[one], S[one], float(belief.existence[one]), who[i].appearance, past[one])
+                return self.find(image, at, box[one], S[one], float(existence[one]), who[i].appearance, past[one])
 
             matches, links_of_run = Sharing(image, who, find, self.without).found()
             for one, match, link in zip(seen, matches, links_of_run, strict=True):

@@ -21,7 +21,7 @@ from vedette_flir.estimators.template_search import (
     kept,
     sought,
 )
-from vedette_flir.evidence import COMMON, LOST, held_ratio, learned, presence_ratio, standing_ratio
+from vedette_flir.evidence import COMMON, LOST, MOVED, STANDING, held_ratio, learned, presence_ratio, standing_ratio
 from vedette_flir.initial_box import target_in
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
@@ -77,6 +77,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     centred: bool = fields.flag(
         "the target's place is its own middle, not that of the box it was first seen in", default=False
     )
+    moves: bool = fields.flag(
+        "targets move: what stands where it was first seen is part of the scene, until it leaves", default=False
+    )
     cut: float = fields.quantity(
         "1",
         "change of a frame over its spread, beyond which it shows another scene and the target is doubted",
@@ -130,9 +133,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         here = by.look(pixels, np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0), near, appearance, where, W)
-        travelled = float(np.hypot(*(here.place - appearance.offset - past)))
+        left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         ratio = held_ratio(here.margin, float(appearance.usual_margin), here.clear / float(appearance.usual), here.first)
         best, ratio = here, ratio + standing_ratio(travelled, here.first, float(appearance.usual_first))
+        if self.moves and np.isfinite(travelled) and left < MOVED:
+            ratio -= STANDING
         if cut or existence < LOST:
             best, odds = sought(by, pixels, here, appearance)
             ratio = ratio if best is here else odds
