@@ -23,7 +23,7 @@ SHAPE, LEVEL, DARK, LIT, SPREAD = (32, 60), 100.0, 3.0, 40.0, 1.2
 SHARES, SIDES = np.array([[1.0], [0.6]]), np.array([[-1.0], [1.0]])
 """How bright the ends are, and on which side."""
 LOOKS = {"width": 24.0, "height": 10.0, "amplitude": LIT, "spread": SPREAD, "background": LEVEL}
-FRAMES, STEP, NEAR = 5, np.array([2.4, -1.2]), (0.3, 5.0)
+FRAMES, STEP, NEAR = 5, np.array([2.4, -1.2]), (1.0, 5.0)
 """Frames, what the target moves from one to the next, and how near a track must be, or a `conservative` one, in px."""
 
 
