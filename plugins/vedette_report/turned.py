@@ -27,21 +27,26 @@ drawn by tests/report/test_turned.py, of other seeds than those of the test.
 
 @frozen
 class Turned:
-    """The angle by which a sensor's returns are turned and its deviation, in rad, of how many targets, known by what."""
+    """The angle by which a sensor's returns are turned and its deviation, in rad, of how many targets, known by what.
+
+    polar: whether it measures range and bearing.
+    """
 
     sensor: str
     angle: float
     deviation: float
     targets: int
     by: str
+    polar: bool
 
     def said(self, reports: bool) -> str:
         """Return what it looks like, and what to do; reports: whether it is known by reports with names."""
         told = f"{np.degrees(self.angle):+.1f} +- {max(np.degrees(self.deviation), 0.05):.1f} degrees in bearing"
+        read = "" if self.polar else "read its returns as range and bearing, as examples/joyride.toml does, and "
         stated = f'kind = "displaced", add = {{ bearing = {self.angle:.4f} }}, of = {{ ... }}'
         found = "; or the tracks find it: `biased` and [registration], docs/concepts/registration.md" if reports else ""
         places = f"{self.targets} target{'s' if self.targets > 1 else ''} of {self.by}"
-        return f"{self.sensor}: its returns lie {told} from {places}: is its north right? State it, {stated}{found}"
+        return f"{self.sensor}: its returns lie {told} from {places}: where is north? To state it, {read}set {stated}{found}"
 
 
 def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> Iterator[str]:
@@ -49,12 +54,18 @@ def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory])
     every = _known(tracker, scans, truth)
     some = [scans[i] for i in np.unique(np.linspace(0, len(scans) - 1, SAMPLED).astype(int))] if len(scans) else []
     for name, sensor in tracker.sensors.items():
-        if {"range", "bearing"} <= set(sensor.measurement.names) and set(sensor.observes.names) <= {"x", "y", "vx", "vy"}:
+        if _looks_round(sensor) and set(sensor.observes.names) <= {"x", "y", "vx", "vy"}:
             for by, targets in every.items():
                 found = _of_sensor(name, sensor, [scan for scan in some if scan.sensor == name], by, targets)
                 if found is not None:
                     yield found.said(reports=by in tracker.sensors)
                     break
+
+
+def _looks_round(sensor: Sensor) -> bool:
+    """Return whether it measures range and bearing, or x and y from these."""
+    names = set(sensor.measurement.names)
+    return {"range", "bearing"} <= names or ({"x", "y"} <= names and hasattr(sensor, "sigma_bearing"))
 
 
 def _known(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> dict[str, list[tuple[Array, Array]]]:
@@ -84,8 +95,7 @@ def _of_sensor(
 ) -> Turned | None:
     """Return by how much a sensor is turned; None if it does not look so."""
     looks, offsets, owners, sigmas = 0, list[Array](), list[int](), list[float]()
-    space, names = sensor.measurement, sensor.measurement.names
-    along, across = names.index("range"), names.index("bearing")
+    polar = "bearing" in sensor.measurement.names
     for scan in scans:
         placed = sensor if scan.pose is None else sensor.at(scan.pose)
         z = scan.detections.z
@@ -97,13 +107,12 @@ def _of_sensor(
             if float(np.max(placed.detects(x))) < PART:
                 continue
             looks += 1
-            sigma = np.sqrt(np.diagonal(np.broadcast_to(placed.noise(x), (len(names), len(names)))))
-            d = space.difference(z, placed.measure(x)) if len(z) else np.zeros((0, len(names)))
-            near = (np.abs(d[:, along]) < ALONG + SIGMAS * sigma[along]) & (np.abs(d[:, across]) < WIDEST)
+            d, sigma = _beside(placed, x, z) if polar else _beside_in_plane(placed, x, z, _stands(sensor, scan))
+            near = (np.abs(d[:, 0]) < ALONG + SIGMAS * sigma[0]) & (np.abs(d[:, 1]) < WIDEST)
             if near.any():
-                offsets.append(d[near, across])
+                offsets.append(d[near, 1])
                 owners.append(owner)
-                sigmas.append(float(sigma[across]))
+                sigmas.append(float(sigma[1]))
     if len(offsets) < ENOUGH:
         return None
     error = float(np.median(sigmas))
@@ -124,7 +133,37 @@ def _of_sensor(
     sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation)
     if not sure or (abs(angle) > 4.0 * reach and count < MORE * around):
         return None
-    return Turned(name, angle, deviation, len(seen), by)
+    return Turned(name, angle, deviation, len(seen), by, polar)
+
+
+def _beside(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:
+    """Return how far returns (k, m) lie from a target in range and bearing (k, 2), and the standard deviations (2,)."""
+    names = placed.measurement.names
+    some = [names.index("range"), names.index("bearing")]
+    sigma = np.sqrt(np.diagonal(np.broadcast_to(placed.noise(x), (len(names), len(names)))))
+    d = placed.measurement.difference(z, placed.measure(x)) if len(z) else np.zeros((0, len(names)))
+    return d[:, some], sigma[some]
+
+
+def _beside_in_plane(placed: Sensor, x: Array, z: Array, station: Array) -> tuple[Array, Array]:
+    """Return the same of returns in x and y, as seen from a station."""
+    names = placed.measurement.names
+    some = [names.index("x"), names.index("y")]
+    seen, at = z[:, some] - station, placed.measure(x)[some] - station
+    far = float(np.hypot(*at)) + 1e-9
+    along = at / far
+    R = np.broadcast_to(placed.noise(x), (len(names), len(names)))[np.ix_(some, some)]
+    across = np.array([-along[1], along[0]])
+    turn = np.arctan2(seen @ across, seen @ along)
+    sigma = np.sqrt([along @ R @ along, across @ R @ across / far**2])
+    return np.stack([np.hypot(*seen.T) - far, turn], axis=-1), sigma
+
+
+def _stands(sensor: Sensor, scan: Scan) -> Array:
+    """Return where a sensor stands."""
+    own = [getattr(sensor, "x", 0.0), getattr(sensor, "y", 0.0)]
+    place: Array = np.array(own if scan.pose is None else scan.pose.position[..., :2], dtype=float)
+    return place
 
 
 def _place(times: Array, places: Array, time: float) -> Array | None:

@@ -7,20 +7,21 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette import Detections, Scan, Space, Trajectory
+from vedette import Detections, Pose, Scan, Space, Trajectory
 from vedette_report import turned as room
 from vedette_report.turned import turned
 
 RADAR = {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": "0.5 deg", "max_range": 8000.0}
+IN_PLANE, SHIP = {**RADAR, "kind": "polar_position"}, np.array([900.0, -400.0])
 
 
-def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False):
+def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False, plane=False):
     """What is told of scans of a radar that is turned by `off` rad, and of some vessels' reports."""
     rng = np.random.default_rng(seed)
     tracker = vedette.build(
         {
             "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
-            "sensors": {"radar": RADAR, "ais": {"kind": "cartesian_position", "sigma": 5.0}},
+            "sensors": {"radar": IN_PLANE if plane else RADAR, "ais": {"kind": "cartesian_position", "sigma": 5.0}},
             "associator": {"kind": "jpda"},
             "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
             "lifecycle": {"kind": "existence"},
@@ -29,13 +30,15 @@ def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False):
     x, v = rng.uniform(-3000, 3000, (vessels, 2)), rng.uniform(-6, 6, (vessels, 2))
     scans = []
     for k in range(100):
-        at = x + 2.5 * k * v
+        at = x + 2.5 * k * v - SHIP * plane
         z = np.stack([np.hypot(*at.T), np.arctan2(at[:, 1], at[:, 0]) + off], axis=1)
         z = (z + rng.normal(0, 1, z.shape) * [10.0, np.radians(0.5)])[rng.random(vessels) < 0.8]
         false = np.stack([rng.uniform(0, 8000, clutter), rng.uniform(-np.pi, np.pi, clutter)], axis=1)
-        scans.append(Scan(2.5 * k, "radar", Detections.of(np.concatenate([z, false]), 2)))
+        r, b = np.concatenate([z, false]).T
+        seen = SHIP + np.stack([r * np.cos(b), r * np.sin(b)], axis=1) if plane else np.stack([r, b], axis=1)
+        scans.append(Scan(2.5 * k, "radar", Detections.of(seen, 2), Pose(SHIP) if plane else None))
         if k % 4 == 0 and reports:
-            seen = at[list(reports)] + rng.normal(0, 5, (len(reports), 2))
+            seen = (at + SHIP * plane)[list(reports)] + rng.normal(0, 5, (len(reports), 2))
             named = attrs.evolve(Detections.of(seen, 2), identity=np.array(reports))
             scans.append(Scan(2.5 * k + 0.1, "ais", named))
     times = 2.5 * np.arange(100)
@@ -68,6 +71,13 @@ def test_radars_that_are_right_are_not_told_of():
     for seed in range(20):
         assert not scene(100 + seed, off=0.0)
         assert not scene(200 + seed, off=0.0, by_truth=True, reports=(), clutter=100)
+
+
+def test_returns_in_x_and_y_are_looked_at_from_where_the_radar_is():
+    for seed in range(4):
+        (told,) = scene(seed, off=np.radians(-3.0), plane=True)
+        assert abs(angle(told) + 3.0) < 0.2
+        assert not scene(300 + seed, off=0.0, plane=True)
 
 
 def test_without_places_of_targets_nothing_is_told():
