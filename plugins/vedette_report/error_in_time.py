@@ -7,12 +7,14 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 from attrs import frozen
 
+from vedette import WrappedSensor
 from vedette.roles import Sensor
 from vedette.space import Array, Mask
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
 from vedette.types import Scan
 from vedette.units import say
+from vedette_report.error_shape import Measured, Shape, long_run, shape_of
 
 LONGEST, MOST = 400, 64
 """Paths are cut into pieces of at most so many returns, of which so many are enough."""
@@ -137,7 +139,7 @@ def compared(paths: Sequence[Path]) -> Compared | None:
     halves = np.array([[len(one.times) // 2] for one in pieces])
     held: Mask = np.logical_and(every.used, np.arange(every.used.shape[1]) >= halves)
     apart = [np.where(mask, row, 0.0)[mask] for row, mask in zip(scores[1] - scores[0], held, strict=True)]
-    error = float(np.sqrt(sum(_long_run(row) for row in apart)))
+    error = float(np.sqrt(sum(long_run(row) for row in apart)))
     white, other = (every.errors(_fitted(every, correlated)) for correlated in (False, True))
     return Compared(white, other, float(sum(map(np.sum, apart))), error, int(np.count_nonzero(held)), every.dt)
 
@@ -146,15 +148,6 @@ def _pieces(path: Path) -> list[Path]:
     count = -(-len(path.times) // LONGEST)
     parts = np.array_split(np.arange(len(path.times)), count) if count else []
     return [Path(path.times[part], path.values[part]) for part in parts if len(part) >= FEWEST]
-
-
-def _long_run(row: Array) -> float:
-    """Return the variance of the sum of a series, with what each tells of the next ones, by Bartlett's weights."""
-    off, lags = row - np.mean(row), round(len(row) ** (1.0 / 3.0))
-    total = float(off @ off)
-    for lag in range(1, lags + 1):
-        total += 2.0 * (1.0 - lag / (1.0 + lags)) * float(off[lag:] @ off[: len(off) - lag])
-    return max(total, 0.0)
 
 
 @frozen
@@ -313,11 +306,14 @@ class Told:
     axis: str
     unit: str
     compared: Compared
+    extent: str = ""
+    shape: Shape | None = None
 
     @property
     def text(self) -> str:
-        """In words."""
-        return self.compared.told(self.sensor, self.axis, self.unit)
+        """In words, a line each: how they go on, and where it stands out how they grow and how heavy their tails are."""
+        shape = self.shape.told(self.sensor, self.axis, self.extent) if self.shape else ()
+        return "\n".join((self.compared.told(self.sensor, self.axis, self.unit), *shape))
 
     def data(self) -> dict[str, object]:
         """Return the figures as plain data."""
@@ -327,6 +323,7 @@ class Told:
             "gain": self.compared.gain, "gain_error": self.compared.error, "white_deviation": white.deviation,
             "deviation": correlated.deviation, "deviation_error": correlated.deviation_error * correlated.deviation,
             "correlation_time": correlated.tau, "correlation_time_error": correlated.tau_error * correlated.tau,
+            "extent": self.extent, "shape": self.shape.data() if self.shape else None,
         }  # fmt: skip
 
 
@@ -336,41 +333,65 @@ NIS_IS_NOT_ENOUGH = (
 
 
 def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) -> tuple[Told, ...]:
-    """Return what the returns that confirmed tracks took say, of each sensor that measures positions themselves.
+    """Return what the returns that confirmed tracks took say, of each sensor and each place or direction that it measures.
 
     states: after each of the scans. A sensor whose errors are part of the state, and one whose returns bear times of their
-    own, is not asked.
+    own, is not asked. A place along any axis is followed as if it kept its velocity, also a range or a bearing.
     """
-    taken: dict[tuple[str, int, int], tuple[list[float], list[float]]] = {}
+    taken: dict[tuple[str, int], tuple[list[float], list[Array]]] = {}
     asked = {name: _measured(sensor) for name, sensor in tracker.sensors.items()}
     for scan, state in zip(scans, states, strict=True):
-        if not (axes := asked[scan.sensor]) or scan.frame is not None or scan.detections.time is not None:
+        if not asked[scan.sensor] or scan.frame is not None or scan.detections.time is not None:
             continue
         rows, columns = np.nonzero(np.where(state.confirmed[:, None], state.weights[:, 1:], 0.0) > SURELY)
         returns = columns if state.returns is None else state.returns[rows, columns]
         for track, z in zip(state.ids[rows].tolist(), scan.detections.z[returns], strict=True):
-            for i in axes:
-                times, values = taken.setdefault((scan.sensor, i, track), ([], []))
-                times.append(scan.time)
-                values.append(float(z[i]))
-    comparisons = []
+            times, values = taken.setdefault((scan.sensor, track), ([], []))
+            times.append(scan.time)
+            values.append(z)
+    comparisons: list[Told | None] = []
     for name, axes in asked.items():
-        for i in axes:
-            paths = [Path(np.array(t), np.array(z)) for (of, axis, _), (t, z) in taken.items() if (of, axis) == (name, i)]
-            if (told := compared(paths)) is not None:
-                axis = tracker.sensors[name].measurement.axes[i]
-                comparisons.append(Told(name, axis.name, axis.unit, told))
-    return tuple(comparisons)
+        given = [(np.array(times), np.array(values)) for (of, _), (times, values) in taken.items() if of == name]
+        comparisons += [_told_along(name, tracker.sensors[name], i, given) for i in axes]
+    return tuple(told for told in comparisons if told is not None)
+
+
+def _told_along(name: str, sensor: Sensor, i: int, taken: Sequence[tuple[Array, Array]]) -> Told | None:
+    """Return what the returns of tracks say along one axis: times (s,) and returns (s, m) of each; None if too little."""
+    axis, paths, measured = sensor.measurement.axes[i], [], []
+    title, _ = _extent(sensor, np.zeros((0, len(sensor.measurement))))
+    for times, z in taken:
+        good = np.isfinite(z[:, i])
+        values = z[good, i] if axis.period is None else np.unwrap(z[good, i], period=axis.period)
+        paths.append(Path(times[good], values))
+        measured.append(Measured(times[good], values, _extent(sensor, z[good])[1]))
+    told = compared(paths)
+    return None if told is None else Told(name, axis.name, axis.unit, told, title, shape_of(measured))
+
+
+def _extent(sensor: Sensor, z: Array) -> tuple[str, Array]:
+    """Return how far or how large what was returned is (s,), and how that is called."""
+    names = sensor.measurement.names
+    if "range" in names:
+        return "range", z[:, names.index("range")]
+    for title, pair, joined in (
+        ("size", ("width", "height"), lambda a, b: np.sqrt(np.maximum(a * b, 0.0))),
+        ("distance from the origin", ("x", "y"), np.hypot),
+    ):
+        if set(pair) <= set(names) and (title == "size" or sensor.measurement.axes[names.index("x")].unit == "m"):
+            return title, joined(*(z[:, names.index(axis)] for axis in pair))
+    return "", np.full(len(z), np.nan)
 
 
 def _measured(sensor: Sensor) -> list[int]:
-    """Return which measured axes are positions of the state, without an error that the state has, too."""
-    if (
-        isinstance(sensor, ImagingSensor)
-        or sensor.optional
-        or not set(sensor.measurement.names) <= set(sensor.observes.names)
-    ):
+    """Return which measured axes are places or directions, without an error that the state has, too."""
+    if isinstance(sensor, ImagingSensor) or _has_own_states(sensor):
         return []
-    if len(sensor.observes) > len(sensor.measurement):
-        return []
-    return [i for i, axis in enumerate(sensor.measurement.axes) if axis.unit in ("m", "px")]
+    return [i for i, axis in enumerate(sensor.measurement.axes) if axis.unit in ("m", "px", "rad")]
+
+
+def _has_own_states(sensor: Sensor) -> bool:
+    """Return whether a wrapper adds axes to the state, as that of biases does."""
+    if not isinstance(sensor, WrappedSensor):
+        return False
+    return not set(sensor.observes.names) <= set(sensor.of.observes.names) or _has_own_states(sensor.of)

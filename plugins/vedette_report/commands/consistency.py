@@ -40,7 +40,9 @@ def run(arguments: Namespace) -> int:
         ]
         errors = in_tracks(experiment.tracker, result.scans, result.states)
         lines = [*table(told), *(one.text for one in objects if one.text)]
-        lines += [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {one.text}" for one in errors)] if errors else []
+        lines += (
+            [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {line}" for one in errors for line in one.text.splitlines())] if errors else []
+        )
         text = "\n".join([*odd, *lines])
         figures = {
             "title": experiment.title,

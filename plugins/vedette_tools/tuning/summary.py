@@ -89,7 +89,7 @@ def _lines(tuned: Tuned) -> Iterator[str]:
     off = any("times too" in _off(parameter) for parameter in tuned.parameters)
     yield from _noises(judged.noises_before, judged.noises_after, off)
     for told in tuned.errors:
-        yield told.text
+        yield from told.text.splitlines()
         if told.compared.wins:
             yield from _proposal(told)
     if tuned.onward:
@@ -102,12 +102,13 @@ def _lines(tuned: Tuned) -> Iterator[str]:
 
 def _proposal(told: Told) -> Iterator[str]:
     """Yield how to write a correlated error into a config."""
-    correlated, own = told.compared.correlated, f"error_{told.axis}"
+    correlated, own = told.compared.correlated, f"error_{told.sensor}_{told.axis}"
     size, tau, white = (float(f"{value:.3g}") for value in (correlated.correlated, correlated.tau, correlated.white))
     yield f"  propose: sensors.{told.sensor}, with an own error of {white:g} {told.unit} along {told.axis}, as `of` in"
     yield f'  kind = "biased", add = {{ {told.axis} = "{own}" }}, spread = {{ {own} = {size:g} }}; and beside the motion,'
     yield '  in a "product",'
-    yield f'  kind = "gauss_markov", axes = ["{own}"], sigma = {size:g}, tau = {tau:g}'
+    unit = "" if told.unit == "m" else f', unit = "{told.unit}"'
+    yield f'  kind = "gauss_markov", axes = ["{own}"], sigma = {size:g}, tau = {tau:g}{unit}'
 
 
 def _off(parameter: Found) -> str:
