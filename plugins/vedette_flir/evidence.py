@@ -39,7 +39,9 @@ within .15 px, and .08 of one that hovers; of tracks that had taken a thing that
 """
 
 STANDING = 8.0
-"""What it says against a target that it came to stand as it became e times less like what it was, in logarithms."""
+"""What it says against a target that it came to stand as it became e times less like what it was, in logarithms. With 4 less
+is told (.73 of lost frames for .90), 12 tells no more; chosen on all clips but one, it tells .91 on those left out.
+"""
 
 MOVED = 1.0
 """Pixels from where it was first seen within which a thing counts as a part of the scene, where targets move."""

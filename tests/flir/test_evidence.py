@@ -6,7 +6,17 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.evidence import LAG, STILL, UNLIKE, found_ratio, held_ratio, presence_ratio, ring_spread, standing_ratio
+from vedette_flir.evidence import (
+    LAG,
+    STILL,
+    UNLIKE,
+    found_ratio,
+    held_ratio,
+    learned,
+    presence_ratio,
+    ring_spread,
+    standing_ratio,
+)
 
 SKY = (100, 160)
 
@@ -156,6 +166,25 @@ def test_evidence_rises_with_each_of_its_parts():
         assert np.all(np.diff(rising) >= 0)
         assert rising[-1] > rising[0]
     assert held_ratio(0.6, 0.7, 1.0, 0.9) > 0 > held_ratio(0.05, 0.7, 0.3, 0.5)
+
+
+def test_ratios_are_those_of_the_page():
+    """The equations of docs/measured/flir.md, written again."""
+    for m, usual, c, f, d, e in np.random.default_rng(5).uniform(0.0, 1.0, (200, 6)):
+        m, c, d = 1.4 * m - 0.2, 3.0 * c, 20.0 * d
+        held = 3.5 * m - 2.5 * min(max(1.0 - m / 0.15, 0.0), 1.0) + 3.5 * f - 1.3
+        held += 3.3 * min(max(m - max(usual, 0.2), -0.6), 0.2) + 1.2 * min(max(np.log(c), -2.0), 0.5)
+        assert held_ratio(m, usual, c, f) == pytest.approx(held)
+        found = 2.6 * f + 4.4 * m + 0.58 * np.log(max(d, 3.0) / 3.0) + 1.2 * min(max(np.log(2.0 * c), -2.0), 0.0) - 3.9
+        assert found_ratio(f, m, d, c) == pytest.approx(found)
+        standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
+        assert standing_ratio(0.2, f, usual) == pytest.approx(standing)
+        frame = min(max(held / 3.0, -1.5), 1.5)
+        assert presence_ratio(held, e, cut=False, elsewhere=False) == pytest.approx(frame)
+        assert presence_ratio(held, e, cut=True, elsewhere=False) == pytest.approx(frame - 7.0)
+        odds = e / (1.0 - e)
+        share = 1.0 / (1.0 + np.exp(-min(np.log(odds), 2.0) - held)) / (1.0 + np.exp(-10.0 * m))
+        assert learned(held, e, 10.0 * m) == pytest.approx(share)
 
 
 def test_a_place_found_elsewhere_has_the_odds_of_its_frame():
