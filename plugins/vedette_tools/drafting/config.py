@@ -50,7 +50,10 @@ SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
 
 TOGETHER = 3.0
-"""Where more returns come at a time, they are a look at all targets."""
+"""Where more returns come at a time, they are a look at all targets, unless those that come in turn are far steadier."""
+
+MOST_REPORTS = 6000
+"""So many returns are followed one by one in time."""
 
 REPORTED = 5.0
 """m: the deviation along an axis that satellites leave in positions which objects report of themselves; a jitter of their
@@ -456,12 +459,14 @@ def _followed(
     seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
     if seen.chains:
         seen = evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
-    count, held = sum(map(len, spots)), sum(len(chain.times) for chain in seen.chains)
-    if LEAST <= count < TOGETHER * len(times):
-        single = evolve(seen, chains=tuple(in_turn(times, spots)))
+    first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
+    count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
+    if count >= LEAST:
+        single = evolve(seen, chains=tuple(in_turn(times[:first], spots[:first])))
         more = sum(len(chain.times) for chain in single.chains) - held
         steadier = more > -0.2 * count and single.rough < 0.5 * seen.rough
-        if more > 0.1 * count or steadier or (reported and more > -0.5 * held):
+        few = count < TOGETHER * first
+        if steadier or (few and more > 0.1 * count) or (reported and more > -0.5 * held):
             return single
     return seen
 
