@@ -1,8 +1,8 @@
-"""The draw of the frozen mutants: `PYTHONPATH=tests python -m mutants.automatic.draw` writes `frozen.json`.
+"""The draws of the frozen mutants: `PYTHONPATH=tests python -m mutants.automatic.draw` adds the last one to `frozen.json`.
 
 Of a role, a kind is drawn; then with equal odds the file of its class or one that this imports from its own package; then an
-operator that applies there; then a site. The seed is `SEED`, no site is drawn twice, and none was chosen by hand. The code
-of associators and lifecycles changed much since: `MORE` of them were drawn by the seed `LATER`, before laws changed again.
+operator that applies there; then a site. Seeds are those of `DRAWS`, no site is drawn twice, and none was chosen by hand.
+Code changes: each later draw was made of the code of its day, before laws changed again.
 """
 
 from __future__ import annotations
@@ -21,18 +21,20 @@ from support.paths import ROOT
 from vedette.config.registry import Registry
 from vedette.supporting import ImagingSensor
 
-SEED = 36
 FROZEN = Path(__file__).with_name("frozen.json")
-COUNTS = {
-    "motion": 80, "sensor": 80, "camera": 50, "associator": 80, "estimator": 80, "birth": 50, "lifecycle": 50,
-    "preprocessor": 50, "source": 50,
+DRAWS = {
+    36: {
+        "motion": 80, "sensor": 80, "camera": 50, "associator": 80, "estimator": 80, "birth": 50, "lifecycle": 50,
+        "preprocessor": 50, "source": 50,
+    },
+    37: {"associator": 30, "lifecycle": 20},
+    38: {"camera": 20, "associator": 30, "preprocessor": 20, "source": 20},
 }  # fmt: skip
-"""How many of a role; cameras apart from the other sensors, as their laws are."""
+"""By seed, how many of a role; cameras apart from the other sensors, as their laws are."""
 
-LATER = 37
-MORE = {"associator": 30, "lifecycle": 20}
+ROLES = tuple(DRAWS[36])
 
-NEED_FILES = {"autoferry", "csv", "jsonl", "radar_pictures", "video", "video_stream"}
+NEED_FILES = {"autoferry", "csv", "jsonl", "mot", "radar_pictures", "video", "video_stream"}
 OF_STUDIES = ("reproduction", "outcome", "verdicts", "configs", "scenes")
 """Modules of published studies, which no component runs."""
 
@@ -54,9 +56,9 @@ class Mutant:
 
 def files_of_kinds() -> dict[str, dict[str, tuple[str, list[str]]]]:
     """Return by role and kind the file in which its class stands, and those that this imports from its own package."""
-    found: dict[str, dict[str, tuple[str, list[str]]]] = {role: {} for role in COUNTS}
+    found: dict[str, dict[str, tuple[str, list[str]]]] = {role: {} for role in ROLES}
     for entry in Registry.installed():
-        if entry.role not in {*COUNTS, "sensor"} or (entry.role == "source" and entry.kind in NEED_FILES):
+        if entry.role not in {*ROLES, "sensor"} or (entry.role == "source" and entry.kind in NEED_FILES):
             continue
         role = "camera" if issubclass(entry.cls, ImagingSensor) else entry.role
         own = entry.cls.__module__
@@ -138,7 +140,8 @@ def frozen() -> list[Mutant]:
 
 
 if __name__ == "__main__":
-    first = drawn(SEED, COUNTS)
-    mutants = [*first, *drawn(LATER, MORE, first)]
+    seed, counts = list(DRAWS.items())[-1]
+    before = frozen()
+    mutants = [*before, *drawn(seed, counts, before)]
     rows = ",\n".join(json.dumps(attrs.asdict(mutant)) for mutant in mutants)
-    FROZEN.write_text(f'{{\n"seeds": {[SEED, LATER]},\n"mutants": [\n{rows}\n]\n}}\n', encoding="utf-8")
+    FROZEN.write_text(f'{{\n"seeds": {list(DRAWS)},\n"mutants": [\n{rows}\n]\n}}\n', encoding="utf-8")

@@ -44,6 +44,11 @@ def merged_twice(self, it):
     return evolve(part, close=evolve(part.close, joint=part.close.joint + np.log(2.0)))
 
 
+def never_resolved(self, it):
+    """The sensor's cells are as wide as the scene."""
+    return Jpda.meet_close(self, evolve(it, sensor=evolve(it.sensor, cells={"x": 1e6, "y": 1e6})))
+
+
 ASSOCIATION = "far_scenes_change_no_association"
 ASSOCIATORS = [
     ("the best of all tracks together", MBestJpda, ASSOCIATION, {"associate": best_of_all}),
@@ -52,6 +57,7 @@ ASSOCIATORS = [
      {"associate": lambda s, a, e: Jpda.associate(s, a / (1.0 + 0.1 * a.shape[-2]), e)}),
     ("a return is of one target", Jpda, "one_return_may_be_of_two", {"meet_close": lambda s, it: None}),
     ("hypotheses in which a return is of one target", KBest, "one_return_may_be_of_two", {"meet_close": lambda s, it: None}),
+    ("the middle for two however far apart", Jpda, "one_return_may_be_of_two", {"meet_close": never_resolved}),
     ("returns of two count twice", Jpda, "one_return_may_be_of_two", {"meet_close": merged_twice}),
 ]  # fmt: skip
 BIRTHS = [("two tracks a scan", FromReturns, "far_scenes_change_no_birth", {"begin": first_two})]

@@ -5,6 +5,7 @@ import numpy as np
 from support.mutants.parts import CALLS, changed
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
+from vedette_standard.associators.m_best_jpda import MBestJpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
 
@@ -55,5 +56,9 @@ ASSOCIATORS = [
      {"associate": lambda s, a, e: softmax(a) if a[..., 1:].max() > -np.inf or a.shape[-1] > 1 else a}),
     ("writes into the scores", Pda, "pure", {"associate": lambda s, a, e: softmax(np.subtract(a, a.max(), out=a))}),
     ("keeps a state between calls", Pda, "pure", {"associate": lambda s, a, e: softmax(a / (1 + next(CALLS)))}),
+    ("never called approximate", MBestJpda, "crowds_are_shared",
+     {"approximated": lambda s, a: np.zeros(a.shape[:-1], dtype=bool)}),
+    ("what it solves called approximate", Jpda, "crowds_are_shared",
+     {"approximated": lambda s, a: np.ones(a.shape[:-1], dtype=bool)}),
     ("joint probabilities without exclusion", Jpda, "equals_brute_force", {"associate": lambda s, a, e: softmax(a)}),
 ]  # fmt: skip

@@ -133,6 +133,10 @@ HYPOTHESES = [
      merged(lambda shares: shares / np.maximum(shares.sum(axis=-1, keepdims=True), 1e-300))),
     ("the heaviest alone", Variational, "merging_keeps_every_weight",
      merged(lambda shares: np.where(shares == shares.max(axis=-1, keepdims=True), shares, 0.0))),
+    ("leaves of others far away", Variational, "merging_keeps_every_weight",
+     {"merge": lambda s, h, e, existence, state: Variational.merge(s, h, evolve(e, mean=0.0 * e.mean), existence, state)}),
+    ("merges where the heaviest are shown", KBest, "merging_keeps_every_weight",
+     {"merges": property(lambda s: "shown" if s.show == "heaviest" else "")}),
     ("keeps a state between calls", KBest, "branches_purely", {"probability": lambda s, h: (
         KBest.probability(s, h) / (1 + next(CALLS) % 2))}),
     ("writes into the hypotheses", KBest, "branches_purely", {"branch": overwrites}),

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from vedette import Gaussian, Space
 from vedette_flir.camera import Camera
+from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
@@ -69,6 +70,12 @@ STATED = [
     ("saturated pixels that count", GaussianSpot, "unseen_pixels_are_as_dead_ones",
      {"information": lambda s, x, frame, at: GaussianSpot.information(evolve(s, camera=Camera(3.0)), x, frame, at)},
      {"camera": st.just(Camera(3.0, saturation=200.0))}),
+    ("learns twice as fast as its gains", GaussianSpot, "learning_leaves_the_place",
+     {"learn": lambda s, x, frame: 2.0 * GaussianSpot.learn(s, x, frame) - x}, {}),
+    ("spots wider than their spread", GaussianSpot, "frames_look_as_named", {"draw_frame": lambda s, x, shape, rng: (
+        GaussianSpot.draw_frame(s, x * [1.0, 1.0, 1.0, 1.1, 1.0], shape, rng))}, {}),
+    ("spots that lean the other way", EllipticSpot, "frames_look_as_named", {"draw_frame": lambda s, x, shape, rng: (
+        EllipticSpot.draw_frame(s, x * [1.0, 1.0, 1.0, 1.0, 1.0, -1.0, 1.0], shape, rng))}, {}),
     ("black beyond the edge", GaussianSpot, "unseen_pixels_are_as_dead_ones", {"information": framed}, {}),
     ("a twin's returns that count less", ExtendedKalman, "sees_by_a_twin_as_without",
      {"evaluate": lambda s, belief, sensor, observed, p_gate: ExtendedKalman.evaluate(

@@ -88,10 +88,8 @@ def _judge(part: dict[str, Any], seed: int, cell: float = 0.0) -> None:
         for time, (alone, whole) in enumerate(zip(_run(tracker, scans), together, strict=True)):
             own = whole.part(np.all(np.abs(whole.mean[:, :2] - place) < 2e4, axis=-1))
             told = f"of scene {number + 1} after scan {time + 1}, which is far from the others,"
-            demand(
-                len(own.mean) == len(alone.mean),
-                f"tracks {told} must be {len(alone.mean)}, as it has alone, are {len(own.mean)}",
-            )
+            otherwise = f"tracks {told} must be {len(alone.mean)}, as it has alone, are {len(own.mean)}"
+            demand(len(own.mean) == len(alone.mean), otherwise)
             for name in ("mean", "cov", "judged"):
                 same(f"{name} {told}", getattr(own, name), getattr(alone, name), 1e-7, 1.0)
 

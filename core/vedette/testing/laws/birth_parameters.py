@@ -232,10 +232,8 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
         demand(not idle, f"begin: returns {idle} start no track, and would exist with more than `least`, {least:g}")
 
 
-LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        a_sharper_return_starts_a_surer_track, refuses_what_starts_no_track, spread_as_stated, exists_as_stated,
-        starts_from_its_sensors, given_tracks_start_as_stated, a_look_thins_the_unseen, the_unseen_come_and_go_with_time,
-        the_unseen_move, the_unseen_fade, the_unseen_settle, a_track_of_the_unseen_exists_by_their_density,
-    )),
-)  # fmt: skip
+LAWS: tuple[Law, ...] = tuple(map(Law, (
+    a_sharper_return_starts_a_surer_track, refuses_what_starts_no_track, spread_as_stated, exists_as_stated,
+    starts_from_its_sensors, given_tracks_start_as_stated, a_look_thins_the_unseen, the_unseen_come_and_go_with_time,
+    the_unseen_move, the_unseen_fade, the_unseen_settle, a_track_of_the_unseen_exists_by_their_density,
+)))  # fmt: skip

@@ -104,10 +104,8 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
         raise Closed(f"it starts no tracks there: {refusal}") from None
     if not len(before.returns) and getattr(birth, "least", 0.0) > 1e-4:
         raise Closed("it starts only tracks that likely exist")
-    demand(
-        len(before.returns),
-        "begin: of 25 targets all over the plane, seen three times and never claimed, none starts a track",
-    )
+    otherwise = "begin: of 25 targets all over the plane, seen three times and never claimed, none starts a track"
+    demand(len(before.returns), otherwise)
     sigma = np.sqrt(drawn.sensor.noise(np.zeros(2))[0, 0])
     added = np.zeros(before.prior.cov.shape)
     for which in range(len(scans)):

@@ -36,10 +36,8 @@ def clutter_takes_any_number_of_returns(sensor: Sensor, drawn: Looks) -> None:
     m, n = len(sensor.measurement), len(sensor.observes)
     for scan in (drawn.z[:0], drawn.z[None, :0]):
         density = np.asarray(sensor.clutter(frozen_copy(scan)))
-        demand(
-            density.shape in ((), scan.shape[:-1]),
-            f"clutter: of returns {scan.shape} must have shape {scan.shape[:-1]} or (), got {density.shape}",
-        )
+        otherwise = f"clutter: of returns {scan.shape} must have shape {scan.shape[:-1]} or (), got {density.shape}"
+        demand(density.shape in ((), scan.shape[:-1]), otherwise)
     alone = [np.broadcast_to(sensor.clutter(drawn.z[i : i + 1]), 1)[0] for i in range(3)]
     same("clutter of returns one by one", np.array(alone), np.broadcast_to(sensor.clutter(drawn.z), 3))
     try:
@@ -73,10 +71,8 @@ def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
     grid = sensor.measurement.canonical(np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, len(axes)))
     volume = np.prod([(high - low) / n for (low, high), n in zip(bounds, cells, strict=True)])
     found = float(np.sum(np.where(sensor.covers(grid), np.broadcast_to(sensor.clutter(grid), len(grid)), 0.0))) * volume
-    demand(
-        abs(found - wanted) <= 0.03 * wanted,
-        f"clutter: integrates to {found:.4g} false returns in a scan, clutter_per_scan says {wanted:g}",
-    )
+    otherwise = f"clutter: integrates to {found:.4g} false returns in a scan, clutter_per_scan says {wanted:g}"
+    demand(abs(found - wanted) <= 0.03 * wanted, otherwise)
 
 
 def _where_it_is_dense(sensor: Sensor, drawn: Looks) -> Array | None:
@@ -230,9 +226,7 @@ def sees_nothing_where_it_covers_nothing(sensor: Sensor, drawn: Looks) -> None:
     demand(np.all(p == 0), f"detects: must be 0 where `covers` is false, got up to {np.max(p):g}")
 
 
-LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        clutter_takes_any_number_of_returns, false_returns_add_up, false_returns_spread_as_stated, detects_within_max_range,
-        detects_within_its_sectors, sees_nothing_where_it_covers_nothing,
-    )),
-)  # fmt: skip
+LAWS: tuple[Law, ...] = tuple(map(Law, (
+    clutter_takes_any_number_of_returns, false_returns_add_up, false_returns_spread_as_stated, detects_within_max_range,
+    detects_within_its_sectors, sees_nothing_where_it_covers_nothing,
+)))  # fmt: skip

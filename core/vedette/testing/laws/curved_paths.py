@@ -80,10 +80,8 @@ def headings_lead_the_way(model: MotionModel, drawn: Moves) -> None:
     (one, other) = ways
     across = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
     turn = np.arctan2(across, np.sum(one * other, axis=-1))[fast]
-    demand(
-        np.all(np.abs(np.abs(turn) - 0.5) < 0.02) and len(set(np.sign(turn).tolist())) < 2,
-        f"move: a heading turned by .5 rad must turn the way by that, turns it by {turn.tolist()}",
-    )
+    otherwise = f"move: a heading turned by .5 rad must turn the way by that, turns it by {turn.tolist()}"
+    demand(np.all(np.abs(np.abs(turn) - 0.5) < 0.02) and len(set(np.sign(turn).tolist())) < 2, otherwise)
 
 
 def _told(values: Array) -> str:

@@ -225,10 +225,8 @@ def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> 
     belief = ahead(estimator, drawn, drawn.rng())
     none = Detections(drawn.seen.z[:, :0], drawn.seen.valid[:, :0])
     innovation = estimator.evaluate(belief, drawn.watch, none, P_GATE)
-    demand(
-        innovation.loglik.shape == (2, 2, 1),
-        f"loglik: of no returns must have shape (2, 2, 1), got {innovation.loglik.shape}",
-    )
+    otherwise = f"loglik: of no returns must have shape (2, 2, 1), got {innovation.loglik.shape}"
+    demand(innovation.loglik.shape == (2, 2, 1), otherwise)
     after = estimator.update(belief, innovation, np.ones((2, 2, 1)))
     alike(estimator, after, estimator.moments(belief), 1e-9)
 

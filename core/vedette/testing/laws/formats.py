@@ -102,10 +102,8 @@ def no_bytes_make_it_raise(format_: Format, drawn: Bytes) -> None:
         for message in messages:
             k = len(message.z)
             demand(message.z.ndim == 2, f"z: must be (k, m), got shape {message.z.shape}")
-            demand(
-                message.axes is None or not k or len(message.axes) == message.z.shape[1],
-                f"axes: must name the columns of z {message.z.shape}, got {message.axes}",
-            )
+            otherwise = f"axes: must name the columns of z {message.z.shape}, got {message.axes}"
+            demand(message.axes is None or not k or len(message.axes) == message.z.shape[1], otherwise)
             for name in ("times", "evidence", "noise", "identity"):
                 values = getattr(message, name)
                 demand(values is None or len(values) == k, f"{name}: must have an entry for each of {k} returns")
@@ -165,10 +163,6 @@ def writes_as_declared(format_: Format, drawn: Bytes) -> None:
 _BY_TRACK = ("ids", "mean", "cov", "existence", "confirmed")
 
 LAWS = (
-    Law(pure),
-    Law(its_sample_is_read),
-    Law(no_bytes_make_it_raise),
-    Law(split_anywhere),
-    Law(its_memory_is_bounded, effort="long"),
-    Law(writes_as_declared),
+    *map(Law, (pure, its_sample_is_read, no_bytes_make_it_raise, split_anywhere)),
+    *(Law(its_memory_is_bounded, effort="long"), Law(writes_as_declared)),
 )

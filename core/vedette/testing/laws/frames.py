@@ -49,7 +49,7 @@ class Picture(ImagingSensor):
         return np.eye(2)
 
     def noise(self, x: Array) -> Array:
-        return 2.0 / (np.pi * LIT**2 * np.sum(SHARES**2)) * np.eye(2)
+        return np.asarray(2.0 / (np.pi * LIT**2 * np.sum(SHARES**2)) * np.eye(2))
 
     def detects(self, x: Array) -> Array:
         return np.asarray(0.9)
@@ -134,10 +134,8 @@ def frames_show_the_target(estimator: Estimator[Any], drawn: Scene) -> None:
         )
         demand(np.all(empty < ratio), told)
         away = ends[0].mean[:, 0, estimator.state.locate(camera.observes)] - path[-1]
-        demand(
-            np.all((np.abs(away) < NEAR[estimator.traits.conservative]) | (ratio < 0)),
-            f"mean: after {FRAMES} frames is {away.tolist()} px from the target",
-        )
+        otherwise_ = f"mean: after {FRAMES} frames is {away.tolist()} px from the target"
+        demand(np.all((np.abs(away) < NEAR[estimator.traits.conservative]) | (ratio < 0)), otherwise_)
         dead, _ = _after(estimator, drawn, camera, belief, np.full((2, *SHAPE), np.nan))
         alike(estimator, dead, ends[0], 1e-6, "after a frame of unknown pixels: ")
     alike(estimator, Gaussian(ends[0].mean[:1], ends[0].cov[:1]), ends[1], 1e-6, "of two runs, the first: ")

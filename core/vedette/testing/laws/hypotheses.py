@@ -22,7 +22,7 @@ from vedette.testing.laws.lifecycle_cases import still
 from vedette.tracking import pytrees
 from vedette.types import Gaussian
 
-ROOM = {"hypotheses": 1000, "associations": 1000, "leaves": 1000, "m": 1000, "scans": 10, "least": 0.0}
+ROOM = {"exact": 16, "hypotheses": 1000, "associations": 1000, "leaves": 1000, "m": 1000, "scans": 10, "least": 0.0}
 """Values of the parameters of these names under which nothing is dropped."""
 
 
@@ -223,20 +223,31 @@ def shown_once_oldest_first(associator: Associator, drawn: Scores) -> None:
 
 
 def merging_keeps_every_weight(associator: Associator, drawn: Scores) -> None:
-    """If it merges leaves: what a leaf gives to all that it is merged into is its probability."""
+    """If it merges leaves: what a leaf gives to all that it is merged into is its probability, and those far away get none.
+
+    If it has `show`: it merges those shown where that is "mean", and else not.
+    """
     kept = roomy(associator)
+    if isinstance(show := getattr(kept, "show", None), str):
+        demand((show == "mean") == (kept.merges == "shown"), f"merges: is {kept.merges!r}, and it shows the {show}")
     if not kept.merges:
         raise Closed("it merges no leaves")
     scan = first_scan(kept, drawn.scores[0], _begins(drawn))
     hypotheses, count = scan.branching.hypotheses, len(scan.probability)
     rng, state = np.random.default_rng(count), Space.of(x="m", y="m")
     estimate = Gaussian(10.0 * rng.standard_normal((count, 2)), np.broadcast_to(4.0 * np.eye(2), (count, 2, 2)))
-    merging = kept.merge(hypotheses, estimate, np.where(scan.old, rng.uniform(0.5, 1.0, count), 0.3), state)
+    existence = np.where(scan.old, rng.uniform(0.5, 1.0, count), 0.3)
+    merging = kept.merge(hypotheses, estimate, existence, state)
     shares = merging.table(count)
     demand(np.all(shares >= -1e-12), "merge: shares must be >= 0")
     same("what a leaf gives in all", shares.sum(axis=0), scan.probability, 1e-6, 1.0)
     sums = shares.sum(axis=-1)
     demand(np.all(sums <= 1 + 1e-6), f"merge: shares of a new leaf sum to {sums.max(initial=0.0):.6g}, at most 1")
+    track = np.where(scan.old, scan.branching.parent, len(scan.scores) + scan.branching.choice)
+    apart = evolve(estimate, mean=estimate.mean + 1e3 * track[:, None])
+    away = kept.merge(hypotheses, apart, existence, state)
+    strange = (track[away.own][:, None] != track) & (away.table(count) > 1e-6)
+    demand(not strange.any(), f"merge: tracks 1 km apart share leaves {np.flatnonzero(strange.any(axis=0)).tolist()}")
     after = np.asarray(kept.probability(merging.hypotheses))
     demand(len(after) == len(merging.own), f"merge: hypotheses are over {len(after)} leaves, must be {len(merging.own)}")
 
@@ -258,10 +269,8 @@ def branches_purely(associator: Associator, drawn: Scores) -> None:
     same("probability after a scan without returns", _table(none)[:-1, 0], before, 1e-9)
 
 
-LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        leaves_are_of_the_scan, given_tracks_are_somewhere, first_scan_is_enumerated, histories_multiply,
-        order_of_a_scan_is_free, keeping_all_changes_nothing, one_hypothesis_is_the_best, shown_once_oldest_first,
-        merging_keeps_every_weight, branches_purely,
-    )),
-)  # fmt: skip
+LAWS: tuple[Law, ...] = tuple(map(Law, (
+    leaves_are_of_the_scan, given_tracks_are_somewhere, first_scan_is_enumerated, histories_multiply,
+    order_of_a_scan_is_free, keeping_all_changes_nothing, one_hypothesis_is_the_best, shown_once_oldest_first,
+    merging_keeps_every_weight, branches_purely,
+)))  # fmt: skip

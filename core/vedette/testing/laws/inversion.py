@@ -38,10 +38,8 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         bent = _whitened(root, _bent(sensor, found, own))
         apart = np.linalg.solve(root, off[..., None])[..., 0]
     for i in np.flatnonzero(_nearly_linear(sensor, drawn.x, found, root)):
-        demand(
-            np.max(np.abs(apart[i])) <= 3.0,
-            f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, deviations off: {apart[i]}",
-        )
+        otherwise = f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, deviations off: {apart[i]}"
+        demand(np.max(np.abs(apart[i])) <= 3.0, otherwise)
         ratios = np.linalg.eigvalsh(white[i])
         most = 1.4 + (2.0 * float(np.linalg.eigvalsh(bent[i])[-1]) if np.all(np.isfinite(bent[i])) else np.inf)
         demand(

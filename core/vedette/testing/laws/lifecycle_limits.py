@@ -262,11 +262,9 @@ def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     demand(not len(wrong), f"review: at {wrong[:1].tolist()}, a track lives outside of its areas, or ends inside")
 
 
-LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        found_tracks_live, next_to_no_hit_is_none, waiting_in_parts_is_waiting, a_look_at_nothing_keeps_the_verdict,
-        memory_does_not_grow, asks_for_what_it_uses, what_does_not_exist_is_not_confirmed, waits_out_of_coverage,
-        waits_without_detection, keeps_to_max_spread, misses_in_a_row, confirms_after_hits, ends_below_its_least_existence,
-        survives_its_lifetime, falls_by_its_drop, forgets_as_stated, coasts_as_stated, survives_in_its_areas,
-    )),
-)  # fmt: skip
+LAWS: tuple[Law, ...] = tuple(map(Law, (
+    found_tracks_live, next_to_no_hit_is_none, waiting_in_parts_is_waiting, a_look_at_nothing_keeps_the_verdict,
+    memory_does_not_grow, asks_for_what_it_uses, what_does_not_exist_is_not_confirmed, waits_out_of_coverage,
+    waits_without_detection, keeps_to_max_spread, misses_in_a_row, confirms_after_hits, ends_below_its_least_existence,
+    survives_its_lifetime, falls_by_its_drop, forgets_as_stated, coasts_as_stated, survives_in_its_areas,
+)))  # fmt: skip

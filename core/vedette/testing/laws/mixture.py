@@ -155,9 +155,7 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
     same("smoothed mode probabilities", np.asarray(estimator.mode_prob(found)), wanted, 1e-7, 1.0)
 
 
-LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        modes_follow_their_chain, first_scan_is_the_exact_mixture, equal_modes_are_one, switching_moves_nothing,
-        modes_remember_every_scan, modes_smooth_as_their_pairs,
-    )),
-)  # fmt: skip
+LAWS: tuple[Law, ...] = tuple(map(Law, (
+    modes_follow_their_chain, first_scan_is_the_exact_mixture, equal_modes_are_one, switching_moves_nothing,
+    modes_remember_every_scan, modes_smooth_as_their_pairs,
+)))  # fmt: skip

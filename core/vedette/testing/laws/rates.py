@@ -42,10 +42,8 @@ def rates_are_derivatives(sensor: Sensor, drawn: Looks) -> None:
             wanted[j] = slope[i]
             off = abs(measured.difference(seen, wanted)[j])
             if np.isfinite(slope[i]) and doubt[i] <= 1e-3 * (abs(slope[i]) + 1.0):
-                demand(
-                    off <= 1e-2 * (abs(slope[i]) + 1e-2) + 4 * doubt[i],
-                    f"measure: {rate} must be how fast {name} grows, {slope[i]:.6g} {units[rate]}, got {seen[j]:.6g}",
-                )
+                otherwise = f"measure: {rate} must be how fast {name} grows, {slope[i]:.6g} {units[rate]}, got {seen[j]:.6g}"
+                demand(off <= 1e-2 * (abs(slope[i]) + 1e-2) + 4 * doubt[i], otherwise)
 
 
 def a_lag_goes_along_the_velocity(sensor: Sensor, drawn: Looks) -> None:

@@ -18,15 +18,17 @@ from vedette import fields
 from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.supporting import ImagingSensor, Source
+from vedette.supporting import Source
 from vedette.testing.bands import judge_run_means, judge_scale
 from vedette.testing.comparisons import Closed, demand, finite, same
 from vedette.testing.law import Law, Profile
+from vedette.testing.laws.frames import Picture
 from vedette.testing.states import SEEDS
 from vedette.testing.strategies import SENSOR, components, usual
-from vedette.types import Detections, Frame, Recording, Scan, Trajectory
+from vedette.types import Detections, Recording, Scan, Trajectory
 from vedette.wrapping import WrappedSensor
 
+CAMERA = Picture(Space.of(x="px", y="px"), 0.0)
 OTHER = "kit_other"
 """The name of a second sensor, which a source may not know."""
 NEAR, FAR = 20.0, 100.0
@@ -59,32 +61,6 @@ class Altered(WrappedSensor):
         return np.array(self.density)
 
 
-@final
-@frozen
-class Sight(ImagingSensor):
-    """A camera that reads nothing off its pictures."""
-
-    kind: ClassVar[str] = "kit_sight"
-    observes: ClassVar[Space] = Space.of(x="px", y="px")
-    measurement: ClassVar[Space] = observes
-
-    def measure(self, x: Array) -> Array:
-        """Return the position."""
-        return x
-
-    def noise(self, x: Array) -> Array:
-        """Return R (2, 2)."""
-        return np.eye(2)
-
-    def detects(self, x: Array) -> Array:
-        """Return 1."""
-        return np.ones(())
-
-    def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
-        """Return none."""
-        return np.zeros((*at.shape, 2)), np.zeros(at.shape), np.zeros(at.shape[:-1])
-
-
 def told(scan: Scan) -> Array:
     """Return what a scan brings: its pixels, or its returns."""
     return np.asarray(scan.detections.z if scan.frame is None else scan.frame.pixels)
@@ -113,7 +89,7 @@ class Opened:
             return source.open({SENSOR: self.sensor}, np.random.default_rng(self.seed))
         except (ConfigError, InputError) as refusal:
             with suppress(ConfigError, InputError):
-                seen = source.open({SENSOR: Sight()}, np.random.default_rng(self.seed))
+                seen = source.open({SENSOR: CAMERA}, np.random.default_rng(self.seed))
                 if all(scan.frame is not None for scan in seen.scans[:1]):
                     return seen  # of a camera
             raise Closed(f"nothing to open: {refusal}") from None
@@ -455,7 +431,7 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
     sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
     if not source.draws or not isinstance(sigma, float) or not sigma or hasattr(source, "level"):
         raise Closed("it draws nothing, or has no `sigma` in m")
-    squares, false, looks = [], [], 0
+    squares, false, looks, there = [], [], 0, 0.0
     for k in range(PICTURES):
         recording = drawn.again(k, drawn.plain).open(source)
         for scan in recording.scans:
@@ -471,8 +447,10 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
                 spread = np.hypot(sigma, extent * np.array([named.get("length", 0.0), named.get("width", 0.0)]))
                 near = np.sum((turned / spread) ** 2, axis=-1) < NEAR
                 free &= ~near
+                there += getattr(source, "detection_probability", 0.0)
                 squares += [(turned[near] / spread) ** 2] if near.sum() == 1 else []
             false.append(z[free])
+    demand(len(squares) > 0.5 * there - 20.0, f"returns: {len(squares)} err as stated, {there:.3g} targets are detected")
     if len(squares) < 40:
         raise Closed("it has too little truth for that")
     for i, axis in enumerate(("along", "across") if extent else ("x", "y")):

@@ -48,7 +48,5 @@ def speeds_have_their_units(space: Space) -> None:
     units = {axis.name: axis.unit for axis in space.axes}
     for name, unit in units.items():
         speed = units.get(f"v{name}", unit)
-        demand(
-            f"v{name}" not in units or speed.startswith(f"{unit}/"),
-            f"v{name}: must be in {unit}/s, as {name} is, is in {speed}",
-        )
+        otherwise = f"v{name}: must be in {unit}/s, as {name} is, is in {speed}"
+        demand(f"v{name}" not in units or speed.startswith(f"{unit}/"), otherwise)
