@@ -1,11 +1,13 @@
 """Joint association of pairs within gates: what a table of all pairs gives, in both twins, and messages as published."""
 
+import attrs
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vedette import kernels
+from vedette import Associator, kernels
+from vedette.config import Registry
 from vedette.tracking import Pairs
 from vedette_standard.associators import of_pairs
 from vedette_standard.associators.jpda import Jpda
@@ -99,6 +101,47 @@ def test_jpda_takes_pairs_as_it_takes_a_table(exact):
         weights, misses, wide = associator.associate_pairs(pairs)
         np.testing.assert_array_equal(wide, associator.approximated(scores))
         np.testing.assert_allclose(table(scores, weights, misses), associator.associate(scores, None), rtol=1e-9, atol=1e-12)
+
+
+def same_by_pairs(associator):
+    """Whether it takes pairs; AssertionError unless their weights are those of a table, in many scenes."""
+    for seed in range(20):
+        scores = drawn(seed, 7, 9, 0.6)
+        tracks, returns, given, miss, k = pairs_of(scores)
+        nothing = np.zeros(len(tracks))
+        found = associator.associate_pairs(Pairs(tracks, returns, given, nothing, miss, np.zeros(len(miss)), k))
+        if found is None:
+            return False
+        weights, misses, inexact = found
+        np.testing.assert_allclose(table(scores, weights, misses), associator.associate(scores, None), rtol=1e-9, atol=1e-12)
+        np.testing.assert_array_equal(inexact, associator.approximated(scores))
+    return True
+
+
+def test_every_kind_that_takes_pairs_takes_them_as_a_table():
+    """A kind of any plugin; with its parameters as they are by default."""
+    kinds = [entry.cls for entry in Registry.installed().of_role("associator")]
+    taking = {kind.kind for kind in kinds if all(part.default is not attrs.NOTHING for part in attrs.fields(kind))
+              and same_by_pairs(kind())}  # fmt: skip
+    assert len(kinds) >= 10
+    assert "jpda" in taking
+
+
+@attrs.frozen
+class Halved(Associator):
+    """One whose weights by pairs are those of a table, and a half."""
+
+    def associate(self, scores, evidence):
+        return Jpda().associate(scores, evidence)
+
+    def associate_pairs(self, pairs):
+        weights, misses, inexact = Jpda().associate_pairs(pairs)
+        return 0.5 * weights, misses, inexact
+
+
+def test_the_comparison_of_every_kind_bites():
+    with pytest.raises(AssertionError):
+        same_by_pairs(Halved())
 
 
 def test_what_is_not_as_it_should_be_is_left_to_numpy():
