@@ -64,7 +64,7 @@ class DetectionColumns:
     """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan.
 
     Where most rows of scans have times of their own, or with `turn`, each return is taken at its own time, and the scan is
-    of its last one.
+    of its last one. Rows of one name, time and place are one message that was heard more than once: one return.
     """
 
     time: str = fields.text("column of the time")
@@ -260,7 +260,8 @@ def _middle(rows: list[Sample[_Cells]]) -> float:
 
 def _look(rows: list[Sample[_Cells]], own: bool = False) -> Sample[Look]:
     """Return the scan of rows, of the time of the last; `own`: each return keeps its time."""
-    told = [(row.time, values, row.value[2]) for row in rows if (values := row.value[1]) is not None]
+    given = [(row.time, values, row.value[2]) for row in rows if (values := row.value[1]) is not None]
+    told = [one for one, _ in dict.fromkeys((one, i if one[2] < 0 else -1) for i, one in enumerate(given))]
     times = tuple(time for time, _, _ in told) if own else ()
     look = Look(rows[0].value[0], tuple(values for _, values, _ in told), tuple(code for _, _, code in told), times)
     return Sample(rows[0].place, rows[-1].time, look, len(rows))

@@ -52,6 +52,14 @@ def table(tmp_path):
     return CONFIG | {"source": CONFIG["source"] | {"path": str(tmp_path / "plots.csv")}}
 
 
+def test_a_message_that_was_heard_twice_is_one_return_and_unnamed_returns_are_as_many_as_rows(tmp_path):
+    config = table(tmp_path)
+    head, *rows = (tmp_path / "plots.csv").read_text().splitlines()
+    (tmp_path / "plots.csv").write_text("\n".join([head, *(row for row in rows for _ in range(2))]) + "\n")
+    scans = vedette.load(config).run().scans
+    assert [len(scan.detections.z) for scan in scans] == [3 if i == 3 else 2 for i in range(8)]
+
+
 def test_a_column_names_the_objects_of_returns_and_tables_the_tracks(tmp_path):
     result = vedette.load(table(tmp_path)).run()
     assert [label(one) for one in result.scans[3].detections.identity] == ["4067f2", ""]

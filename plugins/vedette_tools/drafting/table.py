@@ -25,7 +25,7 @@ from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
-from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, UNITS, Meaning, chosen, meaning
+from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, SENT, UNITS, Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
 
 LOOKED_AT = 2000
@@ -291,7 +291,7 @@ def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
 
 def _reports(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
     """Return the sensors whose returns are positions on the earth that objects report of themselves."""
-    told = [columns[title] for plain, title in _plain(columns).items() if plain in OF_REPORTS]
+    told = [columns[title] for plain, title in _plain(columns).items() if plain in OF_REPORTS or plain.endswith(SENT)]
 
     def sent(sensor: str) -> bool:
         rows = np.array(columns[who]) == sensor if who else slice(None)
@@ -463,11 +463,15 @@ def joined(times: Array) -> str:
 def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Collection[str]) -> str:
     """Return the column by which returns name their objects, or "": it holds some names often, and each once at a time."""
     plain = {name: title for name, title in _plain(columns).items() if title not in taken}
+    rows = list(dict.fromkeys(zip(times, *columns.values(), strict=True)))  # a row that stands twice says no more
+    place = {title: 1 + i for i, title in enumerate(columns)}
     for name in NAMES:
-        cells = columns[plain[name]] if name in plain else []
-        told = [(cell, time) for cell, time in zip(cells, times, strict=False) if cell]
+        title = plain.get(name) or next(
+            (title for words, title in plain.items() if name in SENT and words.endswith(name)), ""
+        )
+        told = [(row[place[title]], row[0]) for row in rows if row[place[title]]] if title else []
         if len(told) >= OFTEN * len({cell for cell, _ in told}) and len(set(told)) >= ONCE * len(told) > 0:
-            return plain[name]
+            return title
     return ""
 
 

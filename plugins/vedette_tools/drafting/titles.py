@@ -45,6 +45,9 @@ UNITS: dict[str, dict[str, str]] = {
 BORNE = ("mmsi", "icao24", "icao", "hex", "callsign", "call_sign")
 """Titles of codes that objects send with what they report of themselves."""
 
+SENT = BORNE[:3]
+"""Codes whose titles may have other words before them: source_mmsi, sourcemmsi."""
+
 NAMES = (
     *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
     "device_id", "individual_local_identifier", "imo", "id", *BORNE[4:], "registration", "tail_number", "flight",
@@ -221,6 +224,8 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
         if whole in names:
             return axis, own, True
     for axis, names in AXES.items():
+        if axis == "sensor" and len(words) > 2:
+            continue  # the type of a device is no sensor's name
         if any(re.search(rf"(^|_){name}(_|$)", whole) for name in names if len(name) > 2):
             return axis, own, False
     return "", own, False

@@ -70,6 +70,21 @@ def test_targets_that_report_in_turn_have_a_track_each(use, tmp_path):
     assert all((track.identity is not None) == (use == "aid") for track in tracks)
 
 
+@pytest.mark.costly
+def test_many_that_report_in_one_second_are_no_look_at_all(tmp_path):
+    """Sixty ships in whole seconds, five a second: a busy second of AIS looks like a scan."""
+    rows = [(int(float(time)), x, y) for time, x, y, _ in in_turn(ships=60)]
+    config = tomllib.loads(drafted(table(tmp_path / "d.csv", "time,x,y", rows)).text)
+    assert 4 < config["sensors"]["sensor"]["sigma"] < 16
+    assert config["sensors"]["sensor"]["detection_probability"] < 0.3
+
+
+@pytest.mark.parametrize("again", [1, 3])
+def test_rows_that_stand_more_than_once_name_objects_as_well(again, tmp_path):
+    path = table(tmp_path / "d.csv", "time,x,y,mmsi", [row for row in in_turn() for _ in range(again)])
+    assert tomllib.loads(drafted(path).text)["source"]["detections"]["identity"] == "mmsi"
+
+
 def test_names_that_judge_are_the_truths(tmp_path):
     path = table(tmp_path / "d.csv", "time,x,y,mmsi", in_turn())
     config = tomllib.loads(drafted(path, "truth").text)
@@ -84,6 +99,8 @@ def test_names_that_judge_are_the_truths(tmp_path):
     [
         ("mmsi", lambda i: 9000 + i % 3, True),
         ("Track ID", lambda i: f"t{i % 3}", True),
+        ("sourcemmsi", lambda i: 9000 + i % 3, True),
+        ("Type of sending device", lambda i: f"t{i % 3}", False),
         ("id", lambda i: i, False),
         ("id", lambda i: "", False),
         ("colour", lambda i: i % 3, False),
