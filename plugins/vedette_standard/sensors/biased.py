@@ -32,7 +32,8 @@ def _observed(self: Biased) -> Space:
 class Biased(WrappedSensor):
     """z = h(x + o - l v) + a + noise, with biases as state axes: a on the measurement, o on the position, a lag l.
 
-    It describes a bearing with a constant error, a range that is too long, a wrong position, a time stamp that is late.
+    It describes a bearing with a constant error, a range that is too long, a wrong position, a time stamp that is late; v is
+    the velocity relative to the platform, where a scan's pose states that of the platform.
     The estimator's motion must have the biases' axes, as 'gauss_markov' or 'random_walk' in a 'product' does. Only biases
     that move the returns differently can be told apart: a bearing error and an offset east need a target that moves.
     Every track has its own estimate of the biases.
@@ -57,7 +58,9 @@ class Biased(WrappedSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin, if the sensor has one."""
+        """Its compiled twin, if the sensor has one, and does not both move and report late."""
+        if self.lag and np.any(self._carried(len(self._moving()[0]))):
+            return None
         observed, measured = self.of.observes.names, self.measurement
         index = {name: i for i, name in enumerate(self.observes.names)}
         moved = dict(zip(*self._moving(), strict=True))
@@ -88,8 +91,20 @@ class Biased(WrappedSensor):
             seen[..., index[axis]] += x[..., index[name]]
         if self.lag:
             places, speeds = self._moving()
-            seen[..., places] -= x[..., index[self.lag], None] * x[..., speeds]
+            seen[..., places] -= x[..., index[self.lag], None] * (x[..., speeds] - self._carried(len(places)))
         return seen
+
+    @property
+    def relative(self) -> bool:
+        """Whether returns are relative to the platform, and not places in the tracker's own frame."""
+        return not {"x", "y"} <= set(self.measurement.names)
+
+    def _carried(self, count: int) -> Array:
+        """Return the velocity of the platform, which was elsewhere, too, when a return was late; 0 if none is stated."""
+        pose = getattr(self.of, "_pose", None)
+        if pose is None or pose.velocity is None or not self.relative:
+            return np.zeros(count)
+        return np.asarray(pose.velocity)[..., None, :count] if np.ndim(pose.velocity) > 1 else pose.velocity[:count]
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, n) -> (*b, m)."""
@@ -113,7 +128,9 @@ class Biased(WrappedSensor):
             places, speeds = self._moving()
             late = x[..., index[self.lag], None, None]
             H[..., speeds] -= late * inner[..., places]
-            H[..., index[self.lag]] = -np.sum(inner[..., places] * x[..., None, speeds], axis=-1)
+            H[..., index[self.lag]] = -np.sum(
+                inner[..., places] * (x[..., speeds] - self._carried(len(places)))[..., None, :], axis=-1
+            )
         return H
 
     def noise(self, x: Array) -> Array:

@@ -77,7 +77,7 @@ class Displaced(WrappedSensor):
         """Return the same on a platform at `pose`; where returns are late, it was elsewhere then, too."""
         if self.offset:
             raise NotImplementedError("an offset along x and y would turn with its platform: state it in the poses")
-        if self.lag and pose.velocity is not None:
+        if self.lag and pose.velocity is not None and not self.biased.relative:  # else 'biased' sees to it
             pose = evolve(pose, position=pose.position - self.lag * pose.velocity)
         return evolve(self, of=self.of.at(pose))
 

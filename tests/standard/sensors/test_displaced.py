@@ -32,6 +32,11 @@ def test_on_a_platform_a_late_return_is_of_where_both_were():
     known, late = Displaced(RADAR, {}, {}, 2.0), X - 2.0 * np.concatenate([X[:, 2:], np.zeros((5, 2))], axis=-1)
     pose, before = Pose(np.array([10.0, 20.0]), np.array([3.0, -4.0]), 0.3), Pose(np.array([4.0, 28.0]), None, 0.3)
     np.testing.assert_allclose(known.at(pose).measure(X), RADAR.at(before).measure(late[:, :2]))
+    free = Biased(RADAR, lag="l").at(pose)
+    whole = np.concatenate([X, np.full((5, 1), 2.0)], axis=-1)
+    np.testing.assert_allclose(free.measure(whole), RADAR.at(before).measure(late[:, :2]))
+    steps = [(free.measure(whole + step) - free.measure(whole - step)) / 2e-4 for step in 1e-4 * np.eye(5)]
+    np.testing.assert_allclose(free.jacobian(whole), np.stack(steps, axis=-1), rtol=1e-5, atol=1e-6)
 
 
 def test_an_offset_along_x_and_y_takes_no_platform():
