@@ -232,7 +232,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
         _unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, assumed)
-    if len(rows) >= MANY and len(set(columns[time.title])) == 1:
+    # What is looked at of a longer file may be the reports of many objects at its first moment.
+    if MANY <= len(rows) < 0.9 * LOOKED_AT and len(set(columns[time.title])) == 1:
         told = f"is the time, and {columns[time.title][0]!r} in all rows; name another column: --time COLUMN"
         raise InputError(f"{path}: {time.title}: {told}")
     times = _numbers(columns[time.title])

@@ -92,3 +92,16 @@ def test_the_named_positions_of_a_table_are_smoothed_beside_a_radars_plots(tmp_p
     assert told["alone"]["elsewhere"] == told["alone"]["left_out"] == 0
     smooth, wanted = (pd.read_csv(f"{name}-smoothed.csv") for name in ("both", "alone"))
     pd.testing.assert_frame_equal(smooth[["time", "x", "y"]], wanted[["time", "x", "y"]])
+
+
+def test_the_first_moment_of_many_objects_may_be_all_that_is_looked_at(tmp_path, capsys, monkeypatch):
+    """3,000 objects report at each of three times: what a file's head shows is one time, and no id twice."""
+    monkeypatch.chdir(tmp_path)
+    rng = np.random.default_rng(0)
+    at = rng.uniform(-1e4, 1e4, (3000, 2))
+    moments = [pd.DataFrame({"time": t, "id": np.arange(3000), "x": at[:, 0] + t, "y": at[:, 1]}) for t in (0.0, 10.0, 20.0)]
+    pd.concat(moments).to_csv("many.csv", index=False)
+    assert main(["smooth", "many.csv", "--workers", "1", "--json"]) == DONE
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert told["objects"] == told["pieces"] == 3000
+    assert told["written"] == 9000
