@@ -159,7 +159,7 @@ def workers() -> None:
                 options = {"dashboard_address": None, "silence_logs": 50, "threads_per_worker": 1}
                 with LocalCluster(n_workers=count, processes=True, **options) as cluster, Client(cluster) as client:
                     client.run(import_module, "vedette_tools.smoothing.table")
-                    pool, out = client.get_executor(), folder / f"{turn}-{count}.parquet"
+                    pool, out = client.get_executor(), folder / f"{turn}-{count}"
                     before, own, began = client.run(cpu), cpu(), time.perf_counter()
                     smooth_files([data], out, "mmsi", None, None, pool, silent)
                     wall, here = time.perf_counter() - began, cpu() - own

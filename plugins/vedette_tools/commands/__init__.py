@@ -133,7 +133,7 @@ class Smooth(Command):
         parser.add_argument("--gap", metavar="TIME", help=about)
         about = "how dates are written, as '%%d.%%m.%%Y %%H:%%M:%%S'; default: as most of them are"
         parser.add_argument("--dates", metavar="PATTERN", default="", help=about)
-        about = "the file to write; default: the data's name with -smoothed, in this folder"
+        about = "the file to write, or of Parquet a folder; default: the data's name with -smoothed, in this folder"
         parser.add_argument("--out", metavar="FILE", help=about)
         parser.add_argument("--workers", metavar="N", help="number of processes; it changes no result; default: all cores")
         about = "address of a Dask scheduler, whose workers see the folder of --out"

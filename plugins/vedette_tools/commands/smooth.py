@@ -29,8 +29,9 @@ def run(arguments: Namespace) -> int:
     first = Path(arguments.data[0])
     suffix = paths[0].suffix.lower() if paths[0].suffix.lower() == SUFFIX else ".csv"
     out = Path(arguments.out) if arguments.out else Path(f"{first.stem}-smoothed{suffix}")
-    if out.suffix.lower() != suffix:
-        raise ConfigError([Problem("--out", f"must end in {suffix} as what is read, got {str(out)!r}")])
+    if out.suffix.lower() != suffix and (out.suffix or suffix != SUFFIX):
+        folder = ", or have no suffix: a folder of such files" if suffix == SUFFIX else ""
+        raise ConfigError([Problem("--out", f"must end in {suffix} as what is read{folder}, got {str(out)!r}")])
     Inputs.of(paths).check(out)
     if out.exists():
         raise ConfigError([Problem("--out", f"{str(out)!r} exists already: delete it, or name another file")])

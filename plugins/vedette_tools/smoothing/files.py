@@ -46,9 +46,12 @@ BATCH = 65_536
 
 @frozen
 class Job:
-    """What is smoothed and how, for a worker: the folder of the parts, the table's columns, the model, and what is asked."""
+    """What is smoothed and how, for a worker: the folder of the parts, and that of Parquet files if each part becomes one,
+    the table's columns, the model, and what is asked.
+    """
 
     folder: Path
+    apart: Path | None
     columns: Columns
     model: Model
     every: float | None
@@ -100,6 +103,7 @@ def smooth_files(
 ) -> tuple[Told, str]:
     """Smooth the positions in files of one kind, as if they were one, and write them to `out`, by object and time.
 
+    A name without a suffix is a new folder, of a Parquet file for each part: workers write these, and nothing is gathered.
     An executor's workers must see the folder of `out`. What is in memory does not grow with the rows. Beside what was done
     it returns the place of the first row that was left out and why, if it is among the first of a file.
     """
@@ -114,15 +118,23 @@ def smooth_files(
         try:
             if not rows:
                 raise InputError(f"{paths[0]}: has a header and no rows")
-            job = Job(folder, *_learned(columns, gap, parts), every, gap)
+            apart = None if out.suffix else folder / out.name
+            job = Job(folder, apart, *_learned(columns, gap, parts), every, gap)
         except InputError as error:
             raise InputError(first_fault(paths, columns) or str(error)) from None
         done = executor.map(smooth_part, [job] * len(parts), parts) if executor else (smooth_part(job, one) for one in parts)
         told, after = Told(rows + lost, lost), iter(done)
-        with unfinished(out) as place, _writer(place, is_columnar(paths[0])) as write:
+        if apart:
+            apart.mkdir()
             for part in progress(parts, "smoothing"):
                 told += next(after)
-                _copy(pa, part.with_suffix(".smooth"), write)
+                part.unlink()
+            apart.rename(out)
+        else:
+            with unfinished(out) as place, _writer(place, is_columnar(paths[0])) as write:
+                for part in progress(parts, "smoothing"):
+                    told += next(after)
+                    _copy(pa, part.with_suffix(".smooth"), write)
     return told, first_fault(paths, columns) if told.left_out > told.elsewhere else ""
 
 
@@ -138,7 +150,7 @@ def processes(workers: int) -> Iterator[Executor | None]:
 
 def smooth_part(job: Job, part: Path) -> Told:
     """Smooth the objects of one part, and write them beside it; done again, it writes the same."""
-    pa, _ = pyarrow()
+    pa, parquet = pyarrow()
     frame = _frame(part)
     reports = Reports.of(frame, job.columns, job.gap)
     told = Told(left_out=len(frame) - len(reports.rows), elsewhere=int(job.columns.of_others(frame).sum()))
@@ -151,9 +163,24 @@ def smooth_part(job: Job, part: Path) -> Told:
             gross=int(result[GROSS].sum()) if GROSS in result else 0,
         )  # fmt: skip
         table = pa.Table.from_pandas(result, preserve_index=False)
+        if job.apart is not None:
+            with unfinished(job.apart / f"{part.stem}{SUFFIX}") as written:
+                parquet.write_table(_typed(table, part), written)
+            return told
         with unfinished(place) as written, pa.ipc.new_file(str(written), table.schema) as writer:
             writer.write_table(table)
     return told
+
+
+def _typed(table: Any, part: Path) -> Any:
+    """Return a table whose columns without a value are of the type that they were read as: files of a folder agree."""
+    pa, _ = pyarrow()
+    with pa.OSFile(str(part), "rb") as file:
+        given = pa.ipc.open_stream(file).schema
+    for i, field in enumerate(table.schema):
+        if pa.types.is_null(field.type) and field.name in given.names:
+            table = table.set_column(i, field.name, table.column(i).cast(given.field(field.name).type))
+    return table
 
 
 def _frame(part: Path) -> Any:

@@ -105,3 +105,16 @@ def test_the_first_moment_of_many_objects_may_be_all_that_is_looked_at(tmp_path,
     told = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert told["objects"] == told["pieces"] == 3000
     assert told["written"] == 9000
+
+
+def test_a_folder_of_parquet_files_holds_what_one_file_does(frame, monkeypatch):
+    monkeypatch.setattr(files, "ROWS", 60)
+    frame.assign(note=frame.id.where(frame.id == frame.id[0])).to_parquet("plots.parquet")
+    for out in ("one.parquet", "many"):
+        assert main(["smooth", "plots.parquet", "--workers", "1", "--out", out]) == DONE
+    assert len(list(Path("many").iterdir())) > 1
+    one, many = pd.read_parquet("one.parquet"), pd.read_parquet("many")
+    pd.testing.assert_frame_equal(by_object(many), by_object(one))
+    assert {path.name for path in Path().iterdir()} == {"plots.parquet", "one.parquet", "many"}
+    assert main(["smooth", "plots.parquet", "--workers", "1", "--out", "many"]) != DONE
+    assert main(["smooth", "plots.parquet", "--workers", "1", "--out", "many.csv"]) != DONE
