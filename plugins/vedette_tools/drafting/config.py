@@ -49,11 +49,8 @@ ALL = 0.5
 SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
 
-TOGETHER = 3.0
-"""Where more returns come at a time, they are a look at all targets, unless those that come in turn are far steadier."""
-
-MOST_REPORTS = 6000
-"""So many returns are followed one by one in time."""
+TOGETHER, MOST_REPORTS = 3.0, 6000
+"""Where more returns come at a time, they are a look at all targets; of what objects report, so many are followed in time."""
 
 REPORTED = 5.0
 """m: the deviation along an axis that satellites leave in positions which objects report of themselves; a jitter of their
@@ -461,12 +458,12 @@ def _followed(
         seen = evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
     first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
     count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
-    if count >= LEAST:
+    few = count < TOGETHER * first
+    if count >= LEAST and (reported or few):
         single = evolve(seen, chains=tuple(in_turn(times[:first], spots[:first])))
         more = sum(len(chain.times) for chain in single.chains) - held
         steadier = more > -0.2 * count and single.rough < 0.5 * seen.rough
-        few = count < TOGETHER * first
-        if steadier or (few and more > 0.1 * count) or (reported and more > -0.5 * held):
+        if more > 0.1 * count or steadier or (reported and few and more > -0.5 * held):
             return single
     return seen
 

@@ -25,7 +25,7 @@ from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
-from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, SENT, UNITS, Meaning, chosen, meaning
+from vedette_tools.drafting.titles import NAMES, OF_REPORTS, PROPERTIES, SENT, UNITS, Meaning, chosen, meaning, words_of
 from vedette_tools.drafting.wishes import Wishes
 
 LOOKED_AT = 2000
@@ -274,7 +274,8 @@ def _who(
     measured: Mapping[str, Meaning], columns: Mapping[str, list[str]], assumed: list[str]
 ) -> tuple[str, tuple[str, ...]]:
     """Return the column that names sensors, and their names; none unless it names several, but not too many."""
-    who = measured["sensor"].title if "sensor" in measured else ""
+    named = measured.get("sensor")
+    who = named.title if named is not None and (named.sure or "type" not in words_of(named.title)) else ""
     sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
     if len(sensors) == 1:
         assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")

@@ -55,7 +55,20 @@ NAMES = (
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
-OF_REPORTS = frozenset((*BORNE, "groundspeed", "groundspeed_kn", "sog", "sog_knots", "cog", "cog_degrees", "track_deg"))
+OF_REPORTS = frozenset(
+    (
+        *BORNE,
+        "groundspeed",
+        "groundspeed_kn",
+        "sog",
+        "sog_knots",
+        "cog",
+        "cog_degrees",
+        "track_deg",
+        "speedoverground",
+        "courseoverground",
+    )
+)
 """Titles of what objects report of themselves."""
 
 OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
