@@ -37,6 +37,23 @@ def test_byte_order_mark_quotes_and_windows_line_ends(tmp_path):
     assert (shown(recording), recording.refused) == ([(1, [[2, 3]])], ())
 
 
+def test_what_one_object_reports_twice_at_a_time_counts_once(tmp_path):
+    (tmp_path / "d.csv").write_text("t,who,north,east\n1,a,1,1\n1,a,1,1\n1,b,1,1\n1,,2,2\n1,,2,2\n1,a,1,3\n")
+    detections = DetectionColumns(time="t", columns=XY, identity="who")
+    recording = CsvSource(detections, str(tmp_path / "d.csv")).open(PLANE, RNG)
+    assert shown(recording) == [(1, [[1, 1], [1, 1], [2, 2], [2, 2], [1, 3]])]
+
+
+def test_blanks_stand_between_columns_and_some_are_one_column(tmp_path):
+    (tmp_path / "d.csv").write_text(
+        "#  day       clock  north   east\n2026-05-12 08:00:01   1   59 30\n2026-05-12 08:00:02  -2.5  7\n"
+    )
+    detections = DetectionColumns(time="day + clock", columns=XY)
+    recording = CsvSource(detections, str(tmp_path / "d.csv"), delimiter=" ").open(PLANE, RNG)
+    assert shown(recording)[0][1] == [[-2.5, 7]]
+    assert "must have 4 columns" in str(recording.refused[0])
+
+
 def test_a_scan_column_groups_rows_wherever_they_stand(tmp_path):
     text = "t;n;north;east\n1;a;1;1\n1;b;2;2\n1;a;3;3\n"
     (tmp_path / "d.csv").write_text(text)

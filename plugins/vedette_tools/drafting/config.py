@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from math import log, sqrt
+from time import process_time
 from typing import Any
 
 import numpy as np
@@ -22,7 +23,7 @@ from vedette_tools.drafting.cadence import left_out_period
 from vedette_tools.drafting.chains import LEAST, Chain, chains, spacing, unbroken
 from vedette_tools.drafting.height_and_rate import UNSURE, VELOCITY, own_share, recedes, third_noise
 from vedette_tools.drafting.noise import Noise, Windows, estimated, loglik, plausible
-from vedette_tools.drafting.proof import LESS, proved
+from vedette_tools.drafting.proof import BUDGET, LESS, proved
 from vedette_tools.drafting.reports import in_turn, of_owners
 from vedette_tools.drafting.several import FLAT, stand
 from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
@@ -160,6 +161,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     use: what names of objects are to it, "aid", "truth" or "ignore"; wishes: what need not be guessed. InputError if the
     file has no header, or no column that looks like a time or a position.
     """
+    begun = process_time()
     table = read_table(path, use, wishes)
     recording = _opened(table)
     if any("is out of order" in problem.text for problem in recording.refused):
@@ -201,8 +203,10 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     proof = proved(
         first, lambda design: tried(text(design), some), steady, errors=not table.reports,
         in_turn=any(one.in_turn for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
+        budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip
-    if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1:
+    ended = process_time() - begun > BUDGET
+    if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1 and not ended:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
         often = float(np.clip(proof.trial.detected, 0.3, 0.99))
         plain = dict(facts)

@@ -34,8 +34,8 @@ one at a time: by hand."""
 SHARPER = 30.0
 """Beyond so many times the acceleration noise that was found, starts and stops are another manoeuvre. By hand."""
 
-BUDGET = 45.0
-"""s of CPU, after which no further alternative is tried: with the reading of 10,000 rows a draft takes less than 60."""
+BUDGET = 50.0
+"""s of CPU from the beginning of a draft, after which no further alternative is tried."""
 
 
 @frozen
@@ -103,7 +103,7 @@ def proved(
         else []
     )
     said += [f"  {len(failed)} alternatives could not be run on these data"] if failed else []
-    said += [f"  no further alternatives were tried: they may take {budget:g} s of CPU"] if spent else []
+    said += [f"  no further alternatives were tried: a draft may take {BUDGET:g} s of CPU"] if spent else []
     return Proof(best, tuple(said), failure, known[best])
 
 

@@ -154,12 +154,12 @@ def test_alternatives_end_with_the_budget_and_it_is_told():
     proof = proved(first, run, 1.0, budget=35.0, clock=lambda: now[0])
     assert len(ran) == 3
     assert proof.design == first
-    assert any("35 s" in line for line in proof.said)
+    assert any("no further" in line for line in proof.said)
     assert any(line.strip().startswith("1 alternatives") for line in proof.said)
     ran.clear()
     whole = proved(first, run, 1.0, budget=1e9, clock=lambda: now[0])
     assert len(ran) > 10
-    assert not any("s of CPU" in line for line in whole.said)
+    assert not any("no further" in line for line in whole.said)
 
 
 def test_errors_that_make_tracks_whole_must_be_about_as_likely():

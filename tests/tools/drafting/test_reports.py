@@ -1,0 +1,60 @@
+"""Returns without names: whose they are, where errors are larger than steps, and among false ones."""
+
+import numpy as np
+import pytest
+
+from vedette_tools.drafting.config import Reading, _opened, drafted
+from vedette_tools.drafting.reports import in_turn
+from vedette_tools.drafting.table import read_table
+
+
+def file_of(path, rows):
+    path.write_text("time,x,y\n" + "".join(f"{t:.3f},{x:.2f},{y:.2f}\n" for t, x, y in sorted(rows)))
+    return path
+
+
+@pytest.mark.parametrize("error", [0.1, 1.0, 3.0])
+def test_targets_that_report_in_turn_have_a_chain_each(error):
+    """Errors of that many steps; where chains may take turns for nothing, three targets have fourteen."""
+    rng = np.random.default_rng(11)
+    start, pace, own = rng.uniform(-8000, 8000, (3, 2)), rng.normal(0, 30, (3, 2)), np.tile(np.arange(3), 100)
+    times = np.sort(rng.uniform(0, 500, 300))
+    step = 30.0 * 5.0
+    spots = start[own] + pace[own] * times[:, None] + error * step * rng.normal(size=(300, 2))
+    chains = in_turn(times, list(spots[:, None]))
+    large = [chain for chain in chains if len(chain.times) >= 50]
+    assert len(large) == 3
+    assert len(chains) <= 4
+    for chain in large:  # where two pass each other within their errors, some go over
+        assert 85 <= len(chain.times) <= 110
+        assert np.max(np.bincount(own[chain.scans])) > 0.9 * len(chain.times)
+
+
+def scene(seed, false):
+    """One target that hovers, flies 5 m/s, and hovers, 40 looks 5 s apart with errors of 1 m, and `false` returns a look."""
+    rng = np.random.default_rng(seed)
+    for k in range(40):
+        yield 5.0 * k, *(np.array([25.0 * np.clip(k - 10, 0, 15), 0.0]) + rng.normal(0, 1.0, 2))
+        yield from ((5.0 * k, *spot) for spot in rng.uniform(-800, 800, (rng.poisson(false), 2)))
+
+
+def test_chains_of_false_returns_are_not_taken_for_targets(tmp_path):
+    """Twenty chains that chance made, of seven returns each, were drafted as errors of 10 m for 1."""
+    path = file_of(tmp_path / "d.csv", scene(2, 60))
+    table = read_table(path)
+    found = Reading.of(table, _opened(table))
+    assert len(found.seen["sensor"].chains) <= 3
+    assert found.noise["sensor"].sensor[0] == pytest.approx(1.0, rel=0.35)
+
+
+@pytest.mark.costly
+def test_a_target_that_hovers_and_flies_among_false_returns_is_drafted(tmp_path):
+    draft = drafted(file_of(tmp_path / "d.csv", scene(3, 60)))
+    assert draft.failure == ""
+    assert "sigma = " in draft.text
+
+
+@pytest.mark.costly
+def test_positions_that_stand_in_several_rows_are_told(tmp_path):
+    rows = [(0.1 * k, 10.0 * (k // 10), 3.0 * (k // 10)) for k in range(250)]
+    assert "each position stands in some 10 rows" in drafted(file_of(tmp_path / "d.csv", rows)).failure
