@@ -51,7 +51,7 @@ SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
 
 TOGETHER, MOST_REPORTS = 3.0, 6000
-"""Where more returns come at a time, they are a look at all targets; of what objects report, so many are followed in time."""
+"""Where more returns come at a time, they are a look at all targets; of what objects report, so many are followed."""
 
 REPORTED = 5.0
 """m: the deviation along an axis that satellites leave in positions which objects report of themselves; a jitter of their
