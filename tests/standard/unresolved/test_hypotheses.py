@@ -201,8 +201,8 @@ def test_others_refuse_a_sensor_that_merges(kind):
     assert [problem.place for problem in refused.value.problems] == ["associator"]
 
 
-@pytest.mark.nightly("forty runs of four kinds: 3 min")
-@pytest.mark.parametrize("kind", ["k_best", "n_scan", "variational", "m_best_jpda"])
+@pytest.mark.nightly("forty runs of five kinds: 2 min")
+@pytest.mark.parametrize("kind", ["k_best", "n_scan", "variational", "m_best_jpda", "lmb"])
 def test_two_boats_that_merge_half_of_the_time(kind):
     """The issue's scene: covered .9 of the time, within 4 m of 12 m apart where resolved."""
     told = [two_boats.run(kind, coarse=True, seed=seed) for seed in range(40)]
