@@ -125,20 +125,21 @@ def frames_show_the_target(estimator: Estimator[Any], drawn: Scene) -> None:
         for frame in range(FRAMES):
             belief = predicted(estimator, belief, drawn.dt, rng) if frame else belief
             belief, ratio = _after(estimator, drawn, camera, belief, pixels[frame, own])
-        ends.append(estimator.moments(belief))
-        if own.stop == 1:
-            break
+            ends.append(estimator.moments(belief))
+            if own.stop == frame == 1:
+                alike(estimator, Gaussian(ends[1].mean[:1], ends[1].cov[:1]), ends[-1], 1e-6, "of two runs, the first: ")
+                return
+        end = ends[-1]
         _, empty = _after(estimator, drawn, camera, belief, noise[-1])
         told = (
             f"loglik: speaks no more for the target that the frame shows, {ratio.tolist()}, than without, {empty.tolist()}"
         )
         demand(np.all(empty < ratio), told)
-        away = ends[0].mean[:, 0, estimator.state.locate(camera.observes)] - path[-1]
-        otherwise_ = f"mean: after {FRAMES} frames is {away.tolist()} px from the target"
-        demand(np.all((np.abs(away) < NEAR[estimator.traits.conservative]) | (ratio < 0)), otherwise_)
+        away = end.mean[:, 0, estimator.state.locate(camera.observes)] - path[-1]
+        told = f"mean: after {FRAMES} frames is {away.tolist()} px from the target"
+        demand(np.all((np.abs(away) < NEAR[estimator.traits.conservative]) | (ratio < 0)), told)
         dead, _ = _after(estimator, drawn, camera, belief, np.full((2, *SHAPE), np.nan))
-        alike(estimator, dead, ends[0], 1e-6, "after a frame of unknown pixels: ")
-    alike(estimator, Gaussian(ends[0].mean[:1], ends[0].cov[:1]), ends[1], 1e-6, "of two runs, the first: ")
+        alike(estimator, dead, end, 1e-6, "after a frame of unknown pixels: ")
 
 
 def frames_are_compared_with_the_first(estimator: Estimator[Any], drawn: Scene) -> None:
