@@ -27,7 +27,7 @@ from vedette.config.default_birth import with_birth
 from vedette.config.files import check_size, read_file
 from vedette.config.hooks import plugin
 from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, path_of
-from vedette.config.parameters import Maybe, Parameter, holds_parts, parameters, plain
+from vedette.config.parameters import APART, Maybe, Parameter, holds_parts, parameters, plain
 from vedette.config.plugins import answers, draft_of, installed_figures, load_plugins, warnings_of
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean

@@ -8,8 +8,7 @@ from typing import Any
 import shtab
 
 from vedette.commands import DONE
-from vedette.config.parameters import APART
-from vedette.config.registry import Registry
+from vedette.config import APART, Registry
 
 CONFIGS: Any = shtab.glob("*.toml", "*.yaml", "*.yml", "*.json")
 FILES: dict[str, Any] = {
