@@ -463,11 +463,12 @@ def _followed(
     first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
     count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
     few = count < TOGETHER * first
-    if count >= LEAST and (reported or few):
+    if count >= LEAST:
         single = evolve(seen, chains=tuple(in_turn(times[:first], spots[:first])))
         more = sum(len(chain.times) for chain in single.chains) - held
-        steadier = more > -0.2 * count and single.rough < 0.5 * seen.rough
-        if more > 0.1 * count or steadier or (reported and few and more > -0.5 * held):
+        least = -0.2 * count if few else 0.8 * count - held  # false returns of scans make no steady chains
+        steadier = more > least and single.rough < 0.5 * seen.rough
+        if steadier or ((few or reported) and more > 0.1 * count) or (reported and few and more > -0.5 * held):
             return single
     return seen
 
