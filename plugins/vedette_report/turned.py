@@ -20,8 +20,8 @@ LONGEST = 60.0
 """Between reports further apart than this, in s, nothing is known of where a target is."""
 SAMPLED, ENOUGH, PART, MORE = 1000, 20, 0.3, 1.5
 """So many scans are looked at, at most. An angle is told if so many returns agree on it, of so large a part of the targets'
-looks, so many times as on none, and if it is larger than a return's error and five times its own. Chosen by hand on scenes
-drawn by tests/report/test_turned.py, of other seeds than those of the test.
+looks, so many times as on none, and if it is larger than a return's error and five times its own. Set by hand, before any
+scene was drawn.
 """
 
 
