@@ -24,7 +24,12 @@ def _observed(self: Biased) -> Space:
     if len({name for name, _ in named}) < len(named) or any(name in own for name, _ in named):
         raise ValueError(f"biases: each needs a state axis of its own, got {', '.join(name for name, _ in named)}")
     moving = Space(tuple(Axis(f"v{axis.name}", "m/s") for axis in own.axes if axis.unit == "m")) if self.lag else Space()
-    return own.union(moving).union(Space(tuple(Axis(name, unit) for name, unit in named)))
+    observes = own.union(moving).union(Space(tuple(Axis(name, unit) for name, unit in named)))
+    begun = observes.names[len(own) :]
+    for axis in self.spread:
+        if axis not in begun:
+            raise ValueError(f"spread.{axis}: must be one of {', '.join(begun) or 'none, as there is no bias'}")
+    return observes
 
 
 @final

@@ -91,6 +91,13 @@ def test_a_bias_of_unknown_size_starts_no_track():
         TURNED.invert(np.zeros((1, 2)))
 
 
+@pytest.mark.parametrize("biases", [{}, {"add": {"bearing": "turned"}}, {"lag": "late"}])
+def test_only_what_a_return_leaves_open_has_a_spread(biases):
+    with pytest.raises(ValueError, match=r"^spread\.x: must be one of "):
+        Biased(RADAR, **biases, spread={"x": 1.0})
+    Biased(RADAR, lag="late", spread={"vx": 1.0, "vy": 1.0, "late": 1.0})
+
+
 def test_a_linear_bias_is_linear():
     shifted = Biased(CartesianPosition(3.0), offset={"x": "north"})
     assert shifted.linear
