@@ -199,9 +199,11 @@ class Hypotheses:
         """
         rows, mass = self.rows, self.weights[self.rows] * own[self.leaves]
         of_track: Array = np.bincount(self.track[self.leaves], mass).astype(float)[self.track]
-        names, number = np.unique(last @ MIXED[: last.shape[-1]], return_inverse=True)
+        names, leaf, number = np.unique(last @ MIXED[: last.shape[-1]], return_index=True, return_inverse=True)
         of_return = np.bincount(number[self.leaves], mass, len(names))[number]
-        doubtful = (of_track < 1.0 - ROUNDING) & (of_return > ROUNDING)
+        # Where all leaves that took the same returns are of one track, they add nothing to it.
+        several = np.bincount(number, self.track != self.track[leaf[number]], len(names))[number] > 0
+        doubtful = several & (of_track < 1.0 - ROUNDING) & (of_return > ROUNDING)
         if not doubtful.any():
             return of_track
         # What is counted by the return where the hypothesis holds the track, too, is taken out again.

@@ -45,8 +45,8 @@ def test_it_takes_at_most_half_a_gigabyte(kind):
     assert megabytes <= MOST_MB
 
 
-def existences():
-    """Existences of leaves in clusters of which it is doubtful which track is a target's."""
+def doubtful():
+    """Hypotheses of which it is doubtful which track is a target's, the leaves' own existence, and what they took last."""
     radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-3}
     tracker = vedette.build({
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
@@ -59,7 +59,34 @@ def existences():
     for time in range(5):
         state = tracker.step(state, Scan(float(time), "radar", Detections.of(rng.normal(0.0, 10.0, (12, 2)))))
         of, existence = state.leaves.hypotheses, state.leaves.existence
-        yield of.existence(existence, state.leaves.ids[:, None] % 3)
+        yield of, existence, state.leaves.ids[:, None] % 3
+        yield of, existence, state.leaves.last
+
+
+def existences():
+    """Existences of these leaves over all hypotheses."""
+    for of, existence, last in doubtful():
+        yield of.existence(existence, last)
+
+
+def summed(of, own, last):
+    """Existence of each leaf's target, hypothesis by hypothesis: of its track, or else of those that took the same returns."""
+    total = np.zeros(len(own))
+    for h, weight in enumerate(of.weights):
+        held = of.leaves[of.starts[h] : of.starts[h + 1]]
+        for leaf in range(len(own)):
+            track = held[of.track[held] == of.track[leaf]]
+            same = track if len(track) else held[np.all(last[held] == last[leaf], axis=-1)]
+            total[leaf] += weight * np.sum(own[same])
+    return np.minimum(total, 1.0)
+
+
+def test_existence_is_that_of_the_track_or_of_one_which_took_the_same_returns():
+    shared = 0
+    for of, own, last in doubtful():
+        np.testing.assert_allclose(of.existence(own, last), summed(of, own, last), rtol=0, atol=1e-12)
+        shared += np.sum(of.existence(own, last) > of.existence(own, np.arange(len(own))[:, None]) + 1e-6)
+    assert shared > 20
 
 
 def test_pairs_of_leaves_give_the_same_a_few_at_a_time(monkeypatch):
