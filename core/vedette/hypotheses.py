@@ -18,7 +18,7 @@ from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Gaussian
 
 MOST_AT_ONCE = 500_000
-"""Pairs of leaves of one hypothesis that are looked at together: they take some 60 bytes each."""
+"""Pairs of leaves of one hypothesis, or of a leaf and a return, looked at together: they take some 60 bytes each."""
 ROUNDING = 1e-12
 """Tracks are independent if they are but for rounding, however little a kind may change hypotheses."""
 

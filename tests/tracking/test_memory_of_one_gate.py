@@ -1,4 +1,4 @@
-"""Two hundred returns in one gate, scan after scan: no kind takes more than half a gigabyte."""
+"""Two hundred returns in one gate, scan after scan: no kind takes more than half a gigabyte; who exists then."""
 
 import subprocess
 import sys
@@ -39,7 +39,7 @@ print(len(state.ids), peak() - idle)
 @pytest.mark.parametrize("kind", ["jpda", "m_best_jpda", "n_scan", "k_best", "lmb", "variational"])
 def test_it_takes_at_most_half_a_gigabyte(kind):
     pytest.importorskip("resource")
-    done = subprocess.run([sys.executable, "-c", SCRIPT, kind], check=True, capture_output=True, text=True)
+    done = subprocess.run([sys.executable, "-W", "error", "-c", SCRIPT, kind], check=True, capture_output=True, text=True)
     tracks, megabytes = map(float, done.stdout.split())
     assert tracks >= 200
     assert megabytes <= MOST_MB
@@ -70,7 +70,7 @@ def existences():
 
 
 def summed(of, own, last):
-    """Existence of each leaf's target, hypothesis by hypothesis: of its track, or else of those that took the same returns."""
+    """Existence of each leaf's target, hypothesis by hypothesis: of its track, else of those that took the same returns."""
     total = np.zeros(len(own))
     for h, weight in enumerate(of.weights):
         held = of.leaves[of.starts[h] : of.starts[h + 1]]
@@ -81,6 +81,7 @@ def summed(of, own, last):
     return np.minimum(total, 1.0)
 
 
+@pytest.mark.costly
 def test_existence_is_that_of_the_track_or_of_one_which_took_the_same_returns():
     shared = 0
     for of, own, last in doubtful():

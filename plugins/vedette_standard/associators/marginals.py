@@ -62,6 +62,6 @@ def marginals_of_table(
 
 def left_out(scores: Array, m: int) -> Mask:
     """Return the tracks of clusters whose associations beyond the `m` best are too probable: (*b, t, 1+k) -> (*b, t)."""
-    if np.max(np.prod(1.0 + np.isfinite(scores[..., 1:]).sum(axis=-1), axis=-1), initial=0.0) <= m:
+    if np.max(np.sum(np.log1p(np.isfinite(scores[..., 1:]).sum(axis=-1)), axis=-1), initial=0.0) <= np.log(m):
         return np.zeros(scores.shape[:-1], dtype=bool)
     return marginals_of_table(scores, m)[1] > LOST
