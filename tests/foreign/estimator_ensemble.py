@@ -47,6 +47,13 @@ class EnsembleKalman(OverMotion):
         mean, A = self._moments(belief.points)
         return vedette.Gaussian(mean, A @ np.swapaxes(A, -1, -2))
 
+    def reframe(self, belief, combined):
+        points = belief.points
+        others = np.broadcast_to(combined.mean[..., None, :], points.shape)
+        covs = np.zeros((*points.shape, points.shape[-1]))
+        frame = vedette.Gaussian(others, covs + combined.cov[..., None, :, :])
+        return Members(self.motion.reframe(vedette.Gaussian(points, covs), frame).mean)
+
     def predict(self, belief, dt, rng):
         if dt == 0:
             return belief

@@ -14,7 +14,8 @@ from vedette.filters import GaussianFilter, OverMotion, embedded, evaluate_linea
 class FadingMemory(GaussianFilter):
     """The extended Kalman filter with a fading memory: P- = exp(dt / memory) F P F' + Q, so that old returns count less.
 
-    Its covariance is meant to be larger than the errors are if the model is right.
+    Its covariance is meant to be larger than the errors are if the model is right. After 30 memories it fades no further:
+    all is forgotten by then, and a gap of hours leaves numbers.
     Sorenson, Sacks, Recursive Fading Memory Filtering, Information Sciences 3, 1971.
     """
 
@@ -23,14 +24,17 @@ class FadingMemory(GaussianFilter):
     motion: vedette.MotionModel = vedette.fields.part("how the target moves")
     memory: float = vedette.fields.quantity("s", "time after which a return counts 1/e", default=200, at_least=1)
 
+    def _growth(self, dt):
+        return np.exp(min(dt / self.memory, 30.0))
+
     def predict(self, belief, dt, rng):
         if dt == 0:
             return belief
-        return predict_linearised(evolve(belief, cov=np.exp(dt / self.memory) * belief.cov), self.motion, dt)
+        return predict_linearised(evolve(belief, cov=self._growth(dt) * belief.cov), self.motion, dt)
 
     def cross_covariance(self, belief, dt):
         F = self.motion.jacobian(belief.mean, dt)
-        return np.exp(dt / self.memory) * belief.cov @ np.swapaxes(F, -1, -2)
+        return self._growth(dt) * belief.cov @ np.swapaxes(F, -1, -2)
 
     def evaluate(self, belief, sensor, observed, p_gate):
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate)

@@ -8,7 +8,6 @@ from vedette import Detections, Gaussian
 from vedette.config.registry import Registry
 from vedette.filters import predicted
 from vedette.testing.comparisons import covariance, demand, finite
-from vedette.testing.laws.gaps import GAPS, NOISES
 from vedette.testing.states import random_gaussian
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -16,6 +15,9 @@ from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.range_bearing import RangeBearing
+
+GAPS, NOISES = (-9.0, 8.0), (-9.0, 9.0)
+"""Exponents of gaps in s, and of deviations of returns: wider than what the kit's law asks of every estimator."""
 
 GIVEN = {
     "carrying": lambda cls, rng: cls(ConstantVelocity(power(rng)), {"width": "px"}),

@@ -123,6 +123,23 @@ def test_noise_that_would_wrap_is_no_fault():
         assert outcome.verdict == "held", outcome.text
 
 
+@pytest.mark.parametrize(
+    ("name", "law"),
+    [
+        ("shared birth", "far_scenes_change_no_birth"),
+        ("ensemble Kalman", "a_frame_turns_before_each_prediction"),
+        ("fading memory", "any_gap_leaves_a_belief"),
+        ("information filter", "any_gap_leaves_a_belief"),
+    ],
+)
+def test_right_components_keep_the_laws_that_they_once_failed(name, law):
+    (made,) = (c.make() for c in COMPONENTS if c.name == name)
+    (law,) = (each for each in laws_of(type(made)) if each.name == law)
+    for seed in (2, 3):
+        outcome = examine(type(made), law, st.one_of(st.just(made), components(type(made))), attrs.evolve(FAST, seed=seed))
+        assert outcome.verdict == "held", outcome.text
+
+
 def test_a_scene_may_have_another_sensor_than_the_tracker():
     scene = Simulation(
         30.0, {SENSOR: Look(1.0)}, ships={"boat": Ship([0.5, 0.5])}, sensors={SENSOR: CartesianPosition(sigma=60.0)}

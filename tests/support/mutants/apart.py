@@ -34,6 +34,11 @@ def first_two(self, found, estimator, sensor, name, detections, claimed):
     return evolve(begun, returns=begun.returns[rows], prior=prior, existence=begun.existence[rows])
 
 
+def more_for_more(self, found, estimator, sensor, name, detections, claimed):
+    begun = FromReturns.begin(self, found, estimator, sensor, name, detections, claimed)
+    return evolve(begun, existence=0.09 * begun.existence * min(10, len(begun.existence)))
+
+
 def against_the_mean(self, own, scan):
     return Existence.judge(self, own, evolve(scan, existence=scan.existence - 0.3 * np.mean(scan.existence)))
 
@@ -60,5 +65,9 @@ ASSOCIATORS = [
     ("the middle for two however far apart", Jpda, "one_return_may_be_of_two", {"meet_close": never_resolved}),
     ("returns of two count twice", Jpda, "one_return_may_be_of_two", {"meet_close": merged_twice}),
 ]  # fmt: skip
-BIRTHS = [("two tracks a scan", FromReturns, "far_scenes_change_no_birth", {"begin": first_two})]
+BIRTHS = [
+    ("two tracks a scan", FromReturns, "far_scenes_change_no_birth", {"begin": first_two}),
+    ("each track exists the more the more there are", FromReturns, "far_scenes_change_no_birth",
+     {"begin": more_for_more, "initial_existence": property(lambda s: None)}),
+]  # fmt: skip
 LIFECYCLES = [("judged beside the others", Existence, "far_scenes_change_no_life", {"judge": against_the_mean})]
