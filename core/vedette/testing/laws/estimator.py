@@ -278,17 +278,11 @@ def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> No
     for name in ("distance", "nis"):
         wanted = getattr(here, name)
         same(f"{name} in other units", getattr(there, name), wanted, 1e-7, 1.0 + np.abs(wanted))
-    same(
-        "log-likelihood",
-        there.loglik[..., 1:] + np.log(np.linalg.det(size)),
-        here.loglik[..., 1:],
-        1e-7,
-        10.0 + np.abs(here.loglik[..., 1:]),
-    )
+    wanted = here.loglik[..., 1:]
+    same("log-likelihood", there.loglik[..., 1:] + np.log(np.linalg.det(size)), wanted, 1e-7, 10.0 + np.abs(wanted))
     weights = soft(here.loglik, drawn.seed)
-    alike(
-        estimator, estimator.update(belief, there, weights), estimator.moments(estimator.update(belief, here, weights)), 1e-6
-    )
+    same_belief = estimator.moments(estimator.update(belief, here, weights))
+    alike(estimator, estimator.update(belief, there, weights), same_belief, 1e-6)
 
 
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
