@@ -136,14 +136,13 @@ def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
         # Leaves meet the same returns as the one before: copied for all at once, they would take gigabytes.
         for leaves in np.array_split(whole, 1 + len(whole) * part.returns.shape[1] // MOST_AT_ONCE):
             at, taken = place[parent[leaves]], by.choice[leaves, None]
+            rows.append(leaves)
             if part.close is not None:
                 after.append(part.close.updated(it, part, at, taken, by.branching.merged, leaves))
-                rows.append(leaves)
                 continue
             taking = (part.returns[at] == taken - 1) & (taken > 0)
             sure = np.concatenate([taken == 0, taking], axis=1)[:, None].astype(float)
             after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
-            rows.append(leaves)
     return pytrees.take(pytrees.in_order(after, rows), 0, 1)
 
 
