@@ -54,9 +54,11 @@ def _halves(docstring: str) -> tuple[str, str]:
     """Return what a docstring says after its first line, and the reference with which it ends, or ""."""
     body = inspect.cleandoc(docstring).partition("\n")[2].strip()
     for match in reversed(list(_REFERENCE.finditer(body))):
-        tail = body[match.start() :]
+        before, tail = body[: match.start()].rstrip(), body[match.start() :]
+        if before and before[-1] not in ".:":  # amid a reference: a title over two lines, the second of two
+            continue
         if re.search(r"\b(18|19|20)\d\d\b", tail) and "\n\n" not in tail.strip():
-            return body[: match.start()].strip(), " ".join(tail.split())
+            return before, " ".join(tail.split())
     return body, ""
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import sys
 from pathlib import Path
 
 import pytest
@@ -131,3 +132,14 @@ def test_set_changes_the_config_whose_components_are_checked(capsys: pytest.Capt
         assert capsys.readouterr().err == "vedette: error: gate.probability: must be > 0 and <= 1, got 2\n"
     assert main(["check", "pda", "--set", "gate.probability=0.9"]) == 2
     assert "--set: changes a config: name one" in capsys.readouterr().err
+
+
+def test_a_module_of_the_folder_is_found(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    text = (EXAMPLES / "plugin_template" / "src" / "vedette_road" / "time_difference.py").read_text()
+    (tmp_path / "vedette_test_here.py").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry])
+    assert main(["check", "vedette_test_here:TimeDifference", "--law", "pure"]) == 0
+    assert "pure" in capsys.readouterr().out

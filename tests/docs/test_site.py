@@ -55,6 +55,14 @@ def test_the_api_has_the_public_modules():
     assert sorted(public()) == sorted(PUBLIC)
 
 
+@pytest.mark.parametrize("kind", ["coarse", "k_best"])
+def test_a_reference_over_two_lines_and_two_of_one_kind_stand_together(kind):
+    (entry,) = [entry for entry in KINDS if entry.kind == kind]
+    before, reference = page(entry, None).split("## Reference")
+    assert re.search(r"[.:]\n*\Z", before)
+    assert reference.strip().startswith(("Koch", "Garcia-Fernandez"))
+
+
 @pytest.mark.parametrize("entry", KINDS, ids=lambda entry: f"{entry.role}-{entry.kind}")
 def test_the_page_of_a_kind_has_its_parameters_with_units_and_its_source(entry):
     text = page(entry, KNOWN.get((entry.role, entry.kind)))

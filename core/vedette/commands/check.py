@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import sys
 import warnings
 from argparse import Namespace
 from collections import Counter
@@ -54,7 +55,7 @@ def run(arguments: Namespace) -> int:
             classes = classes_of(arguments.subject, Registry.installed())
             tables = [check(cls, profile, None, only) for cls in classes]
     except ModuleNotFoundError as missing:
-        return complain(str(missing))
+        return complain(f"the laws need {missing.name}: pip install 'vedette[testing]'")
     if arguments.json:
         print(json.dumps({"components": tables}))
     if any(component["failed"] for component in tables):
@@ -95,6 +96,8 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
     if unused := registry.unused(subject):
         raise ConfigError([Problem(subject, reason) for reason in unused])
     name, _, one = subject.partition(":")
+    if (here := str(Path.cwd())) not in sys.path:
+        sys.path.append(here)  # behind all that is installed
     try:
         module = import_module(name)
     except ModuleNotFoundError as error:

@@ -35,7 +35,7 @@ class Uniform(Birth):
     models_unseen: ClassVar[bool] = True
 
     view: Mapping[str, Bounds] = fields.part(
-        "axis that the sensors observe to low and high: the box",
+        "axis that the sensors observe to its low and high, as { x = { low = -500, high = 500 } }: the box",
         tried=({"x": Bounds(-500.0, 500.0), "y": Bounds(-400.0, 400.0)},),
     )
     spread: dict[str, float] = fields.table(
