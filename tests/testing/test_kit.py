@@ -13,6 +13,7 @@ from vedette.cli import main
 from vedette.testing import FAST, Misuse, conformance, examine, kit, laws_of
 from vedette.testing.strategies import components
 from vedette_standard.associators.pda import Pda
+from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 
@@ -166,3 +167,8 @@ def test_the_table_of_mutants_has_every_law_and_no_other():
     for role, (laws, _) in kit._ROLES.items():
         mutants = [line for line in page.splitlines() if line.startswith(f"| {role} |")]
         assert [line.split(" | ")[1] for line in mutants] == [law.name for law in laws]
+
+
+def test_a_costly_law_is_tried_on_a_share_of_the_examples():
+    (law,) = (law for law in laws_of(Kalman) if law.name == "frames_show_the_target")
+    assert examine(Kalman, law, components(Kalman), FAST).examples == FAST.examples // law.share < FAST.examples

@@ -50,12 +50,14 @@ class Law:
     """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
 
     `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`). A
-    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once.
+    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once, and an exact one on
+    one `share`th of the examples.
     """
 
     check: Callable[[Any, Any], None]
     needs: str = ""
     effort: Effort = "exact"
+    share: int = 1
     name: str = field(init=False)
 
     @name.default
@@ -69,4 +71,4 @@ class Law:
 
     def examples(self, profile: Profile) -> int:
         """Return how often it is tried."""
-        return {"exact": profile.examples, "statistical": profile.trials, "long": 1}[self.effort]
+        return {"exact": profile.examples // self.share, "statistical": profile.trials, "long": 1}[self.effort]
