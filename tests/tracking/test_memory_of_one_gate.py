@@ -8,6 +8,7 @@ import pytest
 
 import vedette
 from vedette import Detections, Scan, hypotheses
+from vedette.tracking import conclusion
 
 MOST_MB = 500
 
@@ -100,3 +101,27 @@ def test_pairs_of_leaves_give_the_same_a_few_at_a_time(monkeypatch):
         hypotheses, "MIXED", hypotheses.MIXED * 0
     )  # every leaf took the same returns: it must change something
     assert any(not np.allclose(found, expected) for found, expected in zip(existences(), whole, strict=True))
+
+
+def test_leaves_are_updated_a_few_at_a_time_as_all_at_once(monkeypatch):
+    radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 0.1}
+    tracker = vedette.build({
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
+        "sensors": {"radar": radar},
+        "associator": {"kind": "lmb", "leaves": 2},
+        "birth": {"kind": "from_returns", "spread": {"vx": 2.0, "vy": 2.0}},
+        "lifecycle": {"kind": "existence"},
+    })  # fmt: skip
+
+    def after():
+        rng, state = np.random.default_rng(1), tracker.start()
+        for time in range(2):  # from 30,000 pairs on, leaves meet the returns in their gates alone
+            state = tracker.step(state, Scan(float(time), "radar", Detections.of(rng.normal(0.0, 5.0, (180, 2)))))
+        return tracker.estimator.moments(state.leaves.belief)
+
+    whole = after()
+    monkeypatch.setattr(conclusion, "MOST_AT_ONCE", 100_000)
+    parts = after()
+    assert len(whole.mean) > 180
+    np.testing.assert_array_equal(parts.mean, whole.mean)
+    np.testing.assert_array_equal(parts.cov, whole.cov)
