@@ -187,7 +187,8 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     floored = max(accel, floor)
     speed, period = _speed(best.seen.values()), min(seen.period for seen in best.seen.values())
-    first = Design(floored, speed, found=floored, sharp=speed / sqrt(period))
+    named = bool(table.identity) and table.use == AID
+    first = Design(floored, speed, found=floored, sharp=speed / sqrt(period), sure=named)
     if errors := _correlated(best):
         facts = {name: evolve(one, errors=errors) for name, one in facts.items()}
         felt = max(errors.correlated.accel, *(seen.least_felt for seen in best.seen.values()))
@@ -206,7 +207,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip
     ended = process_time() - begun > BUDGET
-    if table.identity and table.use == AID and proof.trial is not None and len(facts) == 1 and not ended:
+    if named and proof.trial is not None and len(facts) == 1 and not ended:
         # A name that is wrong or lacking breaks a chain, not a track: the tracks know better how often targets are detected.
         often = float(np.clip(proof.trial.detected, 0.3, 0.99))
         plain = dict(facts)

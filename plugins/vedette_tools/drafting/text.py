@@ -60,8 +60,8 @@ class Design:
     """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
     0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
     speed along an axis; whether errors are correlated in time; how many times as often as the slowest of those that report
-    in turn targets do. `found` is the acceleration noise of greatest likelihood, `sharp` one by which targets start and stop
-    from one scan to the next.
+    in turn targets do; whether names are `sure`, none is another object's. `found` is the acceleration noise of greatest
+    likelihood, `sharp` one by which targets start and stop from one scan to the next.
     """
 
     accel: float
@@ -74,6 +74,7 @@ class Design:
     correlated: bool = False
     often: float = 1.0
     sharp: float = 0.0
+    sure: bool = False
 
     def __str__(self) -> str:
         told = f"sigma_accel {rounded(self.accel):g}"
@@ -81,6 +82,7 @@ class Design:
         told += ", errors correlated in time" if self.correlated else ""
         told += f", errors times {self.errors:.2g}" if self.errors != 1 else ""
         told += f", reports {self.often:g} times as often" if self.often != 1 else ""
+        told += ", names never wrong" if self.sure else ""
         return f"{told}, speeds of {rounded(self.speed):g}" + (f", gate {self.gate:g}" if self.gate != GATE else "")
 
 
@@ -143,6 +145,10 @@ def _lines(
         yield ""
         yield "[gate]"
         yield f"probability = {design.gate!r}  # fewer tracks are broken than with {GATE:g}"
+    if design.sure:
+        yield ""
+        yield "[identity]"
+        yield "wrong = 0.0  # no name is another object's: tracks explain as many returns so as with 0.01"
     yield ""
     yield "[associator]"
     yield 'kind = "jpda"'

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
@@ -26,8 +27,8 @@ class Trial:
     loglik: of the returns, each predicted from those before it; tracks: confirmed; short: those among them with few returns;
     explained: returns that are of confirmed tracks; long: the number of tracks of equal length that were as broken, the
     square of the sum of their returns over the sum of squares; mixed: times that a confirmed track went over to another
-    name, and shared: names that several confirmed tracks bear, beyond the first; detected: in which part of the scans
-    between their first and their last return tracks had one.
+    name, and shared: names that several confirmed tracks bear, beyond the first; lost: names of SHORT returns or more that
+    none bears; detected: in which part of the scans between their first and their last return tracks had one.
     """
 
     loglik: float
@@ -38,6 +39,7 @@ class Trial:
     long: float = 0.0
     mixed: int = 0
     shared: int = 0
+    lost: int = 0
     detected: float = 1.0
 
     @property
@@ -47,12 +49,16 @@ class Trial:
 
     @property
     def broken(self) -> float:
-        """How many long tracks, changes of names and names of several tracks there are: the fewer, the better."""
-        return self.long + self.mixed + self.shared
+        """How many long tracks, changes of names and names of several tracks there are: the fewer, the better.
+
+        A name without a track counts twice: it would make one track more.
+        """
+        return self.long + self.mixed + self.shared + 2 * self.lost
 
     def __str__(self) -> str:
         told = f"{self.tracks} tracks, {self.short} of them short; {self.share:.3f} of the returns are theirs"
         named = f"; {self.mixed} changes of name, {self.shared} names in several tracks" if self.mixed or self.shared else ""
+        named += f"; {self.lost} named without a track" if self.lost else ""
         return f"{told}{named}; log-likelihood {self.loglik / max(self.returns, 1):.2f} a return"
 
 
@@ -78,16 +84,25 @@ def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
     hits = [float(np.sum(track.hit)) for track in tracks]
     return Trial(
         total, sum(len(scan.detections.z) for scan in scans), len(tracks), sum(hit < SHORT for hit in hits), sum(hits),
-        sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks), _detected(tracks),
+        sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks, scans), _detected(tracks),
     )  # fmt: skip
 
 
-def _names(tracks: Sequence[Track]) -> tuple[int, int]:
-    """Return how often tracks went over to another name, and how many names several bear, beyond the first of each."""
+def _names(tracks: Sequence[Track], scans: Sequence[Scan]) -> tuple[int, int, int]:
+    """Return how often tracks went over to another name, how many names several bear, beyond the first of each, and how
+    many of those that returns often bear none does.
+    """
     told = [track.identity[track.identity >= 0] for track in tracks if track.identity is not None]
     mixed = sum(int(np.count_nonzero(np.diff(codes))) for codes in told)
     bears = sum(len(set(codes.tolist())) for codes in told)
-    return mixed, bears - len({code for codes in told for code in codes.tolist()})
+    borne = {code for codes in told for code in codes.tolist()}
+    given = Counter(code for scan in scans for code in _codes(scan))
+    return mixed, bears - len(borne), sum(count >= SHORT and code not in borne for code, count in given.items())
+
+
+def _codes(scan: Scan) -> list[int]:
+    codes = scan.detections.identity
+    return [] if codes is None else codes[codes >= 0].tolist()
 
 
 def _detected(tracks: Sequence[Track]) -> float:

@@ -1,6 +1,7 @@
 """Drafts are tried on their own data: what moves as no example does, what reports in turn, what names its objects."""
 
 import tomllib
+from collections import Counter
 from pathlib import Path
 
 import numpy as np
@@ -187,3 +188,36 @@ def test_aircraft_whose_positions_jitter_keep_their_tracks():
     score = vedette.load(config | {"judge": {"cover_radius": 50.0, "gospa_cutoff": 50.0}}).run().score()
     assert score.id_switches <= 4
     assert score.hota >= 0.93
+
+
+@pytest.mark.parametrize(("wrong", "sure"), [(0.0, True), (0.01, True), (0.1, False)])
+def test_names_are_sure_if_tracks_explain_as_much_so(wrong, sure):
+    """Tracks of sure names never mix any: that they are whole shows nothing where they leave returns out."""
+
+    def run(design):
+        share = 1.0 - wrong if design.sure else 1.0
+        return Trial(-1000.0, 1000, 10, 0, 1000 * share, 10.0, mixed=0 if design.sure else round(2000 * wrong))
+
+    assert proved(Design(0.1, 5.0, sure=True), run, 1.0).design.sure == sure
+
+
+def test_a_name_without_a_track_is_worse_than_a_track_more():
+    some = {
+        Design(0.1, 5.0): Trial(-900.0, 1000, 8, 0, 990.0, 8.0, lost=2),
+        Design(0.2, 5.0): Trial(-1000.0, 1000, 10, 0, 990.0, 10.0),
+    }
+    assert kept(some, Design(0.1, 5.0), clean=True) == Design(0.2, 5.0)
+
+
+@pytest.mark.costly
+def test_every_recorded_ship_that_is_named_has_one_track(tmp_path):
+    """A third was without a track: new ships were taken for wrong names of old ones."""
+    with recording("solent_ais", "SolentAIS_20160112_130211.csv").open() as file:
+        head, *rows = (next(file) for _ in range(801))
+    (tmp_path / "d.csv").write_text("".join([head, *rows]))
+    tracks = vedette.load(tomllib.loads(drafted(tmp_path / "d.csv").text)).run().tracks
+    bear = [set(track.identity[track.identity >= 0].tolist()) for track in tracks]
+    names = Counter(int(row.split(",")[1]) for row in rows)
+    often = {name for name, count in names.items() if count >= 5}
+    assert all(len(one) == 1 for one in bear)
+    assert Counter(name for one in bear for name in one & often) == dict.fromkeys(often, 1)
