@@ -215,7 +215,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    if lost := lost or _held(best):
+    if lost := lost or best.table.unknown or _held(best):
         return Draft(text(proof.design, (lost, *proof.said)), lost)
     return Draft(text(proof.design, proof.said), proof.failure)
 

@@ -63,7 +63,8 @@ class Table:
     """How a table is read: its columns by the config's tables, what was assumed, and what is left out.
 
     others: what sensors measure that do not measure the same as the first, axis to column; reports: the sensors whose
-    returns are what objects report of themselves; stands: where sensors stand that are not at x = y = 0.
+    returns are what objects report of themselves; stands: where sensors stand that are not at x = y = 0; unknown: what to
+    type as a unit of a length or a speed is not known, or "".
     """
 
     path: str
@@ -78,6 +79,7 @@ class Table:
     units: Mapping[str, str]
     frame: str
     assumed: tuple[str, ...] = ()
+    unknown: str = ""
     left_out: tuple[str, ...] = ()
     sort: bool = False
     periods: Mapping[str, float] = field(factory=dict)
@@ -224,6 +226,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     assumed += [told] if told else []
     for axis, name in every.items():
         _unit(axis, axis, measured[name], columns, units, assumed)
+    lost_units = [_unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
     aside = _aside(path, wishes.platform)
     platform = _platform(aside[1]) if aside else _platform(own) if axes == POLAR else {}
     if aside and not platform:
@@ -264,6 +267,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         units=units,
         frame=NORTH_EAST if compass else FRAMES[0],
         assumed=(*wishes.assumed, *assumed),
+        unknown=next(filter(None, lost_units), ""),
         dates=dates,
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
@@ -421,6 +425,14 @@ def _unit(
         assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
     if unit and unit != usual:
         units[place] = unit
+
+
+def _unknown_unit(axis: str, given: Meaning) -> str:
+    """Say that a title states a unit of a length or a speed that is not known, and what to type; or return ""."""
+    if not given.unknown or given.unit:
+        return ""
+    unit = "kn" if axis in SPEEDS else "NM"
+    return f"{given.title!r} may be in a unit that is not known, {given.unknown!r}; say which: --units {axis}={unit}"
 
 
 def _unknown(given: Meaning) -> str:

@@ -14,7 +14,9 @@ import vedette
 from vedette.config.schema import schema
 from vedette.errors import InputError
 from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.config import drafted as whole_draft
 from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.wishes import Wishes
 
 RNG = np.random.default_rng(3)
 LOOKS = [(2.0 * k, 3000.0 + 8.0 * k + RNG.normal(0, 5), 1000.0 - 3.0 * k + RNG.normal(0, 5)) for k in range(40)]
@@ -164,6 +166,13 @@ def test_the_wrong_delimiter_is_suspected(tmp_path):
 
 def test_a_unit_that_nobody_knows_is_said():
     assert "for 'cubits' is no unit that is known" in drafted(table("time,x [cubits],y [cubits]", plain))
+
+
+@pytest.mark.parametrize(("stated", "axis"), [({}, "x"), ({"x": "m"}, "y"), ({"x": "NM", "y": "NM"}, "")])
+def test_a_draft_with_a_unit_that_nobody_knows_does_not_fit(stated, axis, tmp_path):
+    (tmp_path / "d.csv").write_text(table("time,x [cubits],y [cubits]", plain))
+    failure = whole_draft(tmp_path / "d.csv", wishes=Wishes(units=stated)).failure
+    assert (f"--units {axis}=NM" in failure) if axis else not failure
 
 
 def test_plain_seconds_are_no_clock_times():
