@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from vedette_tools.drafting.config import Reading, _opened, drafted
+from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.reading import Reading, opened
 from vedette_tools.drafting.reports import in_turn
 from vedette_tools.drafting.table import read_table
 
@@ -42,7 +43,7 @@ def test_chains_of_false_returns_are_not_taken_for_targets(tmp_path):
     """Twenty chains that chance made, of seven returns each, were drafted as errors of 10 m for 1."""
     path = file_of(tmp_path / "d.csv", scene(2, 60))
     table = read_table(path)
-    found = Reading.of(table, _opened(table))
+    found = Reading.of(table, opened(table))
     assert len(found.seen["sensor"].chains) <= 3
     assert found.noise["sensor"].sensor[0] == pytest.approx(1.0, rel=0.35)
 

@@ -9,7 +9,9 @@ import pytest
 import vedette
 from vedette.errors import InputError
 from vedette_tools.drafting.chains import Chain
-from vedette_tools.drafting.config import TRACKER, _read, _stood, drafted
+from vedette_tools.drafting.choosing import stood
+from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.reading import TRACKER, read
 from vedette_tools.drafting.several import stand
 from vedette_tools.drafting.table import read_table
 
@@ -120,7 +122,7 @@ def test_x_is_east_or_north_as_it_meets_the_radar(tmp_path):
     path = written("x and y beside compass bearings", tmp_path / "d.csv")
     table = read_table(path)
     assert table.others["ais"] == {"x": "x", "y": "y"}
-    best, hindered = _stood(_read(table))
+    best, hindered = stood(read(table))
     assert not hindered
     assert best.table.others["ais"] == {"x": "y", "y": "x"}
 

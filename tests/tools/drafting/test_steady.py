@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from vedette_tools.drafting.chains import Chain, unbroken
-from vedette_tools.drafting.config import Seen, _noise, draft_config
+from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.reading import Seen, _noise
 
 FLAT = SimpleNamespace(polar=False)
 
