@@ -1,4 +1,4 @@
-"""Which of the ways to read a table its returns bear out: the platform, scans left out, places of sensors, heights, rates."""
+"""Which of the ways to read a table returns bear out: the platform, scans left out, places of sensors, heights, rates."""
 
 from __future__ import annotations
 
