@@ -43,9 +43,17 @@ def _twin(kind: str, parameters: Array) -> Twin | None:
     return Twin(_BEST[kind], parameters) if _BEST else None
 
 
-def biased(own: Twin | None, *axes: Any) -> Twin | None:
-    """Return the twin of a sensor with biases around its `own` twin; axes: as the function of that name takes them."""
-    return None if own is None or _module is None else Twin(_module.biased(own.function, *axes), own.parameters)
+def biased(own: Twin | None, carried: Array, *axes: Any) -> Twin | None:
+    """Return the twin of a sensor with biases around its `own` twin, whose platform moves at `carried` (*b, n).
+
+    axes: as the function of that name takes them, before the number of the own twin's parameters.
+    """
+    if own is None or _module is None:
+        return None
+    batch = np.broadcast_shapes(own.parameters.shape[:-1], carried.shape[:-1])
+    parameters = [np.broadcast_to(each, (*batch, each.shape[-1])) for each in (own.parameters, carried)]
+    function = _module.biased(own.function, *axes, own.parameters.shape[-1])
+    return Twin(function, np.concatenate(parameters, axis=-1))
 
 
 def fastest(reference: F) -> F:

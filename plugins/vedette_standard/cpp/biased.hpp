@@ -14,12 +14,13 @@ namespace vedette {
 using SensorTwin = void (*)(int, const double*, const double*, double*, double*, double*, double*, void*);
 constexpr const char* kSensor = "void (int, double *, double *, double *, double *, double *, double *, void *)";
 
-// z = h(x + o - l v) + a: which state axis is each measured axis' a, and each own axis' o and v; -1 where there is none.
+// z = h(x + o - l (v - u)) + a: which state axis is each measured axis' a, and each own axis' o and v; -1 where there is none.
+// The platform's velocity u (n,) stands behind the own twin's parameters, of which there are `before`.
 struct Biased {
     SensorTwin own;
     void* data;
     PyObject* keep;
-    int states, lag;
+    int states, lag, before;
     std::vector<int> added, offset, speed;
     std::vector<double> period;  // of measured axes, 0 if they do not wrap
 
@@ -30,11 +31,12 @@ struct Biased {
         const int room = (n + m * n) * count;
         if (room > kFew) many.resize(static_cast<std::size_t>(room));
         double *seen = room > kFew ? many.data() : few, *inner = seen + n * count;
+        const double* carried = parameters + before * count;
         for (int a = 0; a < n; ++a)
             for (int i = 0; i < count; ++i) {
                 double at = x[a * count + i];
                 if (offset[a] >= 0) at += x[offset[a] * count + i];
-                if (speed[a] >= 0) at -= x[lag * count + i] * x[speed[a] * count + i];
+                if (speed[a] >= 0) at -= x[lag * count + i] * (x[speed[a] * count + i] - carried[a * count + i]);
                 seen[a * count + i] = at;
             }
         own(count, seen, parameters, z, inner, noise, detects, data);
@@ -48,7 +50,7 @@ struct Biased {
                     if (offset[a] >= 0) row[offset[a] * count] += by;
                     if (speed[a] < 0) continue;
                     row[speed[a] * count] -= x[lag * count + i] * by;
-                    row[lag * count] -= by * x[speed[a] * count + i];
+                    row[lag * count] -= by * (x[speed[a] * count + i] - carried[a * count + i]);
                 }
             for (int i = 0; i < count && added[j] >= 0; ++i) {
                 z[j * count + i] = wrapped(z[j * count + i] + x[added[j] * count + i], period[j]);
@@ -85,9 +87,9 @@ bool read_each(PyObject* given, std::vector<T>& to, const F& as) {
     return PyErr_Occurred() == nullptr;
 }
 
-// biased(function of the sensor's own twin, states, lag, added, offset, speed, period): the function around it.
+// biased(function of the sensor's own twin, states, lag, added, offset, speed, period, parameters of the own twin): the function around it.
 inline PyObject* biased(PyObject*, PyObject* const* args, Py_ssize_t count) {
-    if (count != 7) return PyErr_Format(PyExc_TypeError, "biased takes 7 arguments, got %zd", count);
+    if (count != 8) return PyErr_Format(PyExc_TypeError, "biased takes 8 arguments, got %zd", count);
     PyObject* inner = PyTuple_Check(args[0]) && PyTuple_GET_SIZE(args[0]) > 0 ? PyTuple_GET_ITEM(args[0], 0) : args[0];
     void* pointer = PyCapsule_GetPointer(inner, kSensor);
     if (pointer == nullptr) return nullptr;
@@ -96,6 +98,7 @@ inline PyObject* biased(PyObject*, PyObject* const* args, Py_ssize_t count) {
     data->data = PyCapsule_GetContext(inner);
     data->keep = Py_NewRef(args[0]);
     data->states = static_cast<int>(PyLong_AsLong(args[1])), data->lag = static_cast<int>(PyLong_AsLong(args[2]));
+    data->before = static_cast<int>(PyLong_AsLong(args[7]));
     PyObject* capsule = nullptr;
     if (read_each(args[3], data->added, PyLong_AsLong) && read_each(args[4], data->offset, PyLong_AsLong) &&
         read_each(args[5], data->speed, PyLong_AsLong) && read_each(args[6], data->period, PyFloat_AsDouble)) {

@@ -63,14 +63,13 @@ class Biased(WrappedSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin, if the sensor has one, and does not both move and report late."""
-        if self.lag and np.any(self._carried(len(self._moving()[0]))):
-            return None
+        """Its compiled twin, if the sensor has one."""
         observed, measured = self.of.observes.names, self.measurement
         index = {name: i for i, name in enumerate(self.observes.names)}
         moved = dict(zip(*self._moving(), strict=True))
         return compiled.biased(
             filters.own_twin(self.of),
+            self._carried(),
             len(self.observes),
             index[self.lag] if self.lag else -1,
             tuple(index[self.add[name]] if name in self.add else -1 for name in measured.names),
@@ -96,7 +95,7 @@ class Biased(WrappedSensor):
             seen[..., index[axis]] += x[..., index[name]]
         if self.lag:
             places, speeds = self._moving()
-            seen[..., places] -= x[..., index[self.lag], None] * (x[..., speeds] - self._carried(len(places)))
+            seen[..., places] -= x[..., index[self.lag], None] * self._relative(x[..., speeds], places)
         return seen
 
     @property
@@ -104,12 +103,24 @@ class Biased(WrappedSensor):
         """Whether returns are relative to the platform, and not places in the tracker's own frame."""
         return not {"x", "y"} <= set(self.measurement.names)
 
-    def _carried(self, count: int) -> Array:
-        """Return the velocity of the platform, which was elsewhere, too, when a return was late; 0 if none is stated."""
-        pose = getattr(self.of, "_pose", None)
-        if pose is None or pose.velocity is None or not self.relative:
-            return np.zeros(count)
-        return np.asarray(pose.velocity)[..., None, :count] if np.ndim(pose.velocity) > 1 else pose.velocity[:count]
+    def _carried(self) -> Array:
+        """Return the velocity of the platform along the sensor's own axes (*b, n), 0 if none is stated.
+
+        It was elsewhere, too, when a return was late.
+        """
+        pose, places = getattr(self.of, "_pose", None), self._moving()[0]
+        if not places or pose is None or pose.velocity is None or not self.relative:
+            return np.zeros(len(self.of.observes))
+        carried = np.zeros((*np.shape(pose.velocity)[:-1], len(self.of.observes)))
+        carried[..., places] = np.asarray(pose.velocity)[..., : len(places)]
+        return carried
+
+    def _relative(self, v: Array, places: list[int]) -> Array:
+        """Return velocities (*b, .., p) relative to the platform."""
+        carried = self._carried()[..., places]
+        return v - (
+            carried if carried.ndim == 1 else carried.reshape(*carried.shape[:-1], *(1,) * (v.ndim - carried.ndim), -1)
+        )
 
     def measure(self, x: Array) -> Array:
         """Return the expected measurement: (*b, n) -> (*b, m)."""
@@ -134,7 +145,7 @@ class Biased(WrappedSensor):
             late = x[..., index[self.lag], None, None]
             H[..., speeds] -= late * inner[..., places]
             H[..., index[self.lag]] = -np.sum(
-                inner[..., places] * (x[..., speeds] - self._carried(len(places)))[..., None, :], axis=-1
+                inner[..., places] * self._relative(x[..., speeds], places)[..., None, :], axis=-1
             )
         return H
 

@@ -38,7 +38,6 @@ TOLD = {
     "no header": (PLAIN.split("\n", 1)[1], r"d\.csv:1: .*header"),
     "no time": (table("a,x,y"), r"d\.csv: .*--time"),
     "no position": (table("time,x,b"), r"d\.csv: .*--columns"),
-    "blanks between": (PLAIN.replace(",", " "), r"d\.csv:1: .*'time x y'"),
     "empty": ("", r"d\.csv: is empty"),
     "a header alone": ("time,x,y\n", r"d\.csv: has a header and no rows"),
     "two of a title": (table("time,x,x,y", lambda k, t, x, y: f"{t},{x},{x},{y}"), r"d\.csv.* 'x'.*rename"),
