@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import subprocess
 import sys
 from pathlib import Path
 
@@ -143,3 +144,10 @@ def test_a_module_of_the_folder_is_found(
     monkeypatch.setattr(sys, "path", [entry for entry in sys.path if entry])
     assert main(["check", "vedette_test_here:TimeDifference", "--law", "pure"]) == 0
     assert "pure" in capsys.readouterr().out
+
+
+def test_without_hypothesis_its_cure_is_told() -> None:
+    code = "import sys; sys.modules['hypothesis'] = None; from vedette.cli import main; sys.exit(main(['check', 'nearest']))"
+    ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert ended.returncode == 2
+    assert "vedette.testing needs hypothesis: pip install 'vedette[testing]'" in ended.stderr

@@ -35,7 +35,7 @@ _CURE = "check it as it is configured, `vedette check KIND --config FILE`, or wr
 def run(arguments: Namespace) -> int:
     """Print a table of laws for each component: held, failed with the smallest counterexample, skipped and why."""
     try:
-        from vedette.testing.law import Profile
+        from vedette.testing import Profile
 
         profile = Profile.named(arguments.profile, arguments.seed)
         if arguments.seconds is not None:
@@ -55,7 +55,7 @@ def run(arguments: Namespace) -> int:
             classes = classes_of(arguments.subject, Registry.installed())
             tables = [check(cls, profile, None, only) for cls in classes]
     except ModuleNotFoundError as missing:
-        return complain(f"the laws need {missing.name}: pip install 'vedette[testing]'")
+        return complain(str(missing))
     if arguments.json:
         print(json.dumps({"components": tables}))
     if any(component["failed"] for component in tables):
@@ -138,9 +138,8 @@ def check(
 
     `only` holds the laws that are tried, if not all, and what repeats an example of each, or "".
     """
-    from vedette.testing.comparisons import Misuse
-    from vedette.testing.kit import examine, laws_of, own_laws
-    from vedette.testing.law import Profile
+    from vedette.testing import Misuse, Profile, examine, laws_of
+    from vedette.testing.kit import own_laws
     from vedette.testing.strategies import components, fixed
 
     assert isinstance(profile, Profile)
