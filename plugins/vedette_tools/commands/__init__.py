@@ -14,6 +14,18 @@ from vedette_report.canvas import add_pictures
 METHODS = ["nelder-mead", "powell", "l-bfgs-b"]
 
 
+def _add_columns(parser: ArgumentParser) -> None:
+    """Add what states the columns of a table, so that they need not be guessed."""
+    parser.add_argument("--time", metavar="COLUMN", help="the column of the time; default: by its title")
+    parser.add_argument("--rate", metavar="HZ", help="how many counts of the time's column, as frames, a second has")
+    about = "columns by what they hold, as x=cx,y=cy,z=cz or latitude=phi,longitude=lambda"
+    parser.add_argument("--columns", metavar="AXIS=COLUMN,...", help=about)
+    about = "units of columns, as x=km,y=km, bearing=deg or x=px,y=px"
+    parser.add_argument("--units", metavar="AXIS=UNIT,...", help=about)
+    about = "how dates are written, as '%%d.%%m.%%Y %%H:%%M:%%S'; default: as most of them are"
+    parser.add_argument("--dates", metavar="PATTERN", help=about)
+
+
 @final
 @frozen
 class New(Command):
@@ -36,15 +48,7 @@ class New(Command):
         about = "draw the boxes of targets in the first frame of a video, on a page of this machine"
         config.add_argument("--pick", action="store_true", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
-        config.add_argument("--time", metavar="COLUMN", help="the column of the time; default: by its title")
-        about = "how many counts of the time's column, as frames, a second has"
-        config.add_argument("--rate", metavar="HZ", help=about)
-        about = "columns by what they hold, as x=cx,y=cy,z=cz or latitude=phi,longitude=lambda"
-        config.add_argument("--columns", metavar="AXIS=COLUMN,...", help=about)
-        config.add_argument(
-            "--units", metavar="AXIS=UNIT,...", help="units of columns, as x=km,y=km, bearing=deg or x=px,y=px"
-        )
-        config.add_argument("--dates", metavar="PATTERN", help="how dates are written, as '%%d/%%m/%%Y %%H:%%M:%%S'")
+        _add_columns(config)
         config.add_argument(
             "--scan", metavar="COLUMN", help="the column that numbers scans; `time`: rows of one time are one"
         )
@@ -131,8 +135,7 @@ class Smooth(Command):
         parser.add_argument("--every", metavar="TIME", help=about)
         about = "longest time without a report in one piece of a path; default: 20 times the object's usual one"
         parser.add_argument("--gap", metavar="TIME", help=about)
-        about = "how dates are written, as '%%d.%%m.%%Y %%H:%%M:%%S'; default: as most of them are"
-        parser.add_argument("--dates", metavar="PATTERN", default="", help=about)
+        _add_columns(parser)
         about = "the file to write, or of Parquet a folder; default: the data's name with -smoothed, in this folder"
         parser.add_argument("--out", metavar="FILE", help=about)
         parser.add_argument("--workers", metavar="N", help="number of processes; it changes no result; default: all cores")

@@ -12,10 +12,10 @@ from attrs import asdict
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette_files.columnar import SUFFIX
-from vedette_files.csv_times import check_pattern
 from vedette_files.writing import Inputs
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client
+from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.files import processes, smooth_files, tables
 from vedette_tools.smoothing.table import seconds
 
@@ -37,13 +37,13 @@ def run(arguments: Namespace) -> int:
         raise ConfigError([Problem("--out", f"{str(out)!r} exists already: delete it, or name another file")])
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     workers = options.whole("--workers", arguments.workers, cores, 1)
-    if arguments.dates:
-        check_pattern(arguments.dates)
+    stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)
+    wishes = Wishes.of(*stated, None, None)
     every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
     on = dask_client(arguments.scheduler) if arguments.scheduler else processes(workers)
     with on as executor, on_terminal() as progress:
-        told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, arguments.dates)
-    parts = f"{told.objects:,} objects in {told.pieces:,} pieces"
+        told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
+    parts = f"{told.objects:,} object{'s' * (told.objects != 1)} in {told.pieces:,} piece{'s' * (told.pieces != 1)}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""
     left_out = told.left_out - told.elsewhere
     lost = f"; {left_out:,} rows left out: {why or 'no time, no name or other columns'}" if left_out else ""

@@ -321,6 +321,11 @@ def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, M
     return measured["time"], measured | own, {title: [row[i] for row in rows] for i, title in enumerate(titles)}
 
 
+def dialect_of(path: TablePath) -> Dialect:
+    """Return how a table is written; InputError if its first line is no header."""
+    return _first_rows(path)[2]
+
+
 def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if not isinstance(path, Path) or is_columnar(path):
         titles, _ = header_and_rows(path, ())

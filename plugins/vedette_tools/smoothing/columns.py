@@ -17,8 +17,9 @@ from vedette_files.columnar import TablePath
 from vedette_files.csv_table import Dialect, listed, rows
 from vedette_files.libraries import needed
 from vedette_tools.drafting.several import FLAT, GEODETIC
-from vedette_tools.drafting.table import AID, read_table
+from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning
+from vedette_tools.drafting.wishes import Wishes
 
 PACES = {"speed": ("groundspeed", "ground_speed", "gs"), "course": ("track", "true_track", "track_angle")}
 """Further titles of speeds and courses over ground, the words before a unit; of detections they may mean something else."""
@@ -75,9 +76,12 @@ class Columns:
         return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in columns)]))
 
     @classmethod
-    def of(cls, path: TablePath, by: str | None, titles: Sequence[str], dates: str = "") -> Columns:
-        """Return the columns of a table with these titles; InputError if it lacks a time, a position, or the column `by`."""
-        table = read_table(path, AID)
+    def of(cls, path: TablePath, by: str | None, titles: Sequence[str], wishes: Wishes = NO_WISHES) -> Columns:
+        """Return the columns of a table with these titles; InputError if it lacks a time, a position, or the column `by`.
+
+        wishes: which columns and units are stated.
+        """
+        table = read_table(path, AID, wishes)
         of_sensors = (table.measured, *table.others.values())
         measured = next((each for each in of_sensors if "range" not in each), None)
         if measured is None:
@@ -93,7 +97,7 @@ class Columns:
             for axis in (first, second)
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
-        decimal, dates = table.dialect.decimal, dates or table.dates
+        decimal, dates = table.dialect.decimal, table.dates
         columns = cls(name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere)
         if made := next((title for title in columns.read if title not in titles), ""):
             raise InputError(

@@ -17,6 +17,7 @@ from vedette_tools.smoothing.columns import Columns, dated
 from vedette_tools.smoothing.noises import Model
 from vedette_tools.smoothing.paths import Paths
 from vedette_tools.smoothing.plane import Plane
+from vedette_tools.smoothing.several_objects import check_apart
 from vedette_tools.smoothing.smoother import Smooth, sampled, smoothed
 
 DEVIATIONS = ("position_deviation_m", "speed_deviation_mps", "course_deviation_deg")
@@ -100,7 +101,7 @@ def smooth_positions(
     Raises
     ------
     InputError
-        If no column looks like a time or a position, or if there is no column `by`.
+        If no column looks like a time or a position, if there is no column `by`, or if rows of one object are of several.
     """
     frame = frame_of(data)
     named = frame if all(name is None for name in frame.index.names) else frame.reset_index()
@@ -108,6 +109,7 @@ def smooth_positions(
     columns = Columns.of(FrameTable(named), by, list(named.columns))
     longest = seconds("gap", gap)
     columns, model, reports = learned(named, columns, longest)
+    check_apart(reports.paths, reports.objects, columns.name, columns.rounding(named), "the data", "by=COLUMN")
     result, rows = smoothed_frame(named, columns, reports, model, seconds("every", every))
     if every is None:
         result = result.iloc[np.argsort(rows, kind="stable")]

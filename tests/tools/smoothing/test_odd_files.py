@@ -3,6 +3,8 @@
 import json
 import re
 
+import numpy as np
+import pandas as pd
 import pytest
 
 import vedette
@@ -139,3 +141,19 @@ def test_a_run_of_it_is_told_what_to_write_instead(text, told, folder):
     experiment = vedette.load(CONFIG | {"source": {"kind": "csv", "path": "d.csv", "detections": detections}})
     with pytest.raises(vedette.VedetteError, match=told):
         experiment.run()
+
+
+def test_columns_and_counts_that_are_stated_are_smoothed_by(folder, capsys):
+    """What a refusal says to type can be typed."""
+    (folder / "d.csv").write_text(table("count,east_of,up", lambda k, _, x, y: f"{5 * k},{x},{y}"))
+    assert main(["smooth", "d.csv", "--workers", "1"]) != DONE
+    assert "--time" in capsys.readouterr().err
+    assert main(["smooth", "d.csv", "--workers", "1", "--time", "count", "--rate", "2.5"]) != DONE
+    assert "--columns" in capsys.readouterr().err
+    stated = ["--time", "count", "--rate", "2.5", "--columns", "x=east_of,y=up", "--units", "x=km,y=km"]
+    assert main(["smooth", "d.csv", "--workers", "1", *stated, "--out", "s.csv"]) == DONE
+    (folder / "p.csv").write_text(table(row=lambda _, t, x, y: f"{t},{1000 * x},{1000 * y}"))
+    assert main(["smooth", "p.csv", "--workers", "1", "--out", "t.csv"]) == DONE
+    columns = ("east_of", "up", "speed_mps"), ("x", "y", "speed_mps")
+    found, plain = (pd.read_csv(name)[list(titles)] for name, titles in zip(("s.csv", "t.csv"), columns, strict=True))
+    np.testing.assert_allclose(found * [1000.0, 1000.0, 1.0], plain, rtol=1e-4)

@@ -222,3 +222,46 @@ def test_a_plain_id_names_objects_unless_it_counts_rows(repeats):
     pd.testing.assert_frame_equal(vedette.smooth_positions(frame), by)
     counted, plain = vedette.smooth_positions(single), vedette.smooth_positions(single.drop(columns="id"))
     pd.testing.assert_frame_equal(counted[["x", "y"]], plain[["x", "y"]])
+
+
+def drawn_objects(rng, count, spread, step, noise, *, in_turn):
+    """The reports of some objects on their own courses, all at each of 300 times, or one at a time in any order."""
+    paces = rng.normal(0.0, step, (count, 2))
+    spots = rng.uniform(-spread, spread, (count, 2)) + np.arange(300.0)[:, None, None] * paces
+    times = np.arange(300.0)[:, None] + (rng.random((300, count)) if in_turn else np.zeros((300, count)))
+    spots += rng.normal(0.0, noise, spots.shape)
+    who = np.tile(np.arange(count), (300, 1))
+    frame = pd.DataFrame({"time": times.ravel(), "who": who.ravel(), "x": spots[..., 0].ravel(), "y": spots[..., 1].ravel()})
+    return frame.sample(frac=1, random_state=0).sort_values("time", kind="stable").reset_index(drop=True)
+
+
+@pytest.mark.parametrize("in_turn", [False, True], ids=["scans", "in turn"])
+@pytest.mark.parametrize("count", [2, 5, 70])
+def test_several_objects_that_no_column_names_are_no_path_of_one(count, in_turn):
+    """One path through all of them would be wild, and said to be sure."""
+    frame = drawn_objects(np.random.default_rng(count), count, 1000.0, 1.0, 1.0, in_turn=in_turn)
+    for given, by in ((frame, None), (frame.assign(kind="ship"), "kind")):
+        with pytest.raises(vedette.InputError, match="COLUMN"):
+            vedette.smooth_positions(given, by=by)
+    assert len(vedette.smooth_positions(frame, by="who")) == len(frame)
+
+
+@pytest.mark.parametrize("what", ["stands", "digits", "two receivers", "gross", "wanders", "turns", "waits"])
+def test_the_reports_of_one_object_are_one_path(what):
+    rng, times = np.random.default_rng(5), np.arange(600.0)
+    spots = np.cumsum(np.cumsum(rng.normal(0.0, 0.3, (600, 2)), axis=0), axis=0)
+    if what == "turns":
+        spots = 300.0 * np.stack([np.cos(times / 1.55), np.sin(times / 1.55)], axis=-1)
+    if what == "waits":
+        spots = 10.0 * np.cumsum(rng.random((600, 2)) < 0.2, axis=0)
+    if what in ("stands", "digits"):
+        spots = np.zeros((600, 2))
+    if what == "two receivers":
+        times, spots = np.repeat(times[:300], 2), np.repeat(spots[:300], 2, axis=0)
+    noise = rng.normal(0.0, 3.0, (600, 2))
+    if what == "wanders":
+        noise = np.cumsum(0.2 * noise, axis=0)
+    if what == "gross":
+        noise[::5] += rng.normal(0.0, 3000.0, (120, 2))
+    spots = np.round(spots + 0.1 * noise) if what == "digits" else spots + noise
+    assert len(vedette.smooth_positions({"time": times, "x": spots[:, 0], "y": spots[:, 1]})) == 600
