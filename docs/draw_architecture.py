@@ -32,7 +32,6 @@ PLACES: dict[str, tuple[float, float, str]] = {
     "tracking": (1.7, 5.0, "the loop: scan by scan"),
     "filters": (0.55, 4.0, "an estimator author's toolbox"),
     "sampling": (3.0, 4.0, "draws from models"),
-    "reproduction": (5.85, 3.0, "published studies run anew"),
     "hypotheses": (2.4, 3.0, "associators of many scans"),
     "supporting": (0.7, 3.0, "births, lifecycles, commands, ..."),
     "wrapping": (4.1, 3.0, "a part around another"),

@@ -22,7 +22,6 @@ from vedette.hypotheses import Merging as Merging
 from vedette.kernels.twins import Twin as Twin
 from vedette.metrics import Judge as Judge
 from vedette.progress import Progress as Progress
-from vedette.reproduction import Reproduction as Reproduction
 from vedette.roles import Associator as Associator
 from vedette.roles import Component as Component
 from vedette.roles import Estimator as Estimator
@@ -42,6 +41,7 @@ from vedette.supporting import ImagingSensor as ImagingSensor
 from vedette.supporting import Lifecycle as Lifecycle
 from vedette.supporting import Picture as Picture
 from vedette.supporting import Preprocessor as Preprocessor
+from vedette.supporting import Reproduction as Reproduction
 from vedette.supporting import Source as Source
 from vedette.tracking.gate import Gate as Gate
 from vedette.tracking.smoothing import smooth as smooth

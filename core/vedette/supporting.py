@@ -1,4 +1,4 @@
-"""The supporting roles: cameras, births, lifecycles, preprocessors and sources; commands and pictures.
+"""The supporting roles: cameras, births, lifecycles, preprocessors and sources; commands, pictures and reproductions.
 
 Shapes and rules are those of `vedette.roles`.
 """
@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from vedette.progress import Progress
 from vedette.roles import Component, Estimator, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Newborn, Recording, Review, Scan
@@ -221,3 +222,34 @@ class Picture(Component):
     @abstractmethod
     def draw(self, subject: Any) -> Any:
         """Return a figure of matplotlib, or None if this subject has no such picture."""
+
+
+class Reproduction(Component):
+    """A published study, reproduced: its scenario, its filters as configs, its figures, and verdicts on its claims.
+
+    What it finds is plain data, `vedette_report.findings`. Laws: the same runs and seed give the same, to the last bit.
+    """
+
+    title: ClassVar[str]
+    """The paper."""
+    default_runs: ClassVar[int]
+    """Default number of Monte Carlo runs."""
+    full_runs: ClassVar[int]
+    """Number of runs of `--full`, which may take as long as it needs."""
+    elements: ClassVar[tuple[Any, ...]] = ()
+    """All that the paper has, each an `Element`: its equations, tables, figures and statements."""
+    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    """What the paper leaves open, and the values, as said, over whose grid the claims can be judged; none: no grid."""
+    grid_runs: ClassVar[int] = 0
+    """Default number of runs at each point of the grid."""
+
+    @abstractmethod
+    def run(self, runs: int, seed: int, progress: Progress, keep: Any = ...) -> Any:
+        """Run the whole study and return its `Findings`.
+
+        `progress` wraps its loops, `keep` (a `Keep`) its long parts, so that an interrupted one can go on.
+        """
+
+    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> Any:
+        """Return the claims with their verdicts at a point of the grid, name to value; always the same claims in order."""
+        raise NotImplementedError(f"the study {self.kind!r} has no grid: its `unsaid` is empty")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vedette.reproduction import Element
+from vedette_report.findings import Element
 
 _COUNTS, _DETECTION = "tests/bayes_risk/test_counting.py", "tests/bayes_risk/test_detection.py"
 

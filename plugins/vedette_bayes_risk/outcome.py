@@ -9,10 +9,10 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Experiment, Mask
-from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
 from vedette_bayes_risk.by_count import BayesRiskByCount
 from vedette_bayes_risk.decision import BayesRiskDecision
 from vedette_bayes_risk.fusion import DistributedDetection
+from vedette_report.findings import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
 from vedette_study.panels import comparison, mode_panel, over_runs
 
 WINDOWS = {"6-20 s": slice(4, 19), "21-30 s": slice(19, 29), "51-90 s": slice(49, 89)}

@@ -11,13 +11,13 @@ from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
-from vedette.reproduction import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import BEYOND, CONTESTED, FILTERS, SENSORS, UNGATED, Choice
 from vedette_bayes_risk.elements import ELEMENTS
 from vedette_bayes_risk.outcome import LOST, Contest, Record
+from vedette_report.findings import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 from vedette_study.starts import over_axes, two_point

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 
 from vedette import Array, Experiment
-from vedette.reproduction import Cell, Claim, Condition, judged, mean_cell, ratio_cell, remark, rms_cell, share_cell
 from vedette_bayes_risk.configs import CLUTTER, THRESHOLD, scene
 from vedette_bayes_risk.fusion import DistributedDetection
 from vedette_bayes_risk.outcome import PUBLISHED, WINDOWS, Contest, Record
+from vedette_report.findings import Cell, Claim, Condition, judged, mean_cell, ratio_cell, remark, rms_cell, share_cell
 
 Figures = Mapping[tuple[str, ...], Cell]
 MANOEUVRES = tuple(WINDOWS)[1:]

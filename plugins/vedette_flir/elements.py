@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vedette.reproduction import Element
+from vedette_report.findings import Element
 
 _SPOTS, _MODELS = "tests/flir/test_spots.py", "tests/flir/test_models.py"
 

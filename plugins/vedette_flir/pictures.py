@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import Array
-from vedette.reproduction import Chart, Claim, Curve, Panel
 from vedette_flir.matched_truth import FRAMES, RATE, SETTLED, Record, bound
 from vedette_flir.verdicts import Found, Varied
+from vedette_report.findings import Chart, Claim, Curve, Panel
 from vedette_study.panels import over_runs
 
 CHANNELS = ("X-channel dynamics", "Y-channel dynamics", "X-channel atmospheric", "Y-channel atmospheric")

@@ -10,12 +10,12 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Progress, Reproduction
-from vedette.reproduction import Cell, Claim, Element, Findings, Keep, Table, afresh, mean_cell, rms_cell, share_cell
 from vedette_flir import verdicts
 from vedette_flir.elements import ELEMENTS
 from vedette_flir.matched_truth import Record, Truth, bound, information, record
 from vedette_flir.pictures import charts
 from vedette_flir.robustness import variations
+from vedette_report.findings import Cell, Claim, Element, Findings, Keep, Table, afresh, mean_cell, rms_cell, share_cell
 
 CASES = tuple(
     (jitter, spread, snr)

@@ -8,7 +8,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from vedette import Array
-from vedette.reproduction import (
+from vedette_flir.matched_truth import TRUTH, Record, Truth, bound
+from vedette_report.findings import (
     Cell,
     Claim,
     Condition,
@@ -22,7 +23,6 @@ from vedette.reproduction import (
     rms_cell,
     share_cell,
 )
-from vedette_flir.matched_truth import TRUTH, Record, Truth, bound
 
 Found = Mapping[tuple[float, float, float], Mapping[str, Record]]
 Varied = Mapping[str, Mapping[str, Record]]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vedette.reproduction import Element
+from vedette_report.findings import Element
 
 _STUDY, _VERDICTS = "tests/marine/test_reproduction.py", "tests/marine/test_verdicts.py"
 

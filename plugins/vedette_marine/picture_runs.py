@@ -8,11 +8,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Progress, Reproduction
-from vedette.reproduction import Findings, Keep, afresh
 from vedette_marine import configs, outcome, verdicts
 from vedette_marine.outcome import FILTERS, Record
 from vedette_marine.points import Points, near, see
 from vedette_marine.reproduction import SCENES, SIGMA, record, tuned
+from vedette_report.findings import Findings, Keep, afresh
 
 DETECTORS = {"MANV-like": configs.BOATS_IN_PICTURES, "DARC-like": configs.SHIP_IN_PICTURES}
 

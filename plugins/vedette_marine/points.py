@@ -10,11 +10,11 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Gaussian, Mask, Progress, Scan, Space, load
-from vedette.reproduction import Keep, afresh
 from vedette.tracking import preprocessed
 from vedette_marine import configs
 from vedette_marine.ais.reports import Reports
 from vedette_marine.ais.tracks import STATE, motion
+from vedette_report.findings import Keep, afresh
 from vedette_study.starts import over_axes
 
 MARGIN = 400.0

@@ -11,11 +11,11 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Mask, Progress, Reproduction, build
-from vedette.reproduction import Claim, Element, Findings, Keep, afresh
 from vedette_marine import configs, outcome, scenes, verdicts
 from vedette_marine.elements import ELEMENTS
 from vedette_marine.outcome import COAST, FILTERS, Record
 from vedette_marine.points import Points, by_frame_number, draw, first_late, near, prior
+from vedette_report.findings import Claim, Element, Findings, Keep, afresh
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 

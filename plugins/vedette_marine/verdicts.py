@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vedette.reproduction import Cell, Claim, Condition, judged, remark, rms_cell, share_cell
 from vedette_marine.outcome import COAST, FILTERS, PUBLISHED, Found, kept, ratio
+from vedette_report.findings import Cell, Claim, Condition, judged, remark, rms_cell, share_cell
 
 Figures = Mapping[tuple[str, ...], Cell]
 IMM, CV, CT = FILTERS

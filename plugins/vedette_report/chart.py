@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vedette.reproduction import Chart, Claim, Curve, Panel
 from vedette_report import canvas
+from vedette_report.findings import Chart, Claim, Curve, Panel
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

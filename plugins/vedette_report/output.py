@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from vedette.reproduction import Chart
 from vedette_report.canvas import Look, save, styled
+from vedette_report.findings import Chart
 
 
 def can_write(what: str, extra: str, *modules: str) -> bool:

@@ -20,7 +20,7 @@ FOLDER, ABOUT = "parts", "study.json"
 
 
 class Parts:
-    """Keeps the parts of one study, which `about` tells from any other, below a folder; see `vedette.reproduction.Keep`."""
+    """Keeps the parts of one study, which `about` tells from any other, below a folder: a `Keep`."""
 
     def __init__(self, folder: Path, about: Mapping[str, Any], *, resume: bool) -> None:
         self._folder = folder / FOLDER

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from vedette.reproduction import Curve, Panel, Table
 from vedette.space import Array
 from vedette_files.writing import whole_file
 from vedette_report import canvas
+from vedette_report.findings import Curve, Panel, Table
 from vedette_report.page import page
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome

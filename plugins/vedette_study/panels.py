@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.reproduction import Cell, Curve, Panel, Table
 from vedette.space import Array
+from vedette_report.findings import Cell, Curve, Panel, Table
 
 
 def comparison(

@@ -9,8 +9,8 @@ from typing import Any
 import attrs
 import numpy as np
 
-from vedette.reproduction import Cell, Claim, Condition, Findings, Place, Table
 from vedette_report.columns import aligned
+from vedette_report.findings import Cell, Claim, Condition, Findings, Place, Table
 
 _WIDTH = 118
 _MARKS = {"reproduced": "holds", "not reproduced": "fails", "not decided": "open", "remark": "-"}

@@ -8,9 +8,10 @@ from itertools import product
 import numpy as np
 from attrs import frozen
 
+from vedette import Reproduction
 from vedette.progress import Progress
-from vedette.reproduction import Findings, Keep, Place, Reproduction, afresh, over, remark
 from vedette.space import Array
+from vedette_report.findings import Findings, Keep, Place, afresh, over, remark
 
 
 @frozen(eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vedette.reproduction import Element
+from vedette_report.findings import Element
 
 _MODELS, _RESETS = "tests/target_oriented/test_models.py", "tests/target_oriented/test_resets.py"
 _CONSISTENT = "tests/target_oriented/test_consistency.py"

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask, Scan
-from vedette.reproduction import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell, share_cell
+from vedette_report.findings import Cell, Chart, Claim, Curve, Panel, Table, mean_cell, ratio_cell, rms_cell, share_cell
 from vedette_study.panels import comparison, mode_panel, over_runs
 from vedette_target_oriented.configs import MODES, SCANS
 

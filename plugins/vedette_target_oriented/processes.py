@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array
-from vedette.reproduction import Cell, Chart, Claim, Condition, Curve, Panel, Table, judged, mean_cell, ratio_cell, remark
+from vedette_report.findings import Cell, Chart, Claim, Condition, Curve, Panel, Table, judged, mean_cell, ratio_cell, remark
 from vedette_target_oriented.accelerations import LAGS, STEPS, Measured
 
 NAMES = ("x", "y", "forward", "aside")

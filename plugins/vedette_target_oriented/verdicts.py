@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array
-from vedette.reproduction import Cell, Claim, Condition, judged, less_often_cell, remark, rms_cell, share_cell
+from vedette_report.findings import Cell, Claim, Condition, judged, less_often_cell, remark, rms_cell, share_cell
 from vedette_target_oriented.outcome import PHASES, PUBLISHED, Record, against
 
 Figures = Mapping[tuple[str, ...], Cell]

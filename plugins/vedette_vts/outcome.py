@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Mask, Scan
-from vedette.reproduction import Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
+from vedette_report.findings import Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
 from vedette_study.panels import comparison, mode_panel, over_runs
 from vedette_vts.configs import LEGS, MODES
 

@@ -11,9 +11,9 @@ from attrs import frozen
 from vedette import Array, Detections, Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
 from vedette.metrics import nees
 from vedette.progress import silent
-from vedette.reproduction import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette.sampling import returns
 from vedette.tracking import preprocessed, raw_sensors
+from vedette_report.findings import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
 from vedette_study.starts import over_axes, two_point

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vedette.reproduction import Cell, Claim, Condition, judged, ratio_cell, remark, share_cell
+from vedette_report.findings import Cell, Claim, Condition, judged, ratio_cell, remark, share_cell
 from vedette_vts.outcome import GATE, MANOEUVRES, Record, leg
 
 Figures = Mapping[tuple[str, ...], Cell]

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.reproduction import Cell, ratio_cell, rms_cell
 from vedette_bayes_risk import fusion, verdicts
 from vedette_bayes_risk.configs import CONTESTED, FILTERS
 from vedette_bayes_risk.outcome import WINDOWS
 from vedette_bayes_risk.reproduction import DENSE_REACH, REACH, contest, draw, record
+from vedette_report.findings import Cell, ratio_cell, rms_cell
 from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
 
 SAME, GAIN, FALSE_ALARM, SUMS, COVARIANCE, REASON = range(6)

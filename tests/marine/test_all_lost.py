@@ -5,8 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from vedette.reproduction import Findings
 from vedette_marine import outcome, verdicts
+from vedette_report.findings import Findings
 from vedette_study.reproduction import data, text
 
 TARGETS = ("MANV-like boat 1", "MANV-like boat 2", "DARC-like ship")

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from vedette.reproduction import Cell, Chart, Curve, Panel, Table
 from vedette_report.chart import draw
+from vedette_report.findings import Cell, Chart, Curve, Panel, Table
 from vedette_study.panels import comparison, mean_over_runs, mode_panel
 
 X = np.arange(40.0)

@@ -8,9 +8,9 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette.config.files import read_file
-from vedette.reproduction import Chart, Curve, Panel
 from vedette_report import canvas
 from vedette_report.chart import draw
+from vedette_report.findings import Chart, Curve, Panel
 from vedette_study.summary import charts
 
 SWEPT = "estimator.motion.sigma_accel"

@@ -8,9 +8,10 @@ from typing import ClassVar
 import pytest
 from attrs import frozen
 
+from vedette import Reproduction
 from vedette.cli import main
 from vedette.progress import silent
-from vedette.reproduction import Cell, Condition, Reproduction, judged, remark
+from vedette_report.findings import Cell, Condition, judged, remark
 from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
 from vedette_study.survey import survey

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from support.paths import ROOT
-from vedette.reproduction import (
+from vedette_report.findings import (
     Cell,
     Condition,
     Findings,

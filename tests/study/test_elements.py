@@ -6,11 +6,11 @@ import pytest
 
 from support.paths import ROOT
 from vedette import Registry
-from vedette.reproduction import Cell
 from vedette_bayes_risk import verdicts as bayes_risk
 from vedette_flir import verdicts as flir
 from vedette_marine import verdicts as marine
 from vedette_marine.outcome import FILTERS, PUBLISHED
+from vedette_report.findings import Cell
 from vedette_target_oriented import processes
 from vedette_target_oriented import verdicts as target_oriented
 from vedette_vts import verdicts as vts

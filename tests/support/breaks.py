@@ -10,7 +10,7 @@ import pytest
 from attrs import evolve, frozen
 
 from vedette import Gaussian
-from vedette.reproduction import Cell, Claim
+from vedette_report.findings import Cell, Claim
 
 
 @frozen

@@ -5,7 +5,7 @@ import pytest
 from attrs import evolve
 
 import vedette
-from vedette.reproduction import Cell
+from vedette_report.findings import Cell
 from vedette_target_oriented import accelerations, processes, verdicts
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.outcome import PARTS, PHASES, PUBLISHED

@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from support import paths
 from vedette import Detections, Scan
-from vedette.reproduction import Cell
+from vedette_report.findings import Cell
 from vedette_study.lockstep import run_together
 from vedette_vts.configs import FILTERS
 from vedette_vts.gating import watch

@@ -14,10 +14,9 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from vedette.reproduction import Reproduction
 from vedette.roles import Associator, Component, Estimator, MotionModel, Sensor
 from vedette.streams import Format, Input, Output, Store
-from vedette.supporting import Birth, Command, Lifecycle, Picture, Preprocessor, Source
+from vedette.supporting import Birth, Command, Lifecycle, Picture, Preprocessor, Reproduction, Source
 
 ROLES: dict[str, type[Component]] = {
     "motion": MotionModel,

@@ -9,14 +9,15 @@ from importlib.metadata import version
 from pathlib import Path
 from time import process_time
 
+from vedette import Reproduction
 from vedette.commands import options
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
-from vedette.reproduction import Findings, Reproduction, afresh
 from vedette_files.writing import Inputs, check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts
+from vedette_report.findings import Findings, afresh
 from vedette_report.output import write_charts
 from vedette_report.progress import on_terminal
 from vedette_study.checkpoint import Parts

@@ -6,21 +6,9 @@ import numpy as np
 import pytest
 from attrs import frozen
 
+from vedette import Reproduction
 from vedette.cli import main
-from vedette.reproduction import (
-    Cell,
-    Chart,
-    Condition,
-    Curve,
-    Findings,
-    Panel,
-    Reproduction,
-    Table,
-    afresh,
-    judged,
-    mean_cell,
-    remark,
-)
+from vedette_report.findings import Cell, Chart, Condition, Curve, Findings, Panel, Table, afresh, judged, mean_cell, remark
 from vedette_study.commands import reproduce
 from vedette_study.panels import comparison, over_runs
 

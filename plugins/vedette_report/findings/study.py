@@ -5,18 +5,13 @@ Plain values; `vedette_study.reproduction` prints and draws them.
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Mapping
-from typing import ClassVar, Literal
+from typing import Literal
 
 from attrs import frozen
 
-from vedette.progress import Progress
-from vedette.reproduction.cells import Cell
-from vedette.reproduction.resuming import Keep, afresh
-from vedette.reproduction.verdicts import Claim
-from vedette.roles import Component
 from vedette.space import Array
+from vedette_report.findings.cells import Cell
+from vedette_report.findings.verdicts import Claim
 
 
 @frozen
@@ -111,36 +106,3 @@ class Element:
     where: str
     made_of: tuple[str, ...]
     verified: tuple[str, ...]
-
-
-class Reproduction(Component):
-    """A published study, reproduced: its scenario, its filters as configs, its figures, and verdicts on its claims.
-
-    Laws: the same runs and seed give the same result, to the last bit.
-    """
-
-    title: ClassVar[str]
-    """The paper."""
-
-    default_runs: ClassVar[int]
-    """Default number of Monte Carlo runs."""
-
-    full_runs: ClassVar[int]
-    """Number of runs of `--full`, which may take as long as it needs."""
-
-    elements: ClassVar[tuple[Element, ...]] = ()
-    """All that the paper has: its equations, tables, figures and statements."""
-
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {}
-    """What the paper leaves open, and the values, as said, over whose grid the claims can be judged; none: no grid."""
-
-    grid_runs: ClassVar[int] = 0
-    """Default number of runs at each point of the grid."""
-
-    @abstractmethod
-    def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
-        """Run the whole study; `progress` wraps its loops, `keep` its long parts, so that an interrupted one can go on."""
-
-    def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
-        """Return the claims with their verdicts at a point of the grid, name to value; always the same claims in order."""
-        raise NotImplementedError(f"the study {self.kind!r} has no grid: its `unsaid` is empty")

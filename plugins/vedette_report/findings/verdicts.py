@@ -8,7 +8,7 @@ from typing import Literal
 
 from attrs import frozen
 
-from vedette.reproduction.cells import DECISIVE, Cell
+from vedette_report.findings.cells import DECISIVE, Cell
 
 Verdict = Literal["reproduced", "not reproduced", "not decided", "remark", "depends"]
 MOST_RUNS = 1_000_000
