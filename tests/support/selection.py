@@ -1,7 +1,9 @@
 """Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and a fifth of the others.
 
-What changed is told since the branch left main. The hash of the commit draws the fifth, so that the same commit tries the
-same kinds. Without git, as in an sdist, without history, with `--all` and in the nightly profile all are tried.
+What changed is told since the branch left main. The hash of the commit draws the fifth, so that the same commit tries
+the same kinds. A change on which more than `MOST` depend, as of the kernels, tries so many of them: those whose own
+file changed, then drawn ones; otherwise a run would take twice its time. Without git, as in an sdist, without history,
+with `--all` and in the nightly profile all are tried.
 """
 
 from __future__ import annotations
@@ -20,6 +22,9 @@ from vedette.testing import laws_of
 
 SHARE = 5
 """One of so many unchanged kinds is tried."""
+
+MOST = 50
+"""Kinds, and costly tests, of one change that are tried."""
 
 OF_ALL = (
     "core/cpp/",
@@ -86,14 +91,31 @@ def files_of(cls: type[Component]) -> set[str]:
 
 def drawn(classes: Iterable[type[Component]], head: str) -> set[type[Component]]:
     """Return the fifth of the classes that a commit draws."""
-    names = {f"{cls.__module__}.{cls.__qualname__}": cls for cls in classes}
+    names = {_name(cls): cls for cls in classes}
     return {names[name] for name in a_fifth(names, head)}
+
+
+def _name(cls: type[Component]) -> str:
+    return f"{cls.__module__}.{cls.__qualname__}"
+
+
+def _file(cls: type[Component]) -> str:
+    return known()[cls.__module__].relative_to(ROOT).as_posix()
 
 
 def a_fifth(names: Iterable[str], head: str) -> list[str]:
     """Return the fifth of some names that a commit draws."""
-    ordered = sorted(names, key=lambda name: hashlib.sha256(f"{head} {name}".encode()).digest())
+    ordered = _shuffled(names, head)
     return ordered[: -(-len(ordered) // SHARE)]
+
+
+def _shuffled(names: Iterable[str], head: str) -> list[str]:
+    return sorted(names, key=lambda name: hashlib.sha256(f"{head} {name}".encode()).digest())
+
+
+def _most(touched: Mapping[str, bool], head: str) -> set[str]:
+    """Return at most `MOST` of the names that a change touched, first those whose own file it is."""
+    return set(sorted(_shuffled(touched, head), key=lambda name: not touched[name])[:MOST])
 
 
 def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
@@ -104,8 +126,9 @@ def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
     if what is None:
         return set(tests)
     changed_files = {path for path in set(tests.values()) if _is_changed(path, what.files)}
-    touched = {name for name, path in tests.items() if path in changed_files}
-    return touched | {*a_fifth(tests.keys() - touched, what.head)}
+    own = {path for path in changed_files if path.relative_to(ROOT).as_posix() in what.files}
+    touched = {name: path in own for name, path in tests.items() if path in changed_files}
+    return _most(touched, what.head) | {*a_fifth(tests.keys() - touched.keys(), what.head)}
 
 
 def _is_changed(test: Path, files: frozenset[str]) -> bool:
@@ -122,7 +145,11 @@ def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[
         return classes, f"laws of all {len(classes)} kinds, as git does not tell what changed"
     touched = changed(classes, what.files)
     others = drawn(classes - touched, what.head)
-    line = f"laws of {len(touched)} of {len(classes)} kinds, which changed since {what.base[:10]}"
+    names = {_name(cls): cls for cls in touched}
+    own = {name: cls.__module__ not in known() or _file(cls) in what.files for name, cls in names.items()}
+    tried = {names[name] for name in _most(own, what.head)}
+    many = f"{len(tried)} of {len(touched)}" if len(tried) < len(touched) else f"{len(touched)}"
+    line = f"laws of {many} of {len(classes)} kinds, which changed since {what.base[:10]}"
     if others:
         line += f", and of {len(others)} that {what.head[:10]} draws: {', '.join(sorted(cls.__name__ for cls in others))}"
-    return touched | others, f"{line}; --all tries all"
+    return tried | others, f"{line}; --all tries all"

@@ -11,7 +11,7 @@ from mutants.foreign import MUTANTS as FOREIGN
 from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
-from support.selection import OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
+from support.selection import MOST, OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, kit, laws_of
 from vedette.testing.laws import apart
@@ -133,8 +133,18 @@ def test_what_is_chosen_is_told():
     assert chosen(KINDS, None)[0] == KINDS
 
 
+def test_a_change_of_all_tries_so_many_and_first_those_whose_own_file_it_is():
+    theirs = type("Theirs", (Nearest,), {"__module__": "elsewhere"})
+    of_all = frozenset({"core/cpp/gauss.hpp", "plugins/vedette_standard/estimators/kalman.py"})
+    rounds = [chosen(KINDS | {theirs}, Since("a" * 40, f"{i:040x}", of_all)) for i in range(20)]
+    assert {len(kinds) for kinds, _ in rounds} == {MOST}
+    assert all({Kalman, theirs} <= kinds for kinds, _ in rounds)
+    assert set().union(*(kinds for kinds, _ in rounds)) == KINDS | {theirs}
+    assert f"{MOST} of {len(KINDS) + 1} of" in rounds[0][1]
+
+
 def test_costly_tests_are_tried_where_what_they_test_has_changed():
-    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(50)}
+    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(MOST // 2)}
     ours = {name for name in tests if "vts" in name}
 
     def of(*files):
@@ -152,6 +162,11 @@ def test_costly_tests_are_tried_where_what_they_test_has_changed():
     ):
         assert ours <= of(file), file
     assert of("docs/index.md", "tests/marine/test_chain.py") == of()
+    many = {f"{name} {i}": path for name, path in tests.items() for i in range(3)}
+    own = {name for name in many if "vts" in name}
+    tried = costly(many, Since("a" * 40, "b" * 40, frozenset({"core/vedette/space.py", "tests/vts/test_reproduction.py"})))
+    assert len(tried) == MOST
+    assert tried < own
 
 
 @pytest.fixture
