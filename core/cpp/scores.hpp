@@ -71,20 +71,16 @@ struct Existence : shapes::Existence {
             const double prior = in[2].at[i], miss = exp_or_zero(in[3].at[i * (1 + k)]);
             const double missed = normal_or_zero(prior * miss), absent = 1.0 - prior + missed;
             const double unseen = absent > 0.0 ? missed / absent : 0.0;
-            double hit = 0.0, chosen = 0.0, largest = 0.0;
+            double hit = 0.0, odds = 0.0;
             for (int h = 0; h < k; ++h) {
                 const double weight = weights[1 + h];
                 if (weight == 0.0) continue;
-                const double taken = exclusive ? weight : weight * free[h];
-                largest = weight > largest ? weight : largest;
-                hit += taken;
-                if (weight == 1.0 && taken > 0.0) {  // only a sure choice asks for the ratio
-                    const double ratio = scores[1 + h] - scores[0];
-                    chosen += taken * std::exp(ratio < 700.0 ? ratio : 700.0);
-                }
+                hit += exclusive ? weight : weight * free[h];
+                const double ratio = scores[1 + h] - scores[0];
+                odds += std::exp(ratio < 600.0 ? ratio : 600.0);
                 free[h] *= 1.0 - weight;
             }
-            const double seen = largest == 1.0 ? chosen / (1.0 + chosen) : hit;
+            const double seen = std::min(hit, odds / (1.0 + odds));
             out[0].at[i] = normal_or_zero(hit);
             out[1].at[i] = normal_or_zero(seen + (1.0 - seen) * unseen);
             out[2].at[i] = (1.0 - miss) / p_gate;

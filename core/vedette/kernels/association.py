@@ -99,21 +99,21 @@ def existence(scores: Array, weights: Array, prior: Array, loglik: Array, p_gate
 
     scores and weights (*b, t, 1+k); column 0 of loglik is log (1 - P_D P_G). Where the associator lets two tracks share a
     return (not `exclusive`), the older one, which comes first, claims it first: else a new track would live off its
-    neighbour's returns. A hard assignment does not state its uncertainty, so there existence follows from the score.
+    neighbour's returns. Other tracks only take returns away, so the odds of a hit are at most those of the track alone:
+    these bound what a hard assignment, or one of few associations, states.
     """
     miss = exp_or_zero(loglik[..., 0])
     missed = normal_or_zero(prior * miss)
     absent = 1.0 - prior + missed
     unseen = np.divide(missed, absent, out=np.zeros_like(absent), where=absent > 0)
     taken = weights[..., 1:]
+    odds = np.sum(np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], -np.inf).clip(max=600)), axis=-1)
     if not exclusive and taken.shape[-2] > 1:
         free = np.ones_like(taken)
         free[..., 1:, :] = np.cumprod(1.0 - taken[..., :-1, :], axis=-2)
         taken = taken * free
     hit = np.sum(taken, axis=-1)
-    chosen = np.sum(taken * np.exp(np.where(taken > 0, scores[..., 1:] - scores[..., :1], 0.0).clip(max=700)), axis=-1)
-    sure = np.max(weights[..., 1:], axis=-1, initial=0.0) == 1.0
-    seen = np.where(sure, chosen / (1.0 + chosen), hit)
+    seen = np.minimum(hit, odds / (1.0 + odds))
     return Seen(normal_or_zero(hit), normal_or_zero(seen + (1.0 - seen) * unseen), (1.0 - miss) / p_gate)
 
 

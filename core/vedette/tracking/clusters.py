@@ -128,13 +128,12 @@ def by_cluster(
 def _seen(pairs: Pairs, weights: Array, misses: Array, prior: Array, p_gate: float) -> tuple[Array, Array, Array]:
     """Return detection, existence and P_D of tracks that share no return: all that a track may have taken is one return.
 
-    That is in no track's weights for certain unless it is in one pair's.
+    Its score stands for those of all.
     """
-    scores, shares, sure = np.zeros((len(misses), 1, 2)), np.empty((len(misses), 1, 2)), weights == 1.0
-    scores[:, 0, 0], scores[pairs.tracks[sure], 0, 1] = pairs.miss, pairs.scores[sure]
-    taken = np.bincount(pairs.tracks, weights, len(misses))
-    shares[:, 0, 0], shares[:, 0, 1] = misses, np.minimum(taken, np.nextafter(1.0, 0.0))
-    shares[pairs.tracks[sure], 0, 1] = 1.0
+    scores, shares, some, t = np.zeros((len(misses), 1, 2)), np.empty((len(misses), 1, 2)), weights > 0, len(misses)
+    ratios = np.exp(np.minimum(pairs.scores - pairs.miss[pairs.tracks], 600.0)[some])
+    scores[:, 0, 1] = kernels.safe_log(np.bincount(pairs.tracks[some], ratios, t).astype(float))
+    shares[:, 0, 0], shares[:, 0, 1] = misses, np.minimum(np.bincount(pairs.tracks, weights, t), 1.0)
     loglik = np.repeat(pairs.loglik[:, None, None], 2, axis=-1)
     seen = kernels.existence(scores, shares, prior[:, None], loglik, p_gate, True)
     return seen.hit[:, 0], seen.existence[:, 0], seen.p_detect[:, 0]

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vedette import Array, Branching, Mask, kernels
-from vedette.hypotheses import LOST, ROUNDING, Hypotheses, LeafScores
+from vedette.hypotheses import LOST, Hypotheses, LeafScores
 from vedette_standard.associators.of_pairs import marginals_of_pairs
 
 
@@ -34,8 +34,6 @@ def marginals(scores: LeafScores, grown: Branching, probability: Array) -> tuple
     misses[grown.parent[~hit]] = probability[~hit]
     pairs = scores.leaf * columns + 1 + scores.returns
     shares[np.searchsorted(pairs, grown.parent[hit] * columns + grown.choice[hit])] = probability[hit]
-    # A pair in all associations found is certain, whatever rounding their number brings: existence then is by its score.
-    shares[shares > 1.0 - ROUNDING] = 1.0
     if grown.lost is not None:
         lost[grown.parent] = grown.lost
     return kernels.normal_or_zero(misses), kernels.normal_or_zero(shares), lost

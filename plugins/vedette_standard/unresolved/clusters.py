@@ -57,7 +57,8 @@ def associate_close(
         table[:, -1] = np.maximum(1.0 - np.sum(shares, axis=-1), 0.0)
         loglik = np.zeros((len(tracks), table.shape[-1]))
         loglik[:, 0] = pairs.loglik[tracks]
-        asked = np.concatenate([scores, scores[:, :1]], axis=-1)
+        # What a track gives with another bounds nothing.
+        asked = np.concatenate([scores, np.full((len(tracks), 1), np.inf)], axis=-1)
         seen = kernels.existence(asked, table, prior[tracks], loglik, plan.p_gate, True)
         hit[tracks], existence[tracks], p_detect[tracks] = seen
     alone = ~together & ~apart[pairs.tracks]

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 from vedette import kernels
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
-from vedette_standard.associators.jpda_star import JpdaStar
-from vedette_standard.associators.m_best_jpda import MBestJpda
 from vedette_standard.associators.nearest import Nearest
 from vedette_standard.associators.pda import Pda
 
@@ -284,16 +282,3 @@ def test_greedy_choice_is_not_the_global_one():
     scores = np.array([[-5.0, 3.0, 2.9], [-5.0, 2.0, -1.0]])
     np.testing.assert_array_equal(Nearest().associate(scores, None), [[0, 1, 0], [0, 1, 0]])
     np.testing.assert_array_equal(GlobalNearest().associate(scores, None), [[0, 0, 1], [0, 1, 0]])
-
-
-@pytest.mark.parametrize("associator", [MBestJpda(m=20), JpdaStar(m=20)], ids=["m_best_jpda", "jpda_star"])
-def test_what_all_associations_found_hold_is_certain_not_but_for_rounding(associator):
-    """Else existence, which follows from the score where a return is certain, depended on rounding and on far clusters."""
-    certain = 0
-    for seed in range(30):
-        scores = np.random.default_rng(seed).normal(0.0, 1.0, (6, 8))
-        scores[0, 1] = 12.0
-        taken = associator.associate(scores, None)[:, 1:]
-        certain += np.sum(taken == 1.0)
-        assert not np.any((taken > 1.0 - 1e-12) & (taken != 1.0))
-    assert certain > 30
