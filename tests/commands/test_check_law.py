@@ -24,6 +24,17 @@ def test_where_no_law_applies_nothing_was_tested(capsys):
     assert capsys.readouterr().out.splitlines()[-1].strip().startswith("1 skipped: ")
 
 
+@pytest.mark.parametrize(("law", "named"), [("survives_its_lifetime", True), ("tracks_are_judged_alone", False)])
+def test_a_parameter_that_its_name_would_have_tested_more_is_named(capsys, law, named):
+    assert main(["check", "score", "--law", law]) == (4 if named else 0)
+    assert any("lifetime" in line and "`" not in line for line in capsys.readouterr().out.splitlines()) is named
+
+
+@pytest.mark.parametrize(("seconds", "code"), [("0.01", 1), ("60", 0)])
+def test_a_law_has_so_many_seconds(capsys, seconds, code):
+    assert main(["check", "constant_velocity", "--law", "pure", "--seconds", seconds]) == code
+
+
 def test_a_law_that_there_is_not_is_wrong_use(capsys):
     assert main(["check", "constant_velocity", "--law", "two_step_make_one"]) == 2
     assert "two_steps_make_one" in capsys.readouterr().err

@@ -13,6 +13,7 @@ import vedette
 from vedette.config.parameters import APART, ROLES
 from vedette.config.registry import Registry
 from vedette.testing import conformance, examine, laws_of
+from vedette.testing.laws.source import OTHER
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
 from vedette_files import write_recording
@@ -27,6 +28,7 @@ from vedette_marine.screen import RadarScreen
 from vedette_sim import Bounds, Drawn, Leg, Look, PpiRadar, RadarPicturesScene, Ship, Transponder, Vessel
 from vedette_sim.crossing import Crossing
 from vedette_sim.infrared import HotSpot, HotTarget
+from vedette_sim.sea import SeaClutter
 from vedette_standard.births.places import Edge
 from vedette_standard.births.poisson import Appearance
 from vedette_standard.estimators.kalman import Kalman
@@ -64,11 +66,14 @@ def comes_and_goes():
 
 EVERYWHERE = Bounds(-600.0, 600.0)
 CLUTTERED = Look(interval=0.5, first=1.5, clutter={"x": EVERYWHERE, "y": EVERYWHERE})
+OFTEN = Look(interval=0.01, first=1.5)
+"""A scene of it is drawn in more than one block of scans."""
 CROSSING = st.builds(Crossing, st.just((ConstantVelocity(0.5),)), st.just((20.0, 9.0)), st.just(3.0), st.just(8.0))
 SIMULATION = {
     "duration": st.floats(4.0, 12.0),
     "looks": st.sampled_from(
-        [{SENSOR: look} for look in (Look(interval=0.5, first=1.5), CLUTTERED, Look(interval=1.0, jitter=0.3))]
+        [{SENSOR: look} for look in (Look(interval=0.5, first=1.5), CLUTTERED, Look(interval=1.0, jitter=0.3), OFTEN)]
+        + [{SENSOR: CLUTTERED}, {SENSOR: Look(interval=0.5, first=1.5), OTHER: Look(interval=0.7, first=1.6)}]
     ),
     "ships": st.one_of(st.just({}), st.fixed_dictionaries({"ship": st.builds(comes_and_goes)})),
     "drawn": st.sampled_from([{"boat": DRAWN}, {"boat": DRAWN, "other": TURNING}, {"boat": TURNING}, {}]),
@@ -101,13 +106,15 @@ def vessels():
 
 
 PICTURES = {
-    "radar": st.just(PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128, beam=0.06)),
+    "radar": st.sampled_from(
+        [PpiRadar(metres_per_pixel=20.0, range=600.0, size=64, azimuths=128, beam=0.06, calm=calm) for calm in (0.0, 400.0)]
+    ),
     "vessels": st.builds(vessels),
     "frames": st.just(5),
     "interval": st.sampled_from([1.0, 2.5]),
     "lost": st.sampled_from([0, 2]),
     "ownship": st.just(Ship(start=[0.0, 0.0])),
-    "sea": st.none(),
+    "sea": st.sampled_from([None, SeaClutter(level=-10.0)]),
     **dict.fromkeys(("land", "rain", "buoys", "racons"), st.just(())),
 }
 
@@ -181,12 +188,16 @@ GIVEN = {
     ("preprocessor", "radar_picture"): {
         "sensors": st.just({"screen": RadarScreen()}),
         "chain": st.just(Chain(nearest=20.0)),
-        "geometry": st.just(PictureGeometry(5.0, [79.5, 29.5], 160, 60, range=990.0, colours=GREEN_AND_WHITE)),
+        "geometry": st.sampled_from(
+            [PictureGeometry(m, [79.5, 29.5], 160, 60, range=198.0 * m, colours=GREEN_AND_WHITE) for m in (5.0, 20.0)]
+        ),
         "sigma_bearing": st.sampled_from([0.02, 0.0]),
     },
     ("source", "simulation"): SIMULATION,
     ("source", "infrared_scene"): {
-        "targets": st.just({"spot": HotTarget(ImageVelocity(20.0), SPOTS, start=IN_THE_MIDDLE)}),
+        "targets": st.sampled_from(
+            [{"spot": HotTarget(ImageVelocity(20.0), SPOTS, IN_THE_MIDDLE, turn_rate=rate)} for rate in (0.0, 2.0)]
+        ),
         "frames": st.just(6),
         "width": st.sampled_from([64, 40]),
         "height": st.just(48),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import json
+import re
 import sys
 import warnings
 from argparse import Namespace
@@ -179,6 +180,8 @@ def check(
             text += f"\nrepeat it with --law {law.name} --replay {outcome.replay}"
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {verdict:7} {note}", flush=True)
+    if names := re.findall(r"has no `(\w+)`", " ".join(law["text"] for law in told if law["verdict"] == "skipped")):
+        print(f"  a parameter called {', '.join(dict.fromkeys(names))} would be held to its name, by laws that were skipped")
     for text, count in warned.most_common(MOST_WARNINGS):
         print(f"  warned {count} times: {text}")
     if len(warned) > MOST_WARNINGS:

@@ -72,21 +72,6 @@ def binomial_band(count: int, probability: float, alpha: float) -> tuple[float, 
     """Return the share of successes in `count` trials below and above which each tail has at most half of `alpha`."""
     from scipy.special import bdtr
 
-    def least(tail: float) -> int:
-        """Return the least number of successes up to which the probability is at least `tail`."""
-        low, high = -1, count
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (low, middle) if bdtr(middle, count, probability) >= tail else (middle, high)
-        return high
-
-    def most(tail: float) -> int:
-        """Return the least number of successes above which the probability is at most `tail`, by failures."""
-        low, high = -1, count
-        while high - low > 1:
-            middle = (low + high) // 2
-            below = bdtr(count - middle - 1, count, 1.0 - probability)
-            low, high = (low, middle) if below <= tail else (middle, high)
-        return high
-
-    return least(alpha / 2) / count, most(alpha / 2) / count
+    k = np.arange(count)
+    below, above = bdtr(k, count, probability), bdtr(k[::-1], count, 1.0 - probability)  # P(at most k), P(more than k)
+    return np.searchsorted(below, alpha / 2) / count, np.searchsorted(-above, -alpha / 2) / count

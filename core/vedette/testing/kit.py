@@ -45,6 +45,8 @@ from vedette.testing.laws import (
     sensor,
     sensor_cases,
     source,
+    source_pictures,
+    source_returns,
 )
 from vedette.testing.limits import TooLong, at_most
 from vedette.testing.strategies import components
@@ -60,7 +62,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "birth": (birth.LAWS, birth_cases.drawn),
     "lifecycle": (lifecycle.LAWS, lifecycle_cases.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
-    "source": (source.LAWS, source.drawn),
+    "source": (source.LAWS + source_pictures.LAWS + source_returns.LAWS, source.drawn),
     "format": (formats.LAWS, formats.drawn),
 }
 

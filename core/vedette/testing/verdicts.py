@@ -46,15 +46,8 @@ def lost_verdict(count: int, total: int, share: float) -> Verdict:
 
 def without(played: Runs, lost: Mask) -> Runs:
     keep = ~lost
-    looks = {name: one.of(keep) for name, one in played.looks.items()}
-    return evolve(
-        played,
-        error=played.error[keep],
-        cov=played.cov[keep],
-        mean=played.mean[keep],
-        drowned=played.drowned[keep],
-        looks=looks,
-    )
+    kept = {name: getattr(played, name)[keep] for name in ("error", "cov", "mean", "drowned")}
+    return evolve(played, looks={name: one.of(keep) for name, one in played.looks.items()}, **kept)
 
 
 def _when(outside: Array, times: Array) -> str:

@@ -7,12 +7,15 @@ from hypothesis import strategies as st
 from support.mutants.declared import SPOTS
 from support.mutants.sources import BOAT, SCENE
 from vedette import Gaussian
+from vedette.testing.laws.source import OTHER
 from vedette.testing.strategies import SENSOR
 from vedette.types import Recording
 from vedette_bayes_risk.likelihood import CountLikelihoodDetection
 from vedette_flir.lifecycles.reappearing import ReappearingTarget
 from vedette_flir.lifecycles.sought import SoughtTarget
 from vedette_flir.motion.image_velocity import ImageVelocity
+from vedette_marine.preprocessors.cfar import Cfar
+from vedette_marine.screen import RadarScreen
 from vedette_sim import Look, PpiRadar, RadarPicturesScene, RadarPointsScene, Ship, Simulation, Vessel
 from vedette_sim.infrared import HotSpot, HotTarget, InfraredScene
 from vedette_standard.associators.pda import Pda
@@ -44,6 +47,8 @@ BOATS = RadarPicturesScene(
 )
 POINTS = {"scene": st.just(BOATS), "extent": st.just(0.02), "sigma": st.just(1.0), "clutter": st.just(3e-5)}
 LOCKSTEP = SCENE | {"looks": st.just({SENSOR: Look(interval=1.0, first=1.5)}), "drawn": st.just({"boat": BOAT})}
+TWO_LOOKS = LOCKSTEP | {"looks": st.just({name: Look(interval=1.0, first=1.5) for name in (SENSOR, OTHER)})}
+SCREEN = {"sensors": st.just({"screen": RadarScreen()}), "window": st.just(16)}
 AREA = {"survives_in": st.just((Polygon([[-300.0, -250.0], [280.0, -320.0], [350.0, 40.0], [-120.0, 330.0]]),))}
 
 
@@ -76,6 +81,18 @@ def late_states(self, sensors, rngs):
     return evolve(scenes, states=scenes.states + 500.0)
 
 
+def sensor_by_sensor(self, sensors, rngs):
+    scenes = Simulation.open_together(self, sensors, rngs)
+    return evolve(scenes, scans=tuple(sorted(scenes.scans, key=lambda scan: scan.sensor)))
+
+
+def without_pixels(self, sensors, rng):
+    recording = InfraredScene.open(self, sensors, rng)
+    first = recording.scans[0]
+    dark = evolve(first, frame=evolve(first.frame, pixels=np.full_like(first.frame.pixels, np.nan)))
+    return Recording((dark, *recording.scans[1:]), recording.truth)
+
+
 def around_their_middle(self, scans):
     made = UnbiasedConversion.process(self, scans)
     return evolve(made, z=made.z + 1e-3 * made.z.mean(axis=-2, keepdims=True)) if made.z.shape[-2] else made
@@ -103,6 +120,11 @@ DECLARED_SUPPORTING = [
      other(RadarPointsScene, "open", extent=lambda s: 4.0 * s.extent), POINTS),
     ("twice the clutter", RadarPointsScene, "scatters_as_stated",
      other(RadarPointsScene, "open", clutter=lambda s: 2.0 * s.clutter), POINTS),
+    ("ten times the false alarms", Cfar, "false_alarms_are_as_rare_as_stated",
+     other(Cfar, "process", rate=lambda s: 10.0 * s.rate), SCREEN),
+    ("a frame without a pixel", InfraredScene, "scans_are_the_sensors", {"open": without_pixels}, DRIFTING),
+    ("sensor by sensor in lock-step", Simulation, "scans_come_in_time_order",
+     {"open_together": sensor_by_sensor}, TWO_LOOKS),
     ("headings backward", RadarPointsScene, "truth_moves_as_its_velocities",
      told(RadarPointsScene, "heading", lambda heading: heading + np.pi), POINTS),
     ("other states in lock-step", Simulation, "drawn_together_as_alone", {"open_together": late_states}, LOCKSTEP),

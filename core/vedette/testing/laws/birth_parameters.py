@@ -173,18 +173,23 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
         demand(abs(grown[1] - grown[0]) <= 0.6 * scale, f"predict{when}: {told}")
 
 
+def _are_left(birth: Birth, drawn: Returns, gaps: tuple[float, ...]) -> list[Array]:
+    """Return how dense those are, after each gap, that a look at nothing would take away before: no newcomers."""
+    many = birth.initial_memory(drawn.estimator, drawn.rng())
+    few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    left: list[Array] = []
+    for dt in gaps:
+        ends = [birth.predict(memory, drawn.estimator, dt, drawn.rng()) for memory in (many, few)]
+        left.append(_rate(birth, ends[0], drawn, PLACES) - _rate(birth, ends[1], drawn, PLACES))
+    if left[0].sum() <= 1e-9 * np.max(_rate(birth, many, drawn, PLACES), initial=1e-300):
+        raise Closed("there are none where the kit looks")
+    return left
+
+
 def the_unseen_move(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: as long as they live they move, as they have velocities."""
     _lifetime(birth)
-    many = birth.initial_memory(drawn.estimator, drawn.rng())
-    few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
-    shapes = []
-    for dt in (0.0, 120.0):
-        ends = [birth.predict(memory, drawn.estimator, dt, drawn.rng()) for memory in (many, few)]
-        there = _rate(birth, ends[0], drawn, PLACES) - _rate(birth, ends[1], drawn, PLACES)  # no newcomers
-        if there.sum() <= 1e-9 * np.max(_rate(birth, many, drawn, PLACES), initial=1e-300):
-            raise Closed("there are none where the kit looks")
-        shapes.append(there / there.sum())
+    shapes = [there / max(float(there.sum()), 1e-300) for there in _are_left(birth, drawn, (0.0, 120.0))]
     if np.ptp(shapes[0]) < 0.01 * shapes[0].max():
         raise Closed("there are as many everywhere")
     demand(np.abs(shapes[1] - shapes[0]).sum() > 0.01, "predict: after 120 s all unseen targets are where they were")
@@ -194,14 +199,8 @@ def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: they leave as exp(-dt / lifetime)."""
     _lifetime(birth)
     brief: Birth = evolve(birth, lifetime=0.1)  # type: ignore[misc]  # so short that they hardly move meanwhile
-    many = brief.initial_memory(drawn.estimator, drawn.rng())
-    few = brief.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
-    before = float(np.sum(_rate(brief, many, drawn, PLACES) - _rate(brief, few, drawn, PLACES)))
-    ends = [brief.predict(memory, drawn.estimator, 0.1, drawn.rng()) for memory in (many, few)]
-    left = float(np.sum(_rate(brief, ends[0], drawn, PLACES) - _rate(brief, ends[1], drawn, PLACES)))  # no newcomers
-    if before <= 1e-9:
-        raise Closed("there are none where the kit looks")
-    share = left / before
+    before, left = _are_left(brief, drawn, (0.0, 0.1))
+    share = float(left.sum() / before.sum())
     demand(abs(share - np.exp(-1.0)) < 0.08, f"predict: after its lifetime, {share:.3g} are left, must be 0.368")
 
 

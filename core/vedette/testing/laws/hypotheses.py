@@ -128,12 +128,16 @@ def first_scan_is_enumerated(associator: Associator, drawn: Scores) -> None:
     """If it keeps hypotheses: with room for all, leaves have the probabilities of all joint associations, written down."""
     scores, begins = drawn.scores[0], _begins(drawn)
     table = _table(first_scan(roomy(associator), scores, begins))
-    wanted = np.zeros(table.shape)
-    for choice, weight in enumerated(scores):
+    same("probability of (track, choice), beginning tracks last", table, _wanted(enumerated(scores), begins), 1e-6, 1.0)
+
+
+def _wanted(joint: list[tuple[tuple[int, ...], float]], begins: Mask) -> Array:
+    """Return what the table must be by joint associations and their probabilities."""
+    wanted = np.zeros((1 + len(joint[0][0]), 1 + len(begins)))
+    for choice, weight in joint:
         wanted[range(len(choice)), choice] += weight
-        free = [i for i in range(1, scores.shape[1]) if begins[i - 1] and i not in choice]
-        wanted[-1, free] += weight
-    same("probability of (track, choice), beginning tracks last", table, wanted, 1e-6, 1.0)
+        wanted[-1, [i for i in range(1, 1 + len(begins)) if begins[i - 1] and i not in choice]] += weight
+    return wanted
 
 
 def histories_multiply(associator: Associator, drawn: Scores) -> None:
@@ -203,12 +207,8 @@ def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
     joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
     if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:
         raise Closed("two joint associations are equally good")
-    scan = first_scan(alone, drawn.scores[0], _begins(drawn))
-    wanted: Array = np.zeros(_table(scan).shape)
-    wanted[range(len(drawn.tracks)), joint[0][0]] = 1.0
-    free = [i for i in range(1, wanted.shape[1]) if scan.begins[i - 1] and i not in joint[0][0]]
-    wanted[-1, free] = 1.0
-    same("probability of (track, choice)", _table(scan), wanted, 1e-9, 1.0)
+    table = _table(first_scan(alone, drawn.scores[0], _begins(drawn)))
+    same("probability of (track, choice)", table, _wanted([(joint[0][0], 1.0)], _begins(drawn)), 1e-9, 1.0)
 
 
 def shown_once_oldest_first(associator: Associator, drawn: Scores) -> None:

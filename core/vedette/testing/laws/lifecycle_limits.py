@@ -145,9 +145,7 @@ def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
 def waits_without_detection(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `max_without_detection`: a track that is covered and never detected ends by then."""
     limit = _limit(lifecycle, "max_without_detection")
-    found, _, _ = after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)
-    _, _, lived = after(lifecycle, [scan(0.24 * limit, 0.0, 0.9)] * 5, found)
-    demand(not lived.any(), f"review: a track lives on after 1.2 times max_without_detection, {limit:g} s")
+    _ends_at(lifecycle, "max_without_detection", [scan(limit / 5, 0.0, 0.9)] * 5, limit, False)
 
 
 def keeps_to_max_spread(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -164,10 +162,10 @@ def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
     found, _, alive = after(lifecycle, [scan(0.001, 1.0, 1.0)] * 70)
     if not alive.all():
         raise Closed("it ends tracks that are detected")
-    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * (limit - 1), found)
-    demand(lived.all(), f"review: a track ended after fewer than {limit} misses in a row")
-    _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * limit, found)
-    demand(not lived.any(), f"review: a track lives after {limit} misses in a row, which is `misses`")
+    for looks, lives in ((limit - 1, True), (limit, False)):
+        _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * looks, found)
+        told = f"review: a track {'ended' if lives else 'lives'} after {looks} misses in a row, `misses` is {limit}"
+        demand(lived.all() if lives else not lived.any(), told)
 
 
 def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:

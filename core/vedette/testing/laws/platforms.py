@@ -42,12 +42,17 @@ def shifted(space: Space, values: Array, sign: float, speed: Array) -> Array:
     return out
 
 
-def at_home(sensor: Sensor) -> Sensor:
-    """The sensor at the origin, without a heading; Closed where that cannot be."""
+def placed(sensor: Sensor, pose: Pose) -> Sensor:
+    """The sensor at a pose; Closed if it cannot be placed."""
     try:
-        home = sensor.at(Pose(STILL, STILL, 0.0))
+        return sensor.at(pose)
     except NotImplementedError:
         raise Closed("it cannot be placed") from None
+
+
+def at_home(sensor: Sensor) -> Sensor:
+    """The sensor at the origin, without a heading; Closed where that cannot be."""
+    home = placed(sensor, Pose(STILL, STILL, 0.0))
     if not all(name in sensor.observes for name in ("x", "y")):
         raise Closed("it observes no position in the plane")
     if any(name in sensor.observes for name in sensor.measurement.names):

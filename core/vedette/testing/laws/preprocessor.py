@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 from hypothesis import strategies as st
+from scipy.special import ndtri
 
 from vedette.config.parameters import parameters
 from vedette.errors import VedetteError
@@ -17,8 +18,12 @@ from vedette.supporting import ImagingSensor, Preprocessor
 from vedette.testing.bands import judge_run_means
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
+from vedette.testing.laws.platforms import placed
 from vedette.testing.states import SEEDS, sizes
 from vedette.types import Detections, Frame, Pose, Scan
+
+RARE, CELLS = 2e-4, 6000
+"""Rate of false alarms that is tried, and cells of a row of noise: 1.2 of them are expected in it."""
 
 
 @frozen(eq=False)
@@ -28,14 +33,17 @@ class Raw:
     scans: dict[str, Scan]
     padded: dict[str, Scan]
     empty: dict[str, Scan]
+    seed: int
+    runs: int
+    alpha: float
 
 
 def drawn(preprocessor: Preprocessor, profile: Profile) -> st.SearchStrategy[Raw]:
     """What every law of a preprocessor is given: up to 4 returns of each of its sensors."""
-    return st.builds(_raw, st.just(preprocessor), st.integers(0, 4), SEEDS)
+    return st.builds(_raw, st.just(preprocessor), st.integers(0, 4), SEEDS, st.just(profile))
 
 
-def _raw(preprocessor: Preprocessor, k: int, seed: int) -> Raw:
+def _raw(preprocessor: Preprocessor, k: int, seed: int, profile: Profile) -> Raw:
     rng = np.random.default_rng(seed)
     full, padded, empty = {}, {}, {}
     for name, sensor in preprocessor.sensors.items():
@@ -48,7 +56,7 @@ def _raw(preprocessor: Preprocessor, k: int, seed: int) -> Raw:
         full[name] = _scan(name, z, k)
         padded[name] = _scan(name, np.concatenate([z, np.zeros((2, m))]), k)
         empty[name] = _scan(name, np.zeros((0, m)), 0)
-    return Raw(full, padded, empty)
+    return Raw(full, padded, empty, seed, profile.runs, profile.alpha)
 
 
 def _scan(name: str, z: Array, count: int) -> Scan:
@@ -240,10 +248,7 @@ def placed_scans_are_placed(preprocessor: Preprocessor, drawn: Raw) -> None:
     exact = _exact(preprocessor, drawn)
     ((name, sensor),) = preprocessor.sensors.items()
     poses = [Pose(np.array([700.0, -300.0]), heading=0.4), Pose(np.array([-200.0, 50.0]), heading=-1.0)]
-    try:
-        each = [sensor.at(pose).measure(exact.states) for pose in poses]
-    except NotImplementedError:
-        raise Closed("its sensor cannot be placed") from None
+    each = [placed(sensor, pose).measure(exact.states) for pose in poses]
     alone: list[Detections] = []
     for pose, z in zip(poses, each, strict=True):
         scan = Scan(5.0, name, Detections(frozen_copy(z), np.ones(3, dtype=bool)), pose)
@@ -310,6 +315,25 @@ def pictures_make_returns(preprocessor: Preprocessor, drawn: Raw) -> None:
     same("returns of a picture without a pose", made(shown, posed=False).z, some.z, 1e-9)
 
 
+def false_alarms_are_as_rare_as_stated(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it reads pictures and has a `rate` of false alarms: so many cells of noise make a return, or fewer near the ends.
+
+    Noise is exponential power, as of a receiver. The window may take up to 3,072 cells of a row of 6,000.
+    """
+    known = {parameter.name for parameter in parameters(type(preprocessor))}
+    if "rate" not in known or not all(isinstance(sensor, ImagingSensor) for sensor in preprocessor.sensors.values()):
+        raise Closed("it reads no pictures, or has no `rate`")
+    ((name, _),) = preprocessor.sensors.items()
+    often: Any = evolve(preprocessor, rate=RARE)  # type: ignore[misc]
+    rng = np.random.default_rng(drawn.seed)
+    noise = rng.exponential(rng.uniform(0.5, 2.0), (drawn.runs, 1, CELLS))
+    found = sum(len(_made(often, {name: Scan.image(5.0, name, Frame(frozen_copy(row)))}).z) > 0 for row in noise)
+    low, high = (drawn.runs * -np.expm1(-RARE * CELLS * share) for share in (0.4, 1.0))
+    reach = -ndtri(drawn.alpha / 2) * np.sqrt(drawn.runs) / 2
+    told = f"returns: {found} of {drawn.runs} rows of {CELLS} cells of noise make some; by `rate`, {high:.0f} do"
+    demand(low - reach <= found <= high + reach, told)
+
+
 LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, makes_finite_returns, noise_is_positive_definite, padding_changes_nothing, nothing_comes_of_nothing,
@@ -317,4 +341,5 @@ LAWS: tuple[Law, ...] = (
         placed_scans_are_placed, evidence_is_passed_on, pictures_make_returns,
     )),
     Law(evidence_is_a_likelihood_ratio, effort="statistical"),
+    Law(false_alarms_are_as_rare_as_stated, effort="statistical"),
 )  # fmt: skip
