@@ -34,6 +34,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "benchmarks/test_existence.py::test_stated_existence_is_the_share_of_targets": (
         "benchmarks/test_existence.py::test_doubt_that_is_left_out_is_found",
     ),
+    "benchmarks/test_wild.py::test_each_kind_is_followed": (
+        "tools/drafting/test_proof.py::test_every_recorded_ship_that_is_named_has_one_track",
+        "tools/drafting/test_proof.py::test_one_target_that_manoeuvres_has_one_track",
+    ),
     "fuzz/test_fuzz.py::test_guided_by_coverage_a_planted_fault_is_found_and_no_other": (
         "fuzz/test_fuzz.py::test_nothing_escapes",
         "fuzz/test_seeds.py",

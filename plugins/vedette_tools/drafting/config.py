@@ -20,6 +20,7 @@ from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, LESS, proved
 from vedette_tools.drafting.reading import JUMP, Reading, Seen, opened, usual_speed
+from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import tried
@@ -31,8 +32,8 @@ UNREAD = 0.5
 SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
 
-REPORTED = 5.0
-"""m: the deviation along an axis that satellites leave in positions which objects report of themselves; a jitter of their
+SURER, REPORTED = 0.1, 5.0
+"""m: the least and the largest deviation along an axis of positions which objects report of themselves; a jitter of their
 times, which would look like a larger one, is taken for motion. Chosen by hand, seen on one recording of aircraft."""
 
 TRUE = 0.999
@@ -109,12 +110,14 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         steady = accel < floor and design.accel == first.accel
         return written(best.table, facts, design, best.recording.notes, steady=steady, said=said)
 
+    if named:
+        facts = {name: _by_names(one, name, best.recording.scans) for name, one in facts.items()}
     some = _some(best.recording.scans)
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
         first, lambda design: tried(text(design), some), steady, errors=not table.reports,
-        in_turn=any(one.in_turn for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
+        in_turn=any(one.in_turn and not one.named for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
         budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip
     ended = process_time() - begun > BUDGET
@@ -171,7 +174,7 @@ def _vague(seen: Seen, sigma: float) -> float:
 
 def _believed(table: Table, sigmas: tuple[float, ...]) -> tuple[float, ...]:
     """Return the errors of a sensor; positions that objects report of themselves are as good as satellites tell them."""
-    return tuple(min(sigma, REPORTED) for sigma in sigmas) if table.reported else sigmas
+    return tuple(min(max(sigma, SURER), REPORTED) for sigma in sigmas) if table.reported else sigmas
 
 
 def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
@@ -197,6 +200,18 @@ def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
         height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
         in_turn=seen.in_turn,
     )
+
+
+def _by_names(facts: Facts, sensor: str, scans: Sequence[Scan]) -> Facts:
+    """Return the facts with what names tell of targets that report in turn: how seldom some do, and how many are new."""
+    codes = [scan.detections.identity for scan in scans if scan.sensor == sensor]
+    named = [each for each in codes if each is not None]
+    waits = longest_waits(named) if facts.in_turn else np.zeros(0)
+    if not len(waits):
+        return facts
+    often = float(np.clip(1.0 / np.percentile(waits, 95), 1e-6, 0.5))
+    new = len(np.unique(np.concatenate(named))) / len(named)
+    return evolve(facts, probability=often, clutter=max(facts.clutter, new), named=True)
 
 
 def _detected(seen: Seen, hits: int, looks: int) -> float:

@@ -59,6 +59,17 @@ def of_owners(times: Array, spots: Sequence[Array], owner: Indices) -> list[Chai
     return reports
 
 
+def longest_waits(named: Sequence[Indices]) -> Array:
+    """Return for each name that comes often how many scans it waited at the longest; named: of each scan, codes (k,)."""
+    scan = np.repeat(np.arange(len(named)), [len(codes) for codes in named])
+    codes = np.concatenate(named)
+    order = np.argsort(codes, kind="stable")
+    of_names = np.split(scan[order], np.flatnonzero(np.diff(codes[order])) + 1)
+    firsts = np.cumsum([0, *map(len, of_names[:-1])])
+    often = [scans for scans, i in zip(of_names, firsts, strict=True) if len(scans) >= LEAST and codes[order[i]] >= 0]
+    return np.array([np.max(np.diff(scans)) for scans in often], dtype=float)
+
+
 def steady(rows: Indices, times: Array, spots: Array) -> Indices:
     """Return the rows (s,) of one owner without those that lie far from where the returns before and after point.
 

@@ -32,7 +32,7 @@ _GUESS = "a guess: no track was found in the data"
 @frozen
 class Facts:
     """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
-    a `height`.
+    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`.
     """
 
     sigmas: tuple[float, ...]
@@ -47,6 +47,7 @@ class Facts:
     fastest: float = 0.0
     height: float = 1.0
     in_turn: bool = False
+    named: bool = False
     errors: Compared | None = None
 
     @property
@@ -148,7 +149,7 @@ def _lines(
     if design.sure:
         yield ""
         yield "[identity]"
-        yield "wrong = 0.0  # no name is another object's: tracks explain as many returns so as with 0.01"
+        yield "wrong = 0.0  # no name is another object's: returns and their names are as likely so as with 0.01"
     yield ""
     yield "[associator]"
     yield 'kind = "jpda"'

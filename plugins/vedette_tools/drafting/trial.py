@@ -28,7 +28,8 @@ class Trial:
     explained: returns that are of confirmed tracks; long: the number of tracks of equal length that were as broken, the
     square of the sum of their returns over the sum of squares; mixed: times that a confirmed track went over to another
     name, and shared: names that several confirmed tracks bear, beyond the first; lost: names of SHORT returns or more that
-    none bears; detected: in which part of the scans between their first and their last return tracks had one.
+    none bears; detected: in which part of the scans between their first and their last return tracks had one; named: how
+    many names returns bear, and tracks without any.
     """
 
     loglik: float
@@ -41,6 +42,7 @@ class Trial:
     shared: int = 0
     lost: int = 0
     detected: float = 1.0
+    named: int = 0
 
     @property
     def share(self) -> float:
@@ -53,7 +55,12 @@ class Trial:
 
         A name without a track counts twice: it would make one track more.
         """
-        return self.long + self.mixed + self.shared + 2 * self.lost
+        return self.long + self.misnamed
+
+    @property
+    def misnamed(self) -> int:
+        """How many changes of names, names of several tracks, and twice those without one there are."""
+        return self.mixed + self.shared + 2 * self.lost
 
     def __str__(self) -> str:
         told = f"{self.tracks} tracks, {self.short} of them short; {self.share:.3f} of the returns are theirs"
@@ -85,6 +92,7 @@ def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
     return Trial(
         total, sum(len(scan.detections.z) for scan in scans), len(tracks), sum(hit < SHORT for hit in hits), sum(hits),
         sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks, scans), _detected(tracks),
+        _named(tracks, scans),
     )  # fmt: skip
 
 
@@ -98,6 +106,11 @@ def _names(tracks: Sequence[Track], scans: Sequence[Scan]) -> tuple[int, int, in
     borne = {code for codes in told for code in codes.tolist()}
     given = Counter(code for scan in scans for code in _codes(scan))
     return mixed, bears - len(borne), sum(count >= SHORT and code not in borne for code, count in given.items())
+
+
+def _named(tracks: Sequence[Track], scans: Sequence[Scan]) -> int:
+    names = {code for scan in scans for code in _codes(scan)}
+    return len(names) + sum(track.identity is None or not np.any(track.identity >= 0) for track in tracks)
 
 
 def _codes(scan: Scan) -> list[int]:

@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 from vedette import kernels
 from vedette.hypotheses import HypothesisAssociator
 from vedette.space import Array
-from vedette.tracking import Expected, State, Tracker
+from vedette.tracking import Expected, State, Tracker, weighed
 from vedette.types import Detections, Frame
 from vedette_tools.tuning.field_of_view import Cover
 
@@ -27,9 +27,10 @@ class Predictive:
 
     log p(Z) = sum_i log c(z_i) - int c + log sum_a prod_t s(t, a_t), over the joint associations a in which no return is
     that of two tracks. c is the density of clutter, and of undetected targets if the birth states it; s(t, 0) = 1 - e + e
-    (1 - P_D) and s(t, i) = e P_D p(z_i | t) / c(z_i) for a track of existence e. Gates take no part. Exact for one target
-    that is there and a filter that is exact; else as good as the tracker's belief. A frame counts by its ratio to its
-    background. Where the associator keeps hypotheses, each track's leaves are weighed by their marginal probabilities.
+    (1 - P_D) and s(t, i) = e P_D p(z_i | t) / c(z_i) for a track of existence e. Names are evidence of pairs, gates take no
+    part. Exact for one target that is there and a filter that is exact; else as good as the tracker's belief. A frame counts
+    by its ratio to its background. Where the associator keeps hypotheses, each track's leaves are weighed by their marginal
+    probabilities.
     Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
     Implementation, IEEE Trans. Aerospace and Electronic Systems 54, 2018.
     """
@@ -68,6 +69,8 @@ class Predictive:
         miss = innovation.loglik[:, 0]
         scores: Array = np.empty(innovation.loglik.shape)
         scores[:, 0], scores[:, 1:] = miss, hits
+        if isinstance(observed, Detections) and observed.identity is not None:
+            scores = weighed(tracker.identity, it.names, observed.identity, scores)
         if not tracker.lifecycle.permanent:
             scores[:, 0] = kernels.safe_log(1.0 - existence + existence * np.exp(miss))
             scores[:, 1:] += kernels.safe_log(existence)[:, None]

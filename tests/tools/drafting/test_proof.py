@@ -190,13 +190,18 @@ def test_aircraft_whose_positions_jitter_keep_their_tracks():
     assert score.hota >= 0.93
 
 
-@pytest.mark.parametrize(("wrong", "sure"), [(0.0, True), (0.01, True), (0.1, False)])
-def test_names_are_sure_if_tracks_explain_as_much_so(wrong, sure):
-    """Tracks of sure names never mix any: that they are whole shows nothing where they leave returns out."""
+@pytest.mark.parametrize(
+    ("loglik", "mixed", "sure"), [(-1010.0, 0, True), (-950.0, 0, False), (-950.0, 2, False), (-950.0, 9, True)]
+)
+def test_names_are_doubted_if_returns_are_likelier_so_and_tracks_mix_none(loglik, mixed, sure):
+    """A return of another name than its track's is hardly possible where names are sure, and counts in the likelihood."""
 
     def run(design):
-        share = 1.0 - wrong if design.sure else 1.0
-        return Trial(-1000.0, 1000, 10, 0, 1000 * share, 10.0, mixed=0 if design.sure else round(2000 * wrong))
+        return (
+            Trial(-1000.0, 1000, 10, 0, 950.0, 10.0)
+            if design.sure
+            else Trial(loglik, 1000, 10, 0, 1000.0, 10.0, mixed=mixed)
+        )
 
     assert proved(Design(0.1, 5.0, sure=True), run, 1.0).design.sure == sure
 

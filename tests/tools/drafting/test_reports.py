@@ -5,7 +5,7 @@ import pytest
 
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import Reading, opened
-from vedette_tools.drafting.reports import in_turn
+from vedette_tools.drafting.reports import LEAST, in_turn, longest_waits
 from vedette_tools.drafting.table import read_table
 
 
@@ -59,3 +59,11 @@ def test_a_target_that_hovers_and_flies_among_false_returns_is_drafted(tmp_path)
 def test_positions_that_stand_in_several_rows_are_told(tmp_path):
     rows = [(0.1 * k, 10.0 * (k // 10), 3.0 * (k // 10)) for k in range(250)]
     assert "each position stands in some 10 rows" in drafted(file_of(tmp_path / "d.csv", rows)).failure
+
+
+def test_the_longest_wait_of_each_name_that_comes_often():
+    """Scans of one or two returns: of the nameless (-1) and of a name that comes seldom nothing is told."""
+    seven = [0, 1, 2, 3, 9, 10, 14]
+    named = [[4, 7] if i in seven else [4] if i < LEAST + 4 else [-1] for i in range(20)]
+    named[19] = [5]
+    assert longest_waits([np.array(codes) for codes in named]).tolist() == [4.0, 6.0]

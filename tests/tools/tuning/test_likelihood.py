@@ -200,3 +200,33 @@ def test_a_return_with_a_time_of_its_own_is_as_likely_as_a_scan_of_that_time():
     found, _ = Predictive(tracker)(tracker.expect(state, own), cover)
     wanted, _ = Predictive(tracker)(tracker.expect(state, Scan(2.0, "s", Detections.of(z, 2))), cover)
     assert found == pytest.approx(wanted, abs=0.05)
+
+
+@pytest.mark.parametrize("wrong", [0.0, 0.05])
+def test_the_names_of_returns_count(wrong):
+    """One target that is there, seen at one place in eleven scans: its name once known, another is likely as it is wrong."""
+    codes, times = 50, np.arange(12.0)
+
+    def loglik(last):
+        config = {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+            "sensors": {"radar": {"kind": "cartesian_position", "sigma": 1.0, "clutter_density": 1e-12}},
+            "associator": {"kind": "pda"},
+            "birth": {"kind": "given", "start": {"x": [0.0, 1.0], "y": [0.0, 1.0], "vx": [0.0, 1.0], "vy": [0.0, 1.0]}},
+            "lifecycle": {"kind": "single_target"},
+            "gate": "off",
+            "identity": {"wrong": wrong, "codes": codes},
+        }
+        names = [7] * 11 + [last]
+        scans = [
+            Scan(t, "radar", evolve(Detections.of([[0.0, 0.0]]), identity=[name]))
+            for t, name in zip(times, names, strict=True)
+        ]
+        return evaluate(data_of(vedette.load(config), Recording(tuple(scans)), 1.0), [], [], whole=True).loglik[-1]
+
+    own, none, other = map(loglik, (7, -1, 8))
+    assert own - none == pytest.approx(np.log(codes * (1 - wrong) + wrong), abs=0.01)
+    if wrong:
+        assert other - none == pytest.approx(np.log(wrong), abs=0.2)
+    else:
+        assert other < none - 15.0  # a false return, then
