@@ -133,6 +133,7 @@ class Growth {
     std::vector<char> touched_;
     std::vector<int> place_;
     Held before_, other_, product_, after_;
+    Ranking ranking_;
     std::vector<npy_int64> used_, own_;
     std::vector<npy_intp> open_;
     std::vector<double> cost_, logs_, sums_, after_sums_;
@@ -251,13 +252,13 @@ class Growth {
                 for (npy_int64 p = first(own); p < ends_[own]; ++p) row[place_[returns_[p]]] = -scores_[p];
                 row[k + a] = -miss_[own];
             }
-            Ranking ranking(cost_.data(), n, width);
-            ranking.find(wanted);
-            all = static_cast<npy_int64>(ranking.found.size()) < wanted;
-            for (const auto& [cost, node] : ranking.found) {
+            ranking_.take(cost_.data(), n, width);
+            ranking_.find(wanted);
+            all = static_cast<npy_int64>(ranking_.found.size()) < wanted;
+            for (const auto& [cost, node] : ranking_.found) {
                 const std::size_t at = add(rest - cost);
                 for (int a = 0; a < n; ++a) {
-                    const int column = ranking.columns(node)[a];
+                    const int column = ranking_.columns(node)[a];
                     if (column < k) found.leaves[at + static_cast<std::size_t>(open_[a])] += 1 + used_[column];
                 }
             }
@@ -623,6 +624,70 @@ inline PyObject* shed(Call& call, Args args) {
     }
     Py_END_ALLOW_THREADS;
     return enough ? flattened(call, flat, l, false) : PyErr_NoMemory();
+}
+
+// Arguments: weights (h,), starts (h+1,), leaves (m,), track (l,), own (l,), names (l,).
+inline PyObject* target_existence(Call& call, Args args) {
+    const Integers starts(args[1], 1), leaves(args[2], 1), track(args[3], 1), names(args[5], 1);
+    PyArrayObject *weights = call.as_doubles(args[0], 1), *own = call.as_doubles(args[4], 1);
+    if (!call.ok || !starts.good() || !leaves.good() || !track.good() || !names.good() || PyArray_NDIM(weights) != 1 ||
+        PyArray_NDIM(own) != 1)
+        return nullptr;
+    npy_intp l = track.size(0);
+    const npy_intp h = PyArray_DIM(weights, 0), m = leaves.size(0);
+    if (PyArray_DIM(own, 0) != l || names.size(0) != l || starts.size(0) != h + 1 || starts.data()[0] != 0 ||
+        !ascend(starts, 0, m) || starts.data()[h] != m || !within(leaves, l) || !within(track, l))
+        return nullptr;
+    const auto* weight = static_cast<const double*>(PyArray_DATA(weights));
+    const auto* exists = static_cast<const double*>(PyArray_DATA(own));
+    try {
+        const std::size_t size = static_cast<std::size_t>(l);
+        std::vector<std::pair<npy_int64, npy_int64>> by_name(size), wanted;
+        for (npy_intp i = 0; i < l; ++i) by_name[i] = {names.data()[i], i};
+        std::sort(by_name.begin(), by_name.end());
+        std::vector<npy_int64> number(size), seen(size, -1);
+        npy_int64 count = 0;
+        for (std::size_t i = 0; i < size; ++i) {
+            count += i > 0 && by_name[i].first != by_name[i - 1].first;
+            number[by_name[i].second] = count;
+        }
+        std::vector<double> of_track(size, 0.0), of_name(size, 0.0), mass(static_cast<std::size_t>(m));
+        for (npy_intp i = 0; i < h; ++i)
+            for (npy_int64 at = starts.data()[i]; at < starts.data()[i + 1]; ++at) {
+                const npy_int64 leaf = leaves.data()[at];
+                of_track[track.data()[leaf]] += mass[at] = weight[i] * exists[leaf];
+                of_name[number[leaf]] += mass[at];
+            }
+        // Only where it is doubtful which track is the target's, hypotheses without the track are asked.
+        for (npy_intp i = 0; i < l; ++i)
+            if (of_track[track.data()[i]] < 1.0 - 1e-12 && of_name[number[i]] > 0.0) wanted.emplace_back(number[i], track.data()[i]);
+        std::sort(wanted.begin(), wanted.end());
+        wanted.erase(std::unique(wanted.begin(), wanted.end()), wanted.end());
+        std::vector<std::size_t> begin(size + 2, 0);
+        for (const auto& pair : wanted) ++begin[pair.first + 1];
+        for (std::size_t i = 0; i <= size; ++i) begin[i + 1] += begin[i];
+        std::vector<double> others(wanted.size(), 0.0);
+        for (npy_intp i = 0; i < h; ++i) {
+            for (npy_int64 at = starts.data()[i]; at < starts.data()[i + 1]; ++at) seen[track.data()[leaves.data()[at]]] = i;
+            for (npy_int64 at = starts.data()[i]; at < starts.data()[i + 1]; ++at) {
+                const npy_int64 name = number[leaves.data()[at]];
+                for (std::size_t one = begin[name]; one < begin[name + 1]; ++one)
+                    if (seen[wanted[one].second] != i) others[one] += mass[at];
+            }
+        }
+        PyObject* found = PyArray_SimpleNew(1, &l, NPY_DOUBLE);
+        if (found == nullptr) return nullptr;
+        auto* to = static_cast<double*>(PyArray_DATA(reinterpret_cast<PyArrayObject*>(found)));
+        for (npy_intp i = 0; i < l; ++i) {
+            const std::pair<npy_int64, npy_int64> pair{number[i], track.data()[i]};
+            const auto at = std::lower_bound(wanted.begin(), wanted.end(), pair);
+            const double more = at != wanted.end() && *at == pair ? others[at - wanted.begin()] : 0.0;
+            to[i] = std::min(of_track[pair.second] + more, 1.0);
+        }
+        return found;
+    } catch (const std::bad_alloc&) {
+        return PyErr_NoMemory();
+    }
 }
 
 }  // namespace entries

@@ -188,7 +188,7 @@ struct Existence {
     kernel(iterate_twin, 11) kernel(predict_root_twin, 6) kernel(lower_triangular, 1) \
     kernel(joint_weights, 2) kernel(k_best, 2) kernel(linked_clusters, 4) kernel(measure_twin, 4) kernel(move_twin, 5) \
     kernel(normals, 2) kernel(over_axes, 2) kernel(pairs_in_boxes, 5) kernel(predict_points_twin, 7) \
-    kernel(predict_twin, 6) kernel(root, 1) kernel(shed, 7) kernel(uniforms, 2) kernel(wide_clusters, 2)
+    kernel(predict_twin, 6) kernel(root, 1) kernel(shed, 7) kernel(target_existence, 6) kernel(uniforms, 2) kernel(wide_clusters, 2)
 
 // The kernels of one instruction set.
 struct Table {

@@ -14,10 +14,17 @@ namespace vedette {
 
 class Ranking {
   public:
-    Ranking(const double* cost, int rows, int columns)
-        : cost_(cost), n_(rows), m_(columns), words_((columns + 63) / 64), starts_(rows + 1), owner_(columns),
-          column_(rows), u_(rows), v_(columns), dist_(columns), from_(columns), state_(columns), in_(columns), bound_(rows),
-          order_(rows), barred_(words_) {
+    Ranking() = default;
+    Ranking(const double* cost, int rows, int columns) { take(cost, rows, columns); }
+
+    // Takes another problem, in the memory of the one before.
+    void take(const double* cost, int rows, int columns) {
+        cost_ = cost, n_ = rows, m_ = columns, words_ = (columns + 63) / 64;
+        starts_.assign(rows + 1, 0), owner_.assign(columns, 0), column_.assign(rows, 0);
+        u_.assign(rows, 0.0), v_.assign(columns, 0.0), dist_.assign(columns, 0.0), in_.assign(columns, 0.0), bound_.assign(rows, 0.0);
+        from_.assign(columns, 0), state_.assign(columns, kOpen), order_.assign(rows, 0), barred_.assign(words_, 0);
+        edges_.clear(), costs_.clear(), us_.clear(), vs_.clear(), columns_.clear(), orders_.clear(), fixed_counts_.clear();
+        excluded_.clear(), found.clear(), waiting_ = {};
         for (int r = 0; r < n_; ++r) {
             for (int j = 0; j < m_; ++j)
                 if (cost[static_cast<std::ptrdiff_t>(r) * m_ + j] < kNone)
@@ -77,8 +84,8 @@ class Ranking {
         }
     };
 
-    const double* cost_;
-    int n_, m_, words_;
+    const double* cost_ = nullptr;
+    int n_ = 0, m_ = 0, words_ = 0;
     std::vector<int> starts_;
     std::vector<Edge> edges_;
     // The problem at hand: who owns a column, each row's column, the duals; c - u - v >= 0, and 0 where a row owns the column;

@@ -135,13 +135,12 @@ class Hypotheses:
     @cached_property
     def rows(self) -> Indices:
         """The hypothesis (m,) that holds each of `leaves`."""
-        return np.repeat(np.arange(len(self.weights)), np.diff(self.starts))
+        return np.repeat(np.arange(len(self.weights)), self.starts[1:] - self.starts[:-1])
 
     @property
     def heaviest(self) -> Indices:
         """The leaves of each cluster's heaviest hypothesis, ascending."""
-        best = np.diff(self.cluster, prepend=-1) > 0
-        return np.sort(self.leaves[best[self.rows]])
+        return np.sort(self.leaves[firsts(self.cluster)[self.rows]])
 
     @cached_property
     def probability(self) -> Array:
@@ -197,35 +196,8 @@ class Hypotheses:
         It is that of the leaf's track; and in a hypothesis without that track, that of one which took the same returns last:
         `last` (l, n) numbers these. So a target surely exists of which it is only doubtful which track it is.
         """
-        rows, mass = self.rows, self.weights[self.rows] * own[self.leaves]
-        of_track: Array = np.bincount(self.track[self.leaves], mass).astype(float)[self.track]
-        names, leaf, number = np.unique(last @ MIXED[: last.shape[-1]], return_index=True, return_inverse=True)
-        of_return = np.bincount(number[self.leaves], mass, len(names))[number]
-        # Where all leaves that took the same returns are of one track, they add nothing to it.
-        several = np.bincount(number, self.track != self.track[leaf[number]], len(names))[number] > 0
-        doubtful = several & (of_track < 1.0 - ROUNDING) & (of_return > ROUNDING)
-        if not doubtful.any():
-            return of_track
-        # What is counted by the return where the hypothesis holds the track, too, is taken out again.
-        codes = self.track * len(names) + number
-        pairs = np.unique(codes[doubtful])
-        tracks, returns = np.zeros(int(self.track[-1]) + 1, dtype=bool), np.zeros(len(names), dtype=bool)
-        tracks[pairs // len(names)], returns[pairs % len(names)] = True, True
-        holding = np.flatnonzero(tracks[self.track[self.leaves]])
-        giving = np.flatnonzero(returns[number[self.leaves]] & (mass > 0))
-        count = np.bincount(rows[giving], minlength=len(self.weights))
-        begin, number_of, both = np.cumsum(count) - count, count[rows[holding]], np.zeros(len(pairs))
-        for some in np.array_split(np.arange(len(holding)), 1 + np.sum(number_of) // MOST_AT_ONCE):
-            first = np.repeat(holding[some], number_of[some])
-            place = np.arange(len(first)) - np.repeat(np.cumsum(number_of[some]) - number_of[some], number_of[some])
-            second = giving[begin[rows[first]] + place]
-            code = self.track[self.leaves[first]] * len(names) + number[self.leaves[second]]
-            at = np.minimum(np.searchsorted(pairs, code), len(pairs) - 1)
-            same = pairs[at] == code
-            both += np.bincount(at[same], mass[second[same]], len(pairs))
-        total = np.array(of_track)
-        total[doubtful] += np.maximum(of_return[doubtful] - both[np.searchsorted(pairs, codes[doubtful])], 0.0)
-        return np.minimum(total, 1.0)
+        names = last @ MIXED[: last.shape[-1]]
+        return kernels.target_existence(self.weights, self.starts, self.leaves, self.track, own, names)
 
 
 class HypothesisAssociator(Associator):
@@ -303,4 +275,11 @@ class HypothesisAssociator(Associator):
 
 def _dense(ascending: Indices) -> Indices:
     """Return numbers that ascend as others from 0 without gaps."""
-    return np.cumsum(np.diff(ascending, prepend=ascending[:1]) > 0)
+    return np.cumsum(firsts(ascending)) - 1
+
+
+def firsts(ascending: Indices) -> Mask:
+    """Return whether each number (n,) is the first of its kind."""
+    first = np.ones(len(ascending), dtype=bool)
+    np.not_equal(ascending[1:], ascending[:-1], out=first[1:])
+    return first

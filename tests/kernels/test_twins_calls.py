@@ -117,6 +117,7 @@ def an_example_of_each():
         "best_joint": (np.zeros((3, 4)), np.array([[0, 1], [2, -1]]), np.array([3, 1])),
         "grow": (one, sure, np.array([0, 1]), one, np.zeros(1), one + 1, one, np.ones(1), valid, 5, 0.1),
         "shed": (one, sure, np.array([0, 1]), one, one, np.ones(1, bool), 0.1),
+        "target_existence": (sure, np.array([0, 1]), one, one, sure, one),
         "joint_weights": (columns, 3),
         "wide_clusters": (columns, 3),
         "pairs_in_boxes": (x, x + 1, x, ((1, 6.0),), 100),

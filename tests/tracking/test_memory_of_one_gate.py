@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette import Detections, Scan, hypotheses
+from vedette import Detections, Scan, kernels
+from vedette.kernels import clusters
 from vedette.tracking import conclusion
 
 MOST_MB = 500
@@ -64,12 +65,6 @@ def doubtful():
         yield of, existence, state.leaves.last
 
 
-def existences():
-    """Existences of these leaves over all hypotheses."""
-    for of, existence, last in doubtful():
-        yield of.existence(existence, last)
-
-
 def summed(of, own, last):
     """Existence of each leaf's target, hypothesis by hypothesis: of its track, else of those that took the same returns."""
     total = np.zeros(len(own))
@@ -83,24 +78,14 @@ def summed(of, own, last):
 
 
 @pytest.mark.costly
-def test_existence_is_that_of_the_track_or_of_one_which_took_the_same_returns():
+@pytest.mark.parametrize("twin", [clusters.target_existence, kernels.target_existence], ids=["numpy", "running"])
+def test_existence_is_that_of_the_track_or_of_one_which_took_the_same_returns(monkeypatch, twin):
+    monkeypatch.setattr(kernels, "target_existence", twin)
     shared = 0
     for of, own, last in doubtful():
         np.testing.assert_allclose(of.existence(own, last), summed(of, own, last), rtol=0, atol=1e-12)
         shared += np.sum(of.existence(own, last) > of.existence(own, np.arange(len(own))[:, None]) + 1e-6)
     assert shared > 20
-
-
-def test_pairs_of_leaves_give_the_same_a_few_at_a_time(monkeypatch):
-    whole = list(existences())
-    monkeypatch.setattr(hypotheses, "MOST_AT_ONCE", 7)
-    for found, expected in zip(existences(), whole, strict=True):
-        np.testing.assert_allclose(found, expected, rtol=1e-12)
-    assert sum(map(len, whole)) > 100
-    monkeypatch.setattr(
-        hypotheses, "MIXED", hypotheses.MIXED * 0
-    )  # every leaf took the same returns: it must change something
-    assert any(not np.allclose(found, expected) for found, expected in zip(existences(), whole, strict=True))
 
 
 def test_leaves_are_updated_a_few_at_a_time_as_all_at_once(monkeypatch):

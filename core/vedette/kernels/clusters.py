@@ -76,6 +76,21 @@ def shed(
     return _flat(clusters)
 
 
+def target_existence(weights: Array, starts: Indices, leaves: Indices, track: Indices, own: Array, names: Indices) -> Array:
+    """Return the existence (l,) of each leaf's target over all hypotheses, from the leaves' own (l,).
+
+    In each hypothesis it is that of the leaf's track, or without that of the leaves of equal `names` (l,).
+    """
+    _, number = np.unique(names, return_inverse=True)
+    total = np.zeros(len(own))
+    for weight, begin, end in zip(weights, starts[:-1], starts[1:], strict=True):
+        held = leaves[begin:end]
+        of_track, of_name = (np.bincount(of[held], weight * own[held], len(own)) for of in (track, number))
+        there = np.bincount(track[held], minlength=len(own)) > 0
+        total += np.where(there[track], of_track[track], of_name[number])
+    return np.minimum(total, 1.0)
+
+
 class _Table:
     """Log scores of leaves by pairs, with every miss possible."""
 

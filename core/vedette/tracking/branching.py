@@ -6,12 +6,13 @@ Which tracks hang together by the returns that they share, `vedette.hypotheses` 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.hypotheses import LOST, MIXED, Branching, HypothesisAssociator, LeafScores
+from vedette.hypotheses import LOST, MIXED, Branching, HypothesisAssociator, LeafScores, firsts
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
@@ -50,8 +51,8 @@ class Leaves:
     belief, memory and hypotheses are the estimator's, the lifecycle's and the associator's. ids (l,): the track that a leaf
     belongs to; parent (l,): its row after the scan before, -1 where it began; choice (l,): the return that it took, counted
     from 1, or 0 for a miss; distance (l,): the squared distance of that; last (l, 3): numbers of the returns that it took
-    last, -1 for none. shown (t,): the rows of the state's tracks; links (t,): the probability that the return which each
-    took and the one that it took before are of one target, NaN without such. lost (l,): the probability that truncation
+    last, -1 for none. shown (t,): the rows of the state's tracks; there (l,): the probability that a leaf is right and its
+    target exists. lost (l,): the probability that truncation
     dropped in the scan, of all associations of the leaf's cluster; None: next to none. sure (l, 2): where leaves are
     merged, the share of those that took the return taken last, and the one before; None where they are not. ended: leaves
     that are no more. names: the codes that leaves bear; None where no return named its object.
@@ -68,11 +69,33 @@ class Leaves:
     distance: Array
     last: Indices
     shown: Indices
-    links: Array | None = None
+    there: Array
     lost: Array | None = None
     sure: Array | None = None
     ended: Ended = NONE_ENDED
     names: Names | None = None
+
+    @cached_property
+    def links(self) -> Array:
+        """The probability (t,) that the return which a shown leaf took and its last before are of one target.
+
+        It is the sum over all leaves that took both, of `there`. NaN where it took no return, or none before.
+        """
+        rows, there = self.shown, self.there
+        links = np.full(len(rows), np.nan)
+        asked = (self.choice[rows] > 0) & (self.last[rows, 1] != -1)
+        if not asked.any():
+            return links
+        if self.lost is not None:
+            there = there * (1.0 - UNLIKELIER * self.lost)
+        if self.sure is not None:
+            there = there * self.sure[:, 0] * self.sure[:, 1]
+        code = self.last[:, 1] * MIXED[0] + self.last[:, 2] * MIXED[1]
+        wanted, of = np.unique(code[rows[asked]], return_inverse=True)
+        at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
+        same = (wanted[at] == code) & (self.choice > 0)
+        links[asked] = np.minimum(np.bincount(at[same], there[same], len(wanted))[of], 1.0)
+        return links
 
 
 @frozen(eq=False)
@@ -103,8 +126,7 @@ def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, s
     hypotheses, sure = associator.initial_hypotheses(count), np.ones(count)
     return Leaves(
         belief, memory, hypotheses, np.arange(count), sure, sure > 0, np.full(count, -1), np.zeros(count, dtype=np.int64),
-        np.zeros(count), np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]), np.arange(count),
-        np.full(count, np.nan),
+        np.zeros(count), np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]), np.arange(count), sure,
     )  # fmt: skip
 
 
@@ -127,7 +149,7 @@ def branched(it: Expected, scores: LeafScores, parts: Sequence[Part] | None) -> 
     parent, approximated, total = branching.parent[continues], 0, 0.0
     if branching.lost is not None and len(parent):
         ids, lost = it.state.leaves.ids[parent], branching.lost[continues]
-        worst = np.maximum.reduceat(lost, np.flatnonzero(np.diff(ids, prepend=-1)))
+        worst = np.maximum.reduceat(lost, np.flatnonzero(firsts(ids)))
         approximated, total = int(np.count_nonzero(worst > LOST)), float(np.sum(worst[worst > LOST]))
     if branching.inexact is not None:
         approximated = len(np.unique(it.state.leaves.ids[parent[branching.inexact[continues]]]))
@@ -176,36 +198,12 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
     row_of = own[shown] if associator.merges == "shown" else np.searchsorted(stay, shown)
-    there = associator.probability(hypotheses) * staying.existence
     after = Leaves(
         staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice,
-        distance[stay], last[stay], row_of, ended=ended,
+        distance[stay], last[stay], row_of, associator.probability(hypotheses) * staying.existence, ended=ended,
         lost=None if lost is None else lost[stay], sure=None if sure is None else sure[stay], names=staying.names,
     )  # fmt: skip
-    after = evolve(after, links=link_probability(after, there, row_of))
     return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
-
-
-def link_probability(leaves: Leaves, there: Array, rows: Indices) -> Array:
-    """Return the probability that the return which a leaf took and its last before are of one target, of some rows (t,).
-
-    It is the sum over all leaves that took both, of the probability (l,) that a leaf is right and its target is `there`.
-    NaN where a row took no return, or none before.
-    """
-    links = np.full(len(rows), np.nan)
-    asked = (leaves.choice[rows] > 0) & (leaves.last[rows, 1] != -1)
-    if not asked.any():
-        return links
-    if leaves.lost is not None:
-        there = there * (1.0 - UNLIKELIER * leaves.lost)
-    if leaves.sure is not None:
-        there = there * leaves.sure[:, 0] * leaves.sure[:, 1]
-    code = leaves.last[:, 1] * MIXED[0] + leaves.last[:, 2] * MIXED[1]
-    wanted, of = np.unique(code[rows[asked]], return_inverse=True)
-    at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
-    same = (wanted[at] == code) & (leaves.choice > 0)
-    links[asked] = np.minimum(np.bincount(at[same], there[same], len(wanted))[of], 1.0)
-    return links
 
 
 def hypothesis_associator(it: Expected) -> HypothesisAssociator:

@@ -19,7 +19,7 @@ from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import Lifecycle
 from vedette.tracking import pytrees
-from vedette.tracking.branching import Leaves, link_probability
+from vedette.tracking.branching import Leaves
 from vedette.tracking.state import State, next_state
 
 
@@ -141,7 +141,6 @@ def _shown(state: State, told: Told) -> State:
     rows = told.rows
     choice = leaves.choice[rows]
     hit = (choice > 0).astype(float)
-    links = link_probability(leaves, told.there, rows)
     return next_state(
         state,
         belief=told.belief,
@@ -154,5 +153,5 @@ def _shown(state: State, told: Told) -> State:
         returns=choice[:, None] - 1,
         gates=None,
         names=pytrees.take(leaves.names, rows, 0),
-        leaves=evolve(leaves, shown=rows, links=links),
+        leaves=evolve(leaves, shown=rows, there=told.there),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import Hypotheses, LeafScores, firsts
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
@@ -82,7 +82,7 @@ def _holding(found: Hypotheses, leaves: Indices) -> Indices:
     number = np.bincount(found.rows, held[found.leaves], len(found.weights))
     order = np.lexsort((-number, found.cluster))
     best = np.zeros(len(found.weights), dtype=bool)
-    best[order[np.diff(found.cluster, prepend=-1) > 0]] = True
+    best[order[firsts(found.cluster)]] = True
     return np.sort(found.leaves[best[found.rows]])
 
 
@@ -90,7 +90,7 @@ def _decided(found: Hypotheses) -> Hypotheses:
     """Return the hypotheses that hold, of each track, a leaf with the oldest ancestor that the heaviest one has."""
     ancestor = found.past[found.leaves, -1]
     begun, rows = ancestor >= 0, found.rows
-    best = np.diff(found.cluster, prepend=-1) > 0
+    best = firsts(found.cluster)
     settled = np.zeros(int(np.max(ancestor, initial=-1)) + 1, dtype=bool)
     settled[ancestor[begun & best[rows]]] = True
     count = len(found.weights)
