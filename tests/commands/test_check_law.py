@@ -3,6 +3,7 @@
 import sys
 
 import attrs
+import numpy as np
 import pytest
 from hypothesis import strategies as st
 
@@ -10,6 +11,7 @@ from vedette.cli import main
 from vedette.testing import FAST, Misuse, examine
 from vedette.testing.comparisons import Broken
 from vedette.testing.law import Law
+from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.strategies import components
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
@@ -103,6 +105,24 @@ def test_every_failure_says_which_component_it_is_and_on_what(check):
     _, component, data = outcome.text.splitlines()
     assert component.strip().startswith("with ConstantVelocity(")
     assert data.strip().startswith("and Moves(x=")
+
+
+def stepping(component, drawn):
+    """Wrong for all steps but short ones."""
+    calls.append((component, drawn))
+    if drawn.dt > 1.0:
+        raise Broken("too long")
+
+
+def test_a_counterexample_can_be_pasted():
+    calls.clear()
+    outcome = examine(ConstantVelocity, Law(stepping), components(ConstantVelocity), FAST)
+    _, component, drawn = (line.strip() for line in outcome.text.splitlines())
+    pasted = eval(component.removeprefix("with "), {"ConstantVelocity": ConstantVelocity})
+    assert pasted == calls[-1][0]
+    drawn = eval(drawn.removeprefix("and "), {"np": np, "Moves": Moves})
+    assert attrs.asdict(drawn, filter=lambda field, _: field.repr).keys() == attrs.asdict(calls[-1][1]).keys()
+    assert (drawn.dt, drawn.x.tolist()) == (calls[-1][1].dt, calls[-1][1].x.tolist())
 
 
 def test_a_strategy_that_draws_nothing_is_named_by_its_place():

@@ -115,4 +115,7 @@ def counterexample(what: str, component: Component, data: Any, check: Callable[[
     lines = [what.replace("\n", " ")]
     if check is not None and (call := last_call(component, check)):
         lines.append(f"  after {shortened(call)}")
-    return "\n".join([*lines, f"  with {say(component)}", f"  and {shortened(say(data, 6))}"])
+    exact = say(data)  # which can be pasted; `--replay` repeats what is too long for that
+    return "\n".join(
+        [*lines, f"  with {say(component)}", f"  and {exact if len(exact) <= WIDTH else shortened(say(data, 6))}"]
+    )
