@@ -16,19 +16,19 @@ MEASURED = json.loads(Path(FROZEN).with_name("measured.json").read_text())
 """Verdicts by name on all of them."""
 
 JUDGED = json.loads(Path(FROZEN).with_name("judged.json").read_text())
-"""Those that live, with a word and why: judged by reading the code."""
+"""Those that live, with a word and why: judged by reading the code. One of another model fails the component's own tests."""
 
 
 def test_there_are_at_least_fifty_of_each_role_and_no_site_twice():
     mutants = frozen()
     assert Counter(mutant.role for mutant in mutants) == sum(map(Counter, DRAWS.values()), Counter())
-    assert len({(mutant.role, mutant.file, mutant.function, mutant.site) for mutant in mutants}) == len(mutants) == 710
+    assert len({(mutant.role, mutant.file, mutant.function, mutant.site) for mutant in mutants}) == len(mutants) == 760
 
 
 def test_each_is_measured_and_each_that_lives_is_judged():
     assert set(MEASURED) == {mutant.name for mutant in frozen()}
     assert {name for name, verdict in MEASURED.items() if verdict == "lives"} == set(JUDGED)
-    assert {word for word, _ in JUDGED.values()} <= {"alike", "below power", "gap"}
+    assert {word for word, _ in JUDGED.values()} <= {"alike", "below power", "other model", "gap"}
 
 
 @pytest.mark.nightly("350 mutants, each of which costs 2 s")

@@ -61,7 +61,7 @@ LEGS = (
 
 def comes_and_goes():
     """A ship on legs, laid when it is drawn: a mutant of legs lays its own."""
-    return Ship(start=[200.0, -350.0], course=2.0, speed=9.0, legs=LEGS, appears=1.5, disappears=11.0)
+    return Ship(start=[200.0, -350.0], course=2.0, speed=9.0, legs=LEGS, appears=1.5, disappears=8.0)
 
 
 EVERYWHERE = Bounds(-600.0, 600.0)

@@ -223,6 +223,7 @@ DECLARED = [
     ("J by sigma", SPOT, "frames_inform_as_stated", told(SPOT, lambda J, g, llr: (3.0 * J, g, llr)), EYE),
     ("a quarter of the noise", SPOT, "noise_is_what_a_frame_leaves",
      {"noise": lambda s, x: SPOT.noise(s, x) / 4}, EYE),
+    ("a ratio that noise has, too", BOX, "noise_speaks_for_no_target", told(BOX, lambda J, g, llr: (J, g, llr + 16.0)), {}),
     ("the background kept", SPOT, "a_known_level_changes_nothing", {"information": without_level}, EYE),
     ("learns that it is brighter", SPOT, "learning_leaves_the_place", {"learn": brighter_and_brighter}, LEARNS),
     ("a return forgotten", BP, "a_return_counts_once", {"predict": forgets}, LINEAR),

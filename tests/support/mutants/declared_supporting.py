@@ -5,7 +5,7 @@ from attrs import evolve
 from hypothesis import strategies as st
 
 from support.mutants.declared import SPOTS
-from support.mutants.sources import BOAT, SCENE
+from support.mutants.sources import BOAT
 from vedette import Gaussian
 from vedette.testing.laws.source import OTHER
 from vedette.testing.strategies import SENSOR
@@ -46,8 +46,13 @@ BOATS = RadarPicturesScene(
     frames=6,
 )
 POINTS = {"scene": st.just(BOATS), "extent": st.just(0.02), "sigma": st.just(1.0), "clutter": st.just(3e-5)}
-LOCKSTEP = SCENE | {"looks": st.just({SENSOR: Look(interval=1.0, first=1.5)}), "drawn": st.just({"boat": BOAT})}
+ALONE = dict.fromkeys(("ships", "drawn", "populations", "crossings", "convoys", "sensors"), st.just({}))
+LOCKSTEP = ALONE | {
+    "duration": st.just(20.0), "looks": st.just({SENSOR: Look(interval=1.0, first=1.5)}), "drawn": st.just({"boat": BOAT}),
+}  # fmt: skip
 TWO_LOOKS = LOCKSTEP | {"looks": st.just({name: Look(interval=1.0, first=1.5) for name in (SENSOR, OTHER)})}
+LEAVES = Ship(start=[100.0, 50.0], speed=8.0, disappears=4.0)
+LEFT = LOCKSTEP | {"drawn": st.just({}), "ships": st.just({"ship": LEAVES})}
 SCREEN = {"sensors": st.just({"screen": RadarScreen()}), "window": st.just(16)}
 AREA = {"survives_in": st.just((Polygon([[-300.0, -250.0], [280.0, -320.0], [350.0, 40.0], [-120.0, 330.0]]),))}
 
@@ -78,7 +83,7 @@ def told(base, name, change):
 
 def late_states(self, sensors, rngs):
     scenes = Simulation.open_together(self, sensors, rngs)
-    return evolve(scenes, states=scenes.states + 500.0)
+    return scenes and evolve(scenes, states=scenes.states + 500.0)
 
 
 def sensor_by_sensor(self, sensors, rngs):
@@ -125,6 +130,12 @@ DECLARED_SUPPORTING = [
     ("a frame without a pixel", InfraredScene, "scans_are_the_sensors", {"open": without_pixels}, DRIFTING),
     ("sensor by sensor in lock-step", Simulation, "scans_come_in_time_order",
      {"open_together": sensor_by_sensor}, TWO_LOOKS),
+    ("confirms half as far", CountLikelihoodDetection, "sensors_confirm_within_the_threshold",
+     other(CountLikelihoodDetection, "process", threshold=lambda s: s.threshold / 2), FUSED),
+    ("no clutter at all", RadarPointsScene, "scatters_as_stated",
+     other(RadarPointsScene, "open", clutter=lambda s: 0.0), POINTS),
+    ("drawn in lock-step after it left", Simulation, "drawn_together_as_alone",
+     other(Simulation, "open_together", ships=lambda s: {"ship": evolve(LEAVES, disappears=None)}), LEFT),
     ("headings backward", RadarPointsScene, "truth_moves_as_its_velocities",
      told(RadarPointsScene, "heading", lambda heading: heading + np.pi), POINTS),
     ("other states in lock-step", Simulation, "drawn_together_as_alone", {"open_together": late_states}, LOCKSTEP),

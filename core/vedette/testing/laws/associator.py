@@ -19,6 +19,8 @@ from vedette.tracking.identity import Identity, Names, weighed
 
 NEARLY = 0.02
 """By how much a weight may be off that is not called approximate."""
+CONTESTED = 100.0
+"""Nats of evidence for a return that several tracks contend for: products over four of them are still doubles."""
 CROWDED = 0.5
 """CPU time in s that 8 tracks and 30 returns may take; one that enumerates is told so, not failed."""
 
@@ -128,11 +130,10 @@ def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
     """
     weights = np.asarray(associator.associate(drawn.scores, None))
     same("sum of a row without evidence", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
-    for nats in (2000.0, -2000.0):
-        strong = np.where(np.arange(drawn.scores.shape[-1] - 1) == 0, nats, drawn.evidence)
-        scores = np.concatenate([drawn.scores[..., :1], drawn.scores[..., 1:] + strong - drawn.evidence], axis=-1)
-        _weights(associator, scores, strong)
     alone = drawn.scores[..., :1, :]
+    for given, nats in ((alone, 2000.0), (alone, -2000.0), (drawn.scores, CONTESTED), (drawn.scores, -CONTESTED)):
+        strong = np.where(np.arange(given.shape[-1] - 1) == 0, nats, drawn.evidence)
+        _weights(associator, np.concatenate([given[..., :1], given[..., 1:] + strong - drawn.evidence], axis=-1), strong)
     before = _weights(associator, alone, drawn.evidence)
     for i in range(drawn.scores.shape[-1] - 1):
         more = np.array(drawn.evidence)

@@ -12,7 +12,7 @@ from vedette.roles import Sensor
 from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.testing.bands import judge_standard_normal
+from vedette.testing.bands import binomial_band, judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks
@@ -28,6 +28,8 @@ SIZES = {"px": 2.0, "rad": 0.3, "1": 0.2}
 """Usual values of the axes beyond the position: by name, else by unit, else 0."""
 PLAIN = {"x", "y", *LOOKS, "spread"}
 """A camera of no other axes looks for a round spot, such as the kit draws."""
+AWAY, MUCH = 1e3, 5.0
+"""Pixels from which on a target leaves a picture as it is; a log ratio that noise has in 1 of 148 pictures at most."""
 STANDS_OUT = 72.0
 """Log ratio of a spot without noise from which on noise makes none negative: its variance is twice that, so 6 sigma."""
 
@@ -260,6 +262,18 @@ def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
     judge_standard_normal("score, in units of J", np.linalg.solve(np.linalg.cholesky(J), g[:, 0].T).T, drawn.alpha)
 
 
+def noise_speaks_for_no_target(sensor: Sensor, drawn: Looks) -> None:
+    """In frames without a target the ratio is hardly ever much above 0: it exceeds L nats in e^-L of them at most."""
+    camera, rng, count = _camera(sensor), np.random.default_rng(drawn.seed), min(drawn.runs, 250)
+    x = np.repeat(_at(camera, COLUMN, ROW)[None], count, axis=0)
+    pixels = _drawn_frame(camera, _moved(camera, x[:, 0], np.full(2, AWAY)), rng)
+    pixels = rng.normal(size=(count, *SHAPE)) if pixels is None else pixels
+    spoke = int(np.sum(_information(camera, x, Frame(frozen_copy(pixels)), x)[2][:, 0] > MUCH))
+    most = count * binomial_band(count, np.exp(-MUCH), drawn.alpha)[1]
+    told = f"llr: is above {MUCH:g} in {spoke} of {count} frames without a target, at most {most:.0f} of a likelihood ratio"
+    demand(spoke <= most, told)
+
+
 def a_known_level_changes_nothing(sensor: Sensor, drawn: Looks) -> None:
     """If it observes `background`: counts added to all pixels and to it change neither J, g nor llr."""
     camera = _camera(sensor)
@@ -356,6 +370,7 @@ LAWS = (
     *map(Law, (pictures_inform, pictures_show_where, unseen_pixels_are_as_dead_ones, a_step_leads_to_the_target)),
     Law(noise_is_what_a_frame_leaves),
     Law(frames_inform_as_stated, effort="statistical"),
+    Law(noise_speaks_for_no_target, effort="statistical"),
     *map(Law, (a_known_level_changes_nothing, learning_leaves_the_place, a_brighter_target_is_seen_no_worse)),
     Law(frames_look_as_named, effort="long"),
 )

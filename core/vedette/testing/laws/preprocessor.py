@@ -181,6 +181,23 @@ def others_far_away_change_nothing(preprocessor: Preprocessor, drawn: Raw) -> No
                 same(f"{what}, with returns of {name!r} far away", getattr(more, what)[near], before, 1e-9)
 
 
+def sensors_confirm_within_the_threshold(preprocessor: Preprocessor, drawn: Raw) -> None:
+    """If it fuses sensors and has `threshold` in m: returns nearer than that make one, and those farther apart none."""
+    units = {parameter.name: parameter.unit for parameter in parameters(type(preprocessor))}
+    exact, limit = _exact(preprocessor, drawn, several=True), getattr(preprocessor, "threshold", 0.0)
+    if len(preprocessor.sensors) < 2 or units.get("threshold") != "m":
+        raise Closed("it does not fuse sensors, or has no `threshold` in m")
+    for share, wanted in ((0.9, 1), (1.1, 0)):
+        scans = {}
+        for number, (name, sensor) in enumerate(preprocessor.sensors.items()):
+            x = exact.states[:1].copy()
+            x[0, exact.where[0]] += share * limit * (number if share > 1 else number > 0)
+            scans[name] = _scan(name, sensor.measure(x), 1)
+        made = len(_made(preprocessor, scans).z)
+        told = f"returns: of those {share} times the threshold of {limit:g} m apart, {made} are made, must be {wanted}"
+        demand(made == wanted, told)
+
+
 def evidence_is_a_likelihood_ratio(preprocessor: Preprocessor, drawn: Raw) -> None:
     """If it fuses sensors and gives evidence: exp(-evidence) of targets' returns is 1 on average.
 
@@ -337,7 +354,8 @@ def false_alarms_are_as_rare_as_stated(preprocessor: Preprocessor, drawn: Raw) -
 LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, makes_finite_returns, noise_is_positive_definite, padding_changes_nothing, nothing_comes_of_nothing,
-        returns_lie_where_they_were_seen, others_far_away_change_nothing, sharper_returns_make_sharper_ones,
+        returns_lie_where_they_were_seen, others_far_away_change_nothing, sensors_confirm_within_the_threshold,
+        sharper_returns_make_sharper_ones,
         placed_scans_are_placed, evidence_is_passed_on, pictures_make_returns,
     )),
     Law(evidence_is_a_likelihood_ratio, effort="statistical"),

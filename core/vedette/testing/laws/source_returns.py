@@ -14,9 +14,13 @@ from vedette.supporting import Source
 from vedette.testing.bands import judge_scale
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
+from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Altered, Opened
 from vedette.testing.strategies import SENSOR
 from vedette.types import Detections, Recording, Scan, Trajectory
+
+CROWDED = 1e-4
+"""False returns a m^2 and scan, or more where it states more, with which its clutter is judged."""
 
 Look = tuple[int, int, NDArray[np.int64], float]
 """Of a target in a scan: which scan, how many returns it has, those near the target, and how surely it is detected."""
@@ -100,6 +104,8 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
 
     If it has `clutter` in 1/m^2: so dense are false returns in the middle of where they lie.
     """
+    if getattr(source, "clutter", 0.0):  # so dense that there are some, whatever the region
+        source = changed(source, {"clutter": max(source.clutter, CROWDED)}) or source  # type: ignore[attr-defined]
     sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
     if not source.draws or not isinstance(sigma, float) or not sigma or hasattr(source, "level"):
         raise Closed("it draws nothing, or has no `sigma` in m")
@@ -128,6 +134,7 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
     for i, axis in enumerate(("along", "across") if extent else ("x", "y")):
         judge_scale(f"errors {axis}, of returns", np.array(squares)[:, 0, i], 1.0, drawn.alpha / 3)
     rest = np.concatenate(false)
+    demand(len(rest) or density < CROWDED, f"returns: none is false in {looks} scans, with {density:g} a m^2")
     if density and len(rest) > 200:
         away = np.linalg.norm(rest - rest.mean(axis=0), axis=-1)
         found, wanted = np.sum(away < away.max() / 2), density * np.pi * (away.max() / 2) ** 2 * looks
@@ -144,6 +151,8 @@ def drawn_together_as_alone(source: Source, drawn: Opened) -> None:
         raise Closed("it draws no such scene in lock-step, or on a moving platform")
     times = np.array([scan.time for scan in scenes.scans])
     same("times in lock-step", times, np.array([scan.time for scan in alone.scans]), 1e-9)
+    there = [path.times[0] <= times.min() and times.max() <= path.times[-1] for path in alone.truth]
+    demand(all(there), "open_together: draws a target in lock-step at times when, drawn alone, it is not there")
     looks: list[Look] = []
     for run, states in enumerate(scenes.states):
         seen = [scan.detections.z[run][scan.detections.valid[run]] for scan in scenes.scans]
