@@ -48,49 +48,34 @@ VEDETTE_INLINE bool are_shared(const In* in, std::initializer_list<int> which) {
 }
 
 // Calls f with the sizes, and with a number of the type that a model's matrices are read as: double if they are shared, and
-// sizes are constants.
-template <class T, class N, class F>
-VEDETTE_INLINE void with_coefficients(N n, bool shared, const F& f) {
-    if constexpr (std::is_same_v<T, double>)
-        f(n, 0.0);
-    else if constexpr (std::is_same_v<N, int>)
-        f(n, T{});
-    else if (shared)
-        f(n, 0.0);
-    else
-        f(n, T{});
-}
-template <class T, class F>
-VEDETTE_INLINE void with_constants(int n, bool shared, const F& f) {
-    with_sizes(n, [&](auto states) { with_coefficients<T>(states, shared, f); });
-}
-template <class T, class F>
+// sizes are constants. Whether constants are worth compiling where each of eight problems has matrices of its own, the caller says.
+enum Unrolled { kShared, kSharedOrOwn };
+template <class T, Unrolled which, class F>
 VEDETTE_INLINE void with_constants(int n, int m, bool shared, const F& f) {
+    if constexpr (which == kShared && !std::is_same_v<T, double>)
+        if (!shared) return f(n, m, T{});
     with_sizes(n, m, [&](auto states, auto measured) {
-        with_coefficients<T>(states, shared, [&](auto, auto c) { f(states, measured, c); });
+        if constexpr (std::is_same_v<decltype(states), int>) return f(states, measured, T{});
+        if constexpr (which == kSharedOrOwn && !std::is_same_v<T, double>)
+            if (!shared) return f(states, measured, T{});
+        f(states, measured, 0.0);
     });
 }
 
-// The same where eight problems have the most usual sizes alone: for kernels that take long to compile.
+// The same where the most usual sizes alone are worth it: for kernels that take long to compile.
 template <class T, class F>
 VEDETTE_INLINE void with_usual_constants(int n, int m, bool shared, const F& f) {
-    if constexpr (kUnrolls && !std::is_same_v<T, double>)
-        if (n == 4 && m == 2)
-            return with_coefficients<T>(std::integral_constant<int, 4>(), shared, [&](auto states, auto c) {
-                f(states, std::integral_constant<int, 2>(), c);
-            });
+    if constexpr (kUnrolls)
+        if (n == 4 && m == 2 && (shared || std::is_same_v<T, double>))
+            return f(std::integral_constant<int, 4>(), std::integral_constant<int, 2>(), 0.0);
     f(n, m, T{});
 }
 
 // A stage of eight problems stands apart, or the compiler would keep too much in memory, and be at it for minutes.
-template <class F>
-__attribute__((noinline)) void outlined(const F& f) {
-    f();
-}
-template <class T, class F>
+template <class T, class... N, class F>
 VEDETTE_INLINE void outlined_for_eight(const F& f) {
     if constexpr (std::is_same_v<T, double>)
-        f();
+        once_unless_constant<N...>(f);
     else
         outlined(f);
 }
@@ -180,12 +165,14 @@ VEDETTE_INLINE const T& entry(const T* A, int i, int j, int columns) {
 }
 
 // Makes the lower triangle of a symmetric C that of its upper one.
-template <class T>
-VEDETTE_INLINE void copy_upper_to_lower(T* C, int n) {
-    if constexpr (std::is_same_v<T, double>)
-        if (n == 4) return copy_upper_to_lower_by_rows(C);
-    for (int i = 0; i < n; ++i)
-        for (int j = i + 1; j < n; ++j) C[j * n + i] = C[i * n + j];
+template <class T, class N>
+VEDETTE_INLINE void copy_upper_to_lower(T* C, N n) {
+    once_unless_constant<N>([=]() VEDETTE_INLINED {
+        if constexpr (std::is_same_v<T, double>)
+            if (n == 4) return copy_upper_to_lower_by_rows(C);
+        for (int i = 0; i < n; ++i)
+            for (int j = i + 1; j < n; ++j) C[j * n + i] = C[i * n + j];
+    });
 }
 
 // Sets entry (i, j) of a symmetric C, i <= j.
@@ -204,8 +191,10 @@ VEDETTE_INLINE void load_symmetric(In a, T* to, N n, int count = 1) {
     if constexpr (std::is_same_v<T, double> || std::is_same_v<N, int>)
         load(a, to, count * n * n);
     else
-        for (int c = 0; c < count; ++c)
-            load_where(at_offset(a, c * n * n), to + c * n * n, n * n, [&](int i) { return i / n <= i % n; });
+        outlined([=] {
+            for (int c = 0; c < count; ++c)
+                load_where(at_offset(a, c * n * n), to + c * n * n, n * n, [&](int i) { return i / n <= i % n; });
+        });
 }
 template <class T, class N>
 VEDETTE_INLINE void store_symmetric(Out a, T* from, N n, int count = 1) {
@@ -222,7 +211,10 @@ VEDETTE_INLINE void store_symmetric(Out a, T* from, N n, int count = 1) {
 template <class T, int most>
 struct Matrix {
     T at[most];
-    VEDETTE_INLINE Matrix(In a, int count) { load(a, at, count); }
+    template <class N>
+    VEDETTE_INLINE Matrix(In a, N count) {
+        load(a, at, count);
+    }
     template <class N>
     VEDETTE_INLINE Matrix(In a, N n, Symmetry) { load_symmetric(a, at, n); }
     VEDETTE_INLINE operator const T*() const { return at; }
@@ -243,108 +235,120 @@ using Rectangle = Matrix<T, kMostMeasured * kMostStates>;
 
 // Products take numbers that all eight problems share as they are: A, B may be double where T is Eight.
 
+constexpr std::integral_constant<int, 1> kOne{};
+
 // Which of a product's two matrices is symmetric.
 enum Side { kNeither, kLeft, kRight };
 
 // C (p, q) = A (p, s) B (s, q)
-template <Side which = kNeither, class T, class L, class R>
-VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, int p, int s, int q) {
-    if constexpr (std::is_same_v<T, double>)
-        if (is_by_rows<T>(q))
-            return with_vectors(q, [&](auto vectors) {
-                for (int i = 0; i < p; ++i) {
-                    Rows<vectors> sum(q);
-                    for (int l = 0; l < s; ++l) sum.add(A[i * s + l], B + q * l);
-                    sum.store(C + q * i);
-                }
-            });
-    for (int i = 0; i < p; ++i)
-        for (int j = 0; j < q; ++j) {
-            T sum = T{} + entry<which == kLeft>(A, i, 0, s) * entry<which == kRight>(B, 0, j, q);
-            for (int l = 1; l < s; ++l) sum += entry<which == kLeft>(A, i, l, s) * entry<which == kRight>(B, l, j, q);
-            C[i * q + j] = sum;
-        }
+template <Side which = kNeither, class T, class L, class R, class M, class S, class N>
+VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, M p, S s, N q) {
+    once_unless_constant<M, S, N>([=]() VEDETTE_INLINED {
+        if constexpr (std::is_same_v<T, double>)
+            if (is_by_rows<T>(q))
+                return with_vectors(q, [=](auto vectors) {
+                    for (int i = 0; i < p; ++i) {
+                        Rows<vectors> sum(q);
+                        for (int l = 0; l < s; ++l) sum.add(A[i * s + l], B + q * l);
+                        sum.store(C + q * i);
+                    }
+                });
+        for (int i = 0; i < p; ++i)
+            for (int j = 0; j < q; ++j) {
+                T sum = T{} + entry<which == kLeft>(A, i, 0, s) * entry<which == kRight>(B, 0, j, q);
+                for (int l = 1; l < s; ++l) sum += entry<which == kLeft>(A, i, l, s) * entry<which == kRight>(B, l, j, q);
+                C[i * q + j] = sum;
+            }
+    });
 }
 
 // C (p, q) = A' B with A (s, p), B (s, q)
-template <class T, class L, class R>
-VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, int p, int s, int q) {
-    if constexpr (std::is_same_v<T, double>)
-        if (is_by_rows<T>(q))
-            return with_vectors(q, [&](auto vectors) {
-                for (int i = 0; i < p; ++i) {
-                    Rows<vectors> sum(q);
-                    for (int l = 0; l < s; ++l) sum.add(A[l * p + i], B + q * l);
-                    sum.store(C + q * i);
-                }
-            });
-    for (int i = 0; i < p; ++i)
-        for (int j = 0; j < q; ++j) {
-            T sum = T{} + A[i] * B[j];
-            for (int l = 1; l < s; ++l) sum += A[l * p + i] * B[l * q + j];
-            C[i * q + j] = sum;
-        }
+template <class T, class L, class R, class M, class S, class N>
+VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, M p, S s, N q) {
+    once_unless_constant<M, S, N>([=]() VEDETTE_INLINED {
+        if constexpr (std::is_same_v<T, double>)
+            if (is_by_rows<T>(q))
+                return with_vectors(q, [=](auto vectors) {
+                    for (int i = 0; i < p; ++i) {
+                        Rows<vectors> sum(q);
+                        for (int l = 0; l < s; ++l) sum.add(A[l * p + i], B + q * l);
+                        sum.store(C + q * i);
+                    }
+                });
+        for (int i = 0; i < p; ++i)
+            for (int j = 0; j < q; ++j) {
+                T sum = T{} + A[i] * B[j];
+                for (int l = 1; l < s; ++l) sum += A[l * p + i] * B[l * q + j];
+                C[i * q + j] = sum;
+            }
+    });
 }
 
 // Symmetric C (p, p) = D + sign A' B with A, B (s, p)
-template <int sign = 1, class T, class C, class L, class R>
-VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T* to, int p, int s) {
-    if constexpr (std::is_same_v<T, double>)
-        if (is_by_rows<T>(p)) {
-            with_vectors(p, [&](auto vectors) {
-                for (int i = 0; i < p; ++i) {
-                    Rows<vectors> sum(p);
-                    sum.load(D + p * i);
-                    for (int l = 0; l < s; ++l) sum.add(sign * A[l * p + i], B + p * l);
-                    sum.store(to + p * i);
-                }
-            });
-            return copy_upper_to_lower(to, p);
-        }
-    for (int i = 0; i < p; ++i)
-        for (int j = i; j < p; ++j) {
-            T sum = T{} + D[i * p + j];
-            for (int l = 0; l < s; ++l) sum += sign * A[l * p + i] * B[l * p + j];
-            set_entry(to, i, j, p, sum);
-        }
+template <int sign = 1, class T, class C, class L, class R, class N, class S>
+VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T* to, N p, S s) {
+    once_unless_constant<N, S>([=]() VEDETTE_INLINED {
+        if constexpr (std::is_same_v<T, double>)
+            if (is_by_rows<T>(p)) {
+                with_vectors(p, [=](auto vectors) {
+                    for (int i = 0; i < p; ++i) {
+                        Rows<vectors> sum(p);
+                        sum.load(D + p * i);
+                        for (int l = 0; l < s; ++l) sum.add(sign * A[l * p + i], B + p * l);
+                        sum.store(to + p * i);
+                    }
+                });
+                return copy_upper_to_lower(to, p);
+            }
+        for (int i = 0; i < p; ++i)
+            for (int j = i; j < p; ++j) {
+                T sum = T{} + D[i * p + j];
+                for (int l = 0; l < s; ++l) sum += sign * A[l * p + i] * B[l * p + j];
+                set_entry(to, i, j, p, sum);
+            }
+    });
 }
 
 // A x with A (p, n)
-template <class T, class C>
-VEDETTE_INLINE void apply(const C* A, const T* x, T* to, int p, int n) {
-    if constexpr (std::is_same_v<T, double>)
-        if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
-            double transposed[kStates2];
-            transpose_blocks(A, transposed, p, n);
-            return multiply(x, transposed, to, 1, n, p);
-        }
-    multiply(A, x, to, p, n, 1);
+template <class T, class C, class M, class N>
+VEDETTE_INLINE void apply(const C* A, const T* x, T* to, M p, N n) {
+    once_unless_constant<M, N>([=]() VEDETTE_INLINED {
+        if constexpr (std::is_same_v<T, double>)
+            if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
+                double transposed[kStates2];
+                transpose_blocks(A, transposed, p, n);
+                return multiply(x, transposed, to, kOne, n, p);
+            }
+        multiply(A, x, to, p, n, kOne);
+    });
 }
 
 // A P (p, n) and A P A' + D (p, p) with A (p, n); P and D symmetric
-template <class T, class C>
-VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to, int p, int n) {
-    multiply<kRight>(A, P, AP, p, n, n);
-    if constexpr (std::is_same_v<T, double>)
-        if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
-            double transposed[kStates2];
-            transpose_blocks(A, transposed, p, n);
-            with_vectors(p, [&](auto vectors) {
-                for (int i = 0; i < p; ++i) {
-                    Rows<vectors> sum(p);
-                    sum.load(D + p * i);
-                    for (int l = 0; l < n; ++l) sum.add(AP[n * i + l], transposed + p * l);
-                    sum.store(to + p * i);
-                }
-            });
-            return copy_upper_to_lower(to, p);
-        }
-    for (int i = 0; i < p; ++i)
-        for (int j = i; j < p; ++j) {
-            T sum = T{} + D[i * p + j];
-            for (int l = 0; l < n; ++l) sum += AP[i * n + l] * A[j * n + l];
-            set_entry(to, i, j, p, sum);
-        }
+template <class T, class C, class M, class N>
+VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to, M p, N n) {
+    once_unless_constant<M, N>([=]() VEDETTE_INLINED {
+        multiply<kRight>(A, P, AP, p, n, n);
+        if constexpr (std::is_same_v<T, double>)
+            if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
+                double transposed[kStates2];
+                transpose_blocks(A, transposed, p, n);
+                with_vectors(p, [&](auto vectors) {
+                    for (int i = 0; i < p; ++i) {
+                        Rows<vectors> sum(p);
+                        sum.load(D + p * i);
+                        for (int l = 0; l < n; ++l) sum.add(AP[n * i + l], transposed + p * l);
+                        sum.store(to + p * i);
+                    }
+                });
+                return copy_upper_to_lower(to, p);
+            }
+        for (int i = 0; i < p; ++i)
+            for (int j = i; j < p; ++j) {
+                T sum = T{} + D[i * p + j];
+                for (int l = 0; l < n; ++l) sum += AP[i * n + l] * A[j * n + l];
+                set_entry(to, i, j, p, sum);
+            }
+    });
 }
 
 // Whether a symmetric A (m, m) is more than a part of B in every direction: whether A - part B has positive pivots.
@@ -367,7 +371,7 @@ VEDETTE_INLINE bool exceeds_part(const C* A, const T* B, double part, int m) {
 // The inverse of a positive definite S (m, m), and the logarithm of its determinant; if m > 2, also where no pivot is too small
 // for them, and where |S| is a fair part of the product of its diagonal.
 template <class T>
-VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular, Mask<T>& is_independent) {
+VEDETTE_INLINE T invert_inline(const T* S, T* inverse, int m, Mask<T>& is_regular, Mask<T>& is_independent) {
     if (m == 1) {
         inverse[0] = 1.0 / S[0];
         return Lane<T>::log(S[0]);
@@ -409,6 +413,12 @@ VEDETTE_INLINE T invert(const T* S, T* inverse, int m, Mask<T>& is_regular, Mask
             set_entry(inverse, i, j, m, sum);
         }
     is_independent = det > kLeastIndependence * diagonal;
+    return log_det;
+}
+template <class T, class M>
+VEDETTE_INLINE T invert(const T* S, T* inverse, M m, Mask<T>& is_regular, Mask<T>& is_independent) {
+    T log_det;
+    once_unless_constant<M>([&]() VEDETTE_INLINED { log_det = invert_inline(S, inverse, m, is_regular, is_independent); });
     return log_det;
 }
 

@@ -21,11 +21,11 @@ struct Correction {
 
     template <class C, class N, class M>
     VEDETTE_INLINE void prepare(const T* P, const C* H, const C* R, N n, M m) {
-        outlined_for_eight<T>([=] { compute(P, H, R, n, m); });
+        outlined_for_eight<T, N, M>([=] { compute(P, H, R, n, m); });
     }
 
-    template <class C>
-    VEDETTE_INLINE void compute(const T* P, const C* H, const C* R, int n, int m) {
+    template <class C, class N, class M>
+    VEDETTE_INLINE void compute(const T* P, const C* H, const C* R, N n, M m) {
         T S[kMeasured2];
         congruence(H, P, R, cross, S, m, n);
         Mask<T> is_independent;
@@ -48,9 +48,9 @@ struct Correction {
     template <class C, class N, class M>
     VEDETTE_INLINE void posterior_covariance(const T* P, const C* H, const C* R, T* post, N n, M m) {
         if (keeps_digits)
-            outlined_for_eight<T>([=] { short_form(P, cross, post, n, m); });
+            outlined_for_eight<T, N, M>([=] { short_form(P, cross, post, n, m); });
         else
-            outlined_for_eight<T>([=] {
+            outlined_for_eight<T, N, M>([=] {
                 Mask<T> kept;
                 joseph_form(P, H, R, post, n, m, kept);
                 if (!all_of(kept & is_regular) && !keeps_pivots(P, post, n, kept))
@@ -96,13 +96,14 @@ struct Correction {
     }
 
     // P - K L, where that is symmetric: with H P for L the posterior, P - K S K'
-    VEDETTE_INLINE void short_form(const T* P, const T* L, T* post, int n, int m) const {
+    template <class N, class M>
+    VEDETTE_INLINE void short_form(const T* P, const T* L, T* post, N n, M m) const {
         add_transposed_product<-1>(P, gain, L, post, n, m);
     }
 
     // (I - K H) P (I - K H)' + K R K', and where its terms are so small that no digit to speak of cancels.
-    template <class C, class V>
-    VEDETTE_INLINE void joseph_form(const T* P, const C* H, const V* R, T* post, int n, int m, Mask<T>& kept) const {
+    template <class C, class V, class N, class M>
+    VEDETTE_INLINE void joseph_form(const T* P, const C* H, const V* R, T* post, N n, M m, Mask<T>& kept) const {
         T keep[kStates2], narrowed[kStates2], noisy[kMostMeasured * kMostStates], within[kStates2];  // keep: (I - K H)'
         multiply_transposed(H, gain, keep, n, m, n);
         for (int i = 0; i < n * n; ++i) keep[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - keep[i];
@@ -130,7 +131,8 @@ struct Correction {
     }
 
     // Of a residual: log-likelihood, with `least` its part that no residual changes, squared distance, and the mean's shift.
-    VEDETTE_INLINE void score_residual(const T* nu, const T& least, Out loglik, Out squared, Out shifted, int n, int m) const {
+    template <class N, class M>
+    VEDETTE_INLINE void score_residual(const T* nu, const T& least, Out loglik, Out squared, Out shifted, N n, M m) const {
         T to[kMostStates];
         const T d = squared_distance(nu, m);
         Lane<T>::store(squared, 0, d);
@@ -140,12 +142,15 @@ struct Correction {
     }
 
     // K nu
-    VEDETTE_INLINE void mean_shift(const T* nu, T* to, int n, int m) const { multiply(nu, gain, to, 1, m, n); }
+    template <class N, class M>
+    VEDETTE_INLINE void mean_shift(const T* nu, T* to, N n, M m) const {
+        once_unless_constant<N, M>([=]() VEDETTE_INLINED { multiply(nu, gain, to, kOne, m, n); });
+    }
 };
 
 // Moments of the hypotheses `miss` and 1..k, into x (n) and P (n, n), which are the prior's on entry.
-template <class T>
-VEDETTE_INLINE void mix_hypotheses(T* x, T* P, In shift, In post, In weights, int n, int k, bool shared, const Periods& periods) {
+template <class T, class N>
+VEDETTE_INLINE void mix_hypotheses(T* x, T* P, In shift, In post, In weights, N n, int k, bool shared, const Periods& periods) {
     T mean[kMostStates], apart[kMostStates], within[kStates2];
     const T miss = Lane<T>::load(weights, 0);
     for (int i = 0; i < n; ++i) mean[i] = Lane<T>::broadcast(0.0);
@@ -194,7 +199,11 @@ VEDETTE_INLINE void predict_moments(const In* in, T* to, T* cov, N n) {
 struct Predict : shapes::Predict {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_constants<T>(n, are_shared(in, {2, 3}), [&](auto states, auto c) { solve<T, decltype(c)>(in, out, states); });
+        if constexpr (!std::is_same_v<T, double>)
+            if (!are_shared(in, {2, 3})) return solve<T, T>(in, out, n);
+        with_sizes(n, [&](auto states) {
+            solve<T, std::conditional_t<std::is_same_v<decltype(states), int>, T, double>>(in, out, states);
+        });
     }
     template <class T, class C, class N>
     VEDETTE_INLINE void solve(const In* in, const Out* out, N n) const {
@@ -223,11 +232,11 @@ struct Update : shapes::Update {
     template <class T>
     void run(const In* in, const Out* out) const {
         if (step)
-            with_constants<T>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
+            with_constants<T, kShared>(n, m, are_shared(in, {2, 3, 5, 6}), [&](auto states, auto measured, auto c) {
                 predict_and_update<T, decltype(c)>(in, out, states, measured);
             });
         else
-            with_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+            with_constants<T, kSharedOrOwn>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
                 update_only<T, decltype(c)>(in, out, states, measured);
             });
     }
@@ -397,7 +406,7 @@ struct ScanStepTwin : shapes::ScanStepTwin {
 struct EvaluateReturns : shapes::EvaluateReturns {
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+        with_constants<T, kSharedOrOwn>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
             solve<T, decltype(c)>(in, out, states, measured);
         });
     }

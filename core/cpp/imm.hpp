@@ -58,7 +58,7 @@ struct PdaUpdate : shapes::PdaUpdate {
 
     template <class T>
     void run(const In* in, const Out* out) const {
-        with_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
+        with_usual_constants<T>(n, m, are_shared(in, {3, 4}), [&](auto states, auto measured, auto c) {
             solve<T, decltype(c)>(in, out, states, measured);
         });
     }
@@ -86,7 +86,7 @@ struct PdaUpdate : shapes::PdaUpdate {
             const T loglik = association_weights(corrections[j].log_det, nearest, distance + j * k, m);
             Lane<T>::store(out[2], j, loglik);
             Correction<T>* correction = corrections + j;
-            outlined_for_eight<T>([&, j] {
+            outlined_for_eight<T, N, M>([&, j] {
                 weighted_update<T, C>(*correction, x + j * n, P + j * n * n, H, R, z, expected + j * m, distance + j * k, n, m);
             });
         }

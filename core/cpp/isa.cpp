@@ -61,7 +61,7 @@ struct Streamed {
     }
 
     // Sends what was made for `out` on, and gives the place of the next output's.
-    VEDETTE_INLINE static double* send(double* made, const Out& out, std::ptrdiff_t size) {
+    VEDETTE_INLINE static const double* send(const double* made, const Out& out, std::ptrdiff_t size) {
 #ifdef __AVX__
         for (std::ptrdiff_t i = 0; i < kLanes * size; i += 4) _mm256_stream_pd(out.at + i, _mm256_load_pd(made + i));
 #elif defined(__SSE2__)
@@ -101,35 +101,25 @@ void run_batch(const Batch& batch, const Shape& shape) {
             for (int o = 0; o < batch.outs; ++o)
                 out[o] = {batch.out[o] + place * batch.out_size[o], batch.places[last] * batch.out_size[o]};
             std::ptrdiff_t i = 0;
-            if (streamed.fits(batch, out))
+            const bool streams = streamed.fits(batch, out);
+            if (streams || !one_by_one<Kernel>)
                 for (; i + kLanes <= count; i += kLanes) {
-                    Out made[kMostOperands];
-                    double* place = streamed.room;
-                    for (int o = 0; o < batch.outs; ++o) {
-                        made[o] = {place, batch.out_size[o]};
-                        place += kLanes * batch.out_size[o];
-                    }
+                    Out made[kMostOperands], *to = streams ? made : out;
+                    for (int o = 0, size = 0; streams && o < batch.outs; size += batch.out_size[o++])
+                        made[o] = {streamed.room + kLanes * size, batch.out_size[o]};
                     if constexpr (one_by_one<Kernel>)
                         for (int l = 0; l < kLanes; ++l) {
-                            kernel.run(in, made);
+                            kernel.run(in, to);
                             for (int j = 0; j < batch.ins; ++j) in[j].at += in[j].next;
-                            for (int j = 0; j < batch.outs; ++j) made[j].at += made[j].next;
+                            for (int j = 0; j < batch.outs; ++j) to[j].at += to[j].next;
                         }
                     else {
-                        kernel.template run<Eight>(in, made);
+                        kernel.template run<Eight>(in, to);
                         for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
                     }
-                    place = streamed.room;
-                    for (int o = 0; o < batch.outs; ++o) {
-                        place = Streamed::send(place, out[o], batch.out_size[o]);
-                        out[o].at += kLanes * out[o].next;
-                    }
-                }
-            if constexpr (!one_by_one<Kernel>)
-                for (; i + kLanes <= count; i += kLanes) {
-                    kernel.template run<Eight>(in, out);
-                    for (int j = 0; j < batch.ins; ++j) in[j].at += kLanes * in[j].next;
-                    for (int j = 0; j < batch.outs; ++j) out[j].at += kLanes * out[j].next;
+                    const double* from = streamed.room;
+                    for (int o = 0; streams && o < batch.outs; ++o) from = Streamed::send(from, out[o], batch.out_size[o]);
+                    for (int o = 0; o < batch.outs; ++o) out[o].at += kLanes * out[o].next;
                 }
             for (; i < count; ++i) {
                 run_one(kernel, in, out);

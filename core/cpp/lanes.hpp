@@ -23,7 +23,8 @@ typedef unsigned long long EightWords __attribute__((vector_size(8 * kLanes)));
 typedef double Row __attribute__((vector_size(8 * 4)));
 typedef long long Row64 __attribute__((vector_size(8 * 4)));
 
-#define VEDETTE_INLINE __attribute__((always_inline)) inline
+#define VEDETTE_INLINED __attribute__((always_inline))
+#define VEDETTE_INLINE VEDETTE_INLINED inline
 #ifdef __clang__
 #define VEDETTE_SHUFFLE(whole, a, b, ...) __builtin_shufflevector(a, b, __VA_ARGS__)
 #else
@@ -259,6 +260,27 @@ struct Lane<Eight> {
     }
 };
 
+// A stage that stands apart.
+template <class F>
+__attribute__((noinline)) void outlined(const F& f) {
+    f();
+}
+
+// Sizes are constants where loops over them are to be unrolled, and so is the product of two.
+template <int a, int b>
+constexpr std::integral_constant<int, a * b> operator*(std::integral_constant<int, a>, std::integral_constant<int, b>) {
+    return {};
+}
+
+// Loops over sizes that are no constants are compiled once, not wherever they are called.
+template <class... N, class F>
+VEDETTE_INLINE void once_unless_constant(const F& f) {
+    if constexpr ((std::is_same_v<N, int> && ...))
+        outlined(f);
+    else
+        f();
+}
+
 // By rows of four: a wider load must wait until two narrower stores have reached the cache.
 VEDETTE_INLINE void copy(const double* from, double* to, int count) {
     int i = 0;
@@ -298,12 +320,12 @@ VEDETTE_INLINE void load_where(const In& a, T* to, int count, const F& want) {
         if (want(i)) to[i] = Lane<T>::load(a, i);
 }
 
-template <class T>
-VEDETTE_INLINE void load(const In& a, T* to, int count) {
+template <class T, class N>
+VEDETTE_INLINE void load(const In& a, T* to, N count) {
     if constexpr (std::is_same_v<T, double>)
         copy(a.at, to, count);
     else
-        load_where(a, to, count, [](int) { return true; });
+        once_unless_constant<N>([=]() VEDETTE_INLINED { load_where(a, to, count, [](int) { return true; }); });
 }
 
 // Number i is what `value` says.
@@ -331,12 +353,12 @@ VEDETTE_INLINE void store_each(const Out& a, int count, const F& value) {
     for (int i = 0; i < count; ++i) Lane<Eight>::store(a, i, value(i));
 }
 
-template <class T>
-VEDETTE_INLINE void store(const Out& a, const T* from, int count) {
+template <class T, class N>
+VEDETTE_INLINE void store(const Out& a, const T* from, N count) {
     if constexpr (std::is_same_v<T, double>)
         copy(from, a.at, count);
     else
-        store_each(a, count, [from](int i) { return from[i]; });
+        once_unless_constant<N>([=]() VEDETTE_INLINED { store_each(a, count, [from](int i) { return from[i]; }); });
 }
 
 }  // namespace vedette::VEDETTE_ISA

@@ -31,10 +31,11 @@ struct StackedModes {
     // Mean, and covariance with the spread of the means, under the weights.
     template <class N>
     VEDETTE_INLINE void moments(const T* weights, T* mean, T* cov, N n, int r) const {
-        outlined_for_eight<T>([=] { compute_moments(weights, mean, cov, n, r); });
+        outlined_for_eight<T, N>([=] { compute_moments(weights, mean, cov, n, r); });
     }
 
-    VEDETTE_INLINE void compute_moments(const T* weights, T* mean, T* cov, int n, int r) const {
+    template <class N>
+    VEDETTE_INLINE void compute_moments(const T* weights, T* mean, T* cov, N n, int r) const {
         T step[kMostStates], away[kMostStates];
         for (int a = 0; a < n; ++a) {
             step[a] = weights[0] * deviations[a];

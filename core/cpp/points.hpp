@@ -186,9 +186,9 @@ struct EvaluatePoints : shapes::EvaluatePoints {
     }
 
     // The posterior covariance: the points' own after the gain K, and K R K'.
-    template <class T>
+    template <class T, class N, class M>
     VEDETTE_INLINE void posterior_covariance(const T* dx, const T* dz, const T* weights, const T* R, const T* gain, T* post,
-                                             int n, int m) const {
+                                             N n, M m) const {
         T left[kMostStates], noisy[kMostMeasured * kMostStates];
         multiply<kLeft>(R, gain, noisy, m, m, n);
         for (int i = 0; i < n * n; ++i) post[i] = T{};
