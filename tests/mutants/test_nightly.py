@@ -218,6 +218,14 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tools/drafting/test_correlated.py::test_a_draft_writes_correlated_errors_and_tracks_by_them",
         "tools/drafting/test_correlated.py::test_white_errors_are_drafted_white",
     ),
+    "tools/test_advice.py::test_over_drawings_no_advice_costs": (
+        "tools/test_advice.py::test_advice_as_it_is_printed_costs_nothing_that_is_held_back",
+        "tools/test_advice.py::test_the_opposite_of_what_is_advised_costs",
+    ),
+    "tools/test_advice.py::test_what_tune_writes_costs_nothing_that_is_held_back": (
+        "tools/tuning/test_validation.py::test_better_ones_are_taken",
+        "tools/tuning/test_validation.py::test_values_worse_on_the_scans_held_back_are_advised_against_and_pulled_back",
+    ),
     "tools/tuning/test_births.py::test_errors_hold_what_they_promise": (
         "tools/tuning/test_births.py::test_a_probability_of_detection_is_that_of_the_data",
         "tools/tuning/test_births.py::test_targets_that_leave_the_clutter_do_not_thin_it",

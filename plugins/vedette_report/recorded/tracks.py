@@ -31,6 +31,10 @@ Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
 TITLES = ("object", "track", "scans", "ANEES", "NIS", "correlation", "detected", "noncr. [dB]", "incl. [dB]", "lost at")
 HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation of innovations and inclination: 0"
+SIGMAS, OFF, LARGE = 4.0, 0.15, 1.1
+"""Detections tell of P_D if they are off by so many deviations of their number and by such a part, and before they do,
+innovations so large tell of Q and R: by hand.
+"""
 LAGS = 10
 """Number of scans over which innovations are correlated."""
 
@@ -116,12 +120,23 @@ class Recorded:
         """What the innovations' size and correlation say of Q and R; "" if they are about right, or too few."""
         seen = self.innovations
         dof = float(np.sum(seen.hit * seen.axes))
-        missing = float(np.sum(seen.declared)) - float(np.sum(seen.hit))
-        if self.hits is not None and self.hits < 0.85 and missing > 4.0 * float(np.sqrt(np.sum(seen.declared))):
-            return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"
-        if self.whiteness is None or self.nis is None:
+        told = self.whiteness is not None and self.nis is not None
+        fault = at_fault(self.nis or 1.0, self.whiteness or 0.0, dof, float(seen.pairs[0])) if told else ""
+        if fault and (self.nis or 1.0) > LARGE:
+            return fault  # its gate may be what shuts returns out
+        return self._seldom_or_often() or fault
+
+    def _seldom_or_often(self) -> str:
+        """Return what the number of detections says of P_D; "" if nothing beyond chance, or too little to count."""
+        hit, declared = self.innovations.hit, self.innovations.declared
+        off = float(np.sum(hit)) - float(np.sum(declared))
+        rate = float(np.mean(hit)) if len(hit) else 0.0
+        chance = np.sqrt(max(len(hit) * rate * (1.0 - rate), float(np.sum(declared * (1.0 - declared)))))
+        if self.hits is None or abs(off) <= SIGMAS * float(chance) or abs(self.hits - 1.0) < OFF:
             return ""
-        return at_fault(self.nis, self.whiteness, dof, float(seen.pairs[0]))
+        if off > 0:
+            return f"it is detected {self.hits:.2f} times as often as stated: likely P_D is higher"
+        return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"
 
     @property
     def row(self) -> tuple[str, ...]:

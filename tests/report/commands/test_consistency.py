@@ -144,7 +144,7 @@ def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, unt
         ([], ""),
         (["estimator.motion.sigma_accel=0.2"], "Q is too small"),
         (["estimator.motion.sigma_accel=8"], "Q is too large"),
-        (["sensors.radar.sigma=1"], "returns are missed"),
+        (["sensors.radar.sigma=1"], "likely R, or R and Q alike, 10 times too small"),
         (["sensors.radar.sigma=5"], "likely R, or R and Q alike, 3"),
         (["sensors.radar.sigma=40"], "R is too large"),
         (["sensors.radar.sigma=5", "estimator.motion.sigma_accel=0.5"], "likely R, or R and Q alike, 3"),
@@ -159,6 +159,7 @@ def test_without_truth_the_innovations_tell_q_from_r(scene, untold, settings, wo
 def test_more_detections_than_declared_are_told(scene, untold):
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "sensors.radar.detection_probability=0.45"]))
     assert told.hits == pytest.approx(2.0, abs=0.15)
+    assert "P_D is higher" in told.hint
 
 
 def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
