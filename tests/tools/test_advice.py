@@ -107,8 +107,9 @@ def test_over_drawings_no_advice_costs(what, folder, capsys):
 @pytest.mark.parametrize("what", ["Q too small", "R too large", "P_D too high"])
 def test_what_tune_writes_costs_nothing_that_is_held_back(what, folder, capsys):
     _, config = stated_wrongly(what, 7, folder)
-    free = ["--free", *WRONG[what][3], "sensors.radar.sigma=1..100", "--starts", "1", "--out", "tuned", "--json"]
-    told = json.loads(said("tune", config, folder, capsys, *dict.fromkeys(free)).splitlines()[-1])
+    free = dict.fromkeys(["estimator.motion.sigma_accel", *WRONG[what][3]])
+    told = said("tune", config, folder, capsys, "--free", *free, "--starts", "1", "--out", "tuned", "--json")
+    told = json.loads(told.splitlines()[-1])
     assert told["advice"] in ("take", "either")
     values = {one["path"]: one["after"] for one in told["parameters"]}
     new = load(config, overrides=[f"{path}={value!r}" for path, value in values.items()])
