@@ -38,7 +38,7 @@ def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any
     """
     if path.suffix.lower() == GPX:
         return list(POINT), _points(path)
-    given = _of_lines(path) if path.suffix.lower() in LINES else _of_list(path)
+    given = _of_lines(path) if path.suffix.lower() in LINES or _in_lines(path) else _of_list(path)
     flat = (row for place, record in given for row in _flat(place, record))
     first = list(islice(flat, LOOKED_AT))
     titles = dict.fromkeys(title for row in first for title in row)
@@ -49,6 +49,16 @@ def _of_lines(path: Path) -> Iterator[tuple[str, Any]]:
     for number, line in lines(path):
         if line.strip():
             yield f"{path}:{number}", _parsed(f"{path}:{number}", line)
+
+
+def _in_lines(path: Path) -> bool:
+    """Return whether the first two lines of a file are a record each, whatever its name says."""
+    first = islice((line for _, line in lines(path) if line.strip()), 2)
+    try:
+        records = [parse(line) if line.lstrip().startswith("{") else None for line in first]
+    except (ValueError, RecursionError):
+        return False
+    return len(records) == 2 and all(isinstance(record, Mapping) for record in records)
 
 
 def _of_list(path: Path) -> Iterator[tuple[str, Any]]:

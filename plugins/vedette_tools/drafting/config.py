@@ -41,6 +41,10 @@ TRUE = 0.999
 chosen on the ships with odd numbers of one recording, in the order of their names.
 """
 
+CUT, ONWARD = 20, 0.8
+"""Times that several rows share, so many or more, are cut where rows lie on one way: from the first row of each to that of
+the next they go such a part of the way straight on. By hand: what two targets do in turn goes to and fro."""
+
 HELD_RUNS, HELD_ROWS = 20, 3
 """So many positions, usually in so many rows each, are not measured in each row."""
 
@@ -129,7 +133,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    if lost := lost or best.table.unknown or _held(best):
+    if lost := lost or best.table.unknown or _held(best) or _cut(best):
         return Draft(text(proof.design, (lost, *proof.said)), lost)
     return Draft(text(proof.design, proof.said), proof.failure)
 
@@ -144,6 +148,23 @@ def _held(best: Reading) -> str:
         return ""
     told = f"each position stands in some {np.median(runs):.0f} rows, until the next one comes"
     return f"nothing fits these data: {told}; keep the first row of each, with its own time"
+
+
+def _cut(best: Reading) -> str:
+    """Say that rows of one object share times, as where these have no fractions of a second; or return ""."""
+    for seen in best.seen.values():
+        counts = np.array([len(places) for places in seen.spots])
+        if len(counts) < CUT or np.median(counts) < 2 or not counts.all():
+            continue
+        spots = np.concatenate(seen.spots)
+        firsts = np.cumsum(counts) - counts
+        way = float(np.sum(np.linalg.norm(np.diff(spots[: firsts[-1] + 1], axis=0), axis=-1)))
+        if np.sum(np.linalg.norm(np.diff(spots[firsts], axis=0), axis=-1)) > ONWARD * way > 0:
+            told = f"some {np.median(counts):.0f} rows share each time and lie on the way of one object"
+            return (
+                f"nothing fits these data: {told}; name a column with its fractions, --time COLUMN, or keep one row of each"
+            )
+    return ""
 
 
 def _correlated(best: Reading) -> Compared | None:

@@ -21,7 +21,7 @@ from vedette_files.composed import made_of
 from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line, is_number, listed
 from vedette_files.input_files import lines, shown
 from vedette_files.readers import FRAMES
-from vedette_tools.drafting.dates import pattern_of
+from vedette_tools.drafting.dates import is_day, pattern_of
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
@@ -335,7 +335,8 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if "\0" in first:
         wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
         raise InputError(f"{path}: is no text; {wanted}")
-    text = [line for _, line in islice(below, LOOKED_AT) if line.strip()]
+    numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
+    text = [line for _, line in numbered]
     if _SENTENCE.search(first):
         raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
     if first.lstrip().startswith("<"):
@@ -345,30 +346,47 @@ def _first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
     dialect = Dialect(delimiter, _decimal(text, delimiter))
     header = dialect.cells(first)
-    if not header or all(is_number(cell) for cell in header):
-        wanted = "must be a header line with the titles of the columns, as time,x,y"
-        raise InputError(f"{path}:{number}: {wanted}; got {shown(first)}")
-    if later := _later_header(header, text):
-        cure = f"{shown(later)} looks like it: delete what stands above, or begin these lines with #"
+    if not header or _is_row(header):
+        raise InputError(f"{path}:{number}: {_no_titles(path, number, first, delimiter)}")
+    at, between_cells = _first_of_most(header, text)
+    if at is not None and any(meaning(cell).axis for cell in cells_of(text[at], between_cells) or []):
+        cure = f"{shown(text[at])} looks like it: delete what stands above, or begin these lines with #"
         raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
+    rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
+    if at is not None and len(rows) < HELD * len(text) and _is_row(cells_of(text[at], between_cells) or []):
+        number, line = numbered[at]
+        raise InputError(f"{path}:{number}: {_no_titles(path, number, line, between_cells)}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab, | or blanks"
         raise InputError(
             f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
         )
-    rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     return header, rows, dialect
 
 
-def _later_header(header: Sequence[str], text: Sequence[str]) -> str:
-    """Return the line below the first that looks like the header, where most rows do not have as many cells as the first."""
+def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | None, str]:
+    """Return the first line that has as many cells as most, and what stands between these, if the first line has others."""
     for delimiter in DELIMITERS:
         cells = [cells_of(line, delimiter) or [] for line in text]
         width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
         if width > 1 and width != len(header) and often >= HELD * len(cells):
-            first = next(i for i, row in enumerate(cells) if len(row) == width)
-            return text[first] if any(meaning(cell).axis for cell in cells[first]) else ""
-    return ""
+            return next(i for i, row in enumerate(cells) if len(row) == width), delimiter
+    return None, ","
+
+
+def _is_row(cells: list[str]) -> bool:
+    """Return whether cells are a row of returns, no titles: at least half of them are numbers."""
+    numbers = sum(map(is_number, cells))
+    return numbers > 0 and 2 * (numbers + cells.count("")) >= len(cells)
+
+
+def _no_titles(path: object, number: int, line: str, delimiter: str) -> str:
+    """Say that a row has no titles above it, and what to type."""
+    cells = cells_of(line, delimiter) or []
+    named = ("time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1))
+    typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
+    wanted = "must be a header line with the titles of the columns, as time,x,y; got"
+    return f"{wanted} {shown(line)}; write one above it, with the columns' own names: {typed}"
 
 
 def _of_header(titles: Sequence[str], below: Sequence[str]) -> str:

@@ -50,7 +50,7 @@ SENT = BORNE[:3]
 
 NAMES = (
     *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
-    "device_id", "individual_local_identifier", "imo", "id", *BORNE[4:], "registration", "tail_number", "flight",
+    "device_id", "user_id", "individual_local_identifier", "imo", "id", *BORNE[4:], "registration", "tail_number", "flight",
     "shipname", "ship_name", "vessel_name", "vehicle", "trajectory_id", "trip_id", "tracker", "tag", "name",
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
@@ -112,6 +112,8 @@ AXES: dict[str, tuple[str, ...]] = {
         "tijd",
         "tidspunkt",
         "tid",
+        "now",
+        *(f"{word}_at" for word in ("tracked", "recorded", "received", "created", "observed", "measured", "seen", "logged")),
     ),
     "scan": ("scan", "sweep", "rotation", "turn", "frame", "umlauf", "umdrehung"),
     "sensor": ("sensor", "source", "device", "station"),

@@ -139,6 +139,15 @@ REFUSED = {
         table("time,x,y", lambda time, x, y: (f"12.05. 08:30:{time % 60:02.0f}", x, y)),
         r"d.csv:2: time must be a number, or a date and time as .*, got '12.05. 08:30:00'",
     ),
+    "no titles": (
+        "\n".join(f"2026-05-12T08:30:{k:02d};211000001;{54 + k / 1e4:.4f};10.5" for k in range(20)),
+        r"d.csv:1: must be a header line .*\(echo 'time;c2;c3;c4'; tail -n \+1 .*d.csv\) > titled.csv",
+    ),
+    "lines above rows without titles, as GeoLife writes them": (
+        "Geolife trajectory\nWGS 84\nAltitude is in Feet\nReserved 3\n0,2,255,My Track,0,0,2,8421376\n0\n"
+        + "\n".join(f"39.9{k:02d},116.3{k:02d},0,492,39744.12,2008-10-23,02:53:{k:02d}" for k in range(20)),
+        r"d.csv:7: must be a header line .*\(echo 'c1,c2,c3,c4,c5,date,time'; tail -n \+7 ",
+    ),
     "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
     "letters after latitudes": (
         table("time,lat,lon", lambda *look: (look[0], "59.4Q", "10.5E")),
@@ -230,3 +239,20 @@ def test_what_is_no_table_is_refused_with_its_line_and_a_cure(text, cure, tmp_pa
     path.write_text(text)
     with pytest.raises(InputError, match=rf"d\.txt:1: .*{cure}"):
         read_table(path)
+
+
+def test_json_lines_are_read_whatever_their_name_says(tmp_path):
+    path = tmp_path / "d.json"
+    path.write_text(
+        "\n".join(json.dumps({"now": k, "hex": "ab1", "lat": 39.85, "lon": -119.85 + k / 1e4}) for k in range(20))
+    )
+    table = read_table(path)
+    assert (table.time.title, table.identity, table.measured) == ("now", "hex", {"latitude": "lat", "longitude": "lon"})
+
+
+@pytest.mark.parametrize("title", ["tracked_at", "recorded_at", "received_at"])
+def test_a_moment_at_which_something_was_seen_is_a_time(title, tmp_path):
+    path = tmp_path / "d.csv"
+    path.write_text(table(f"user_id,{title},x,y", lambda *look: (7, *plain(*look))))
+    found = read_table(path)
+    assert (found.time.title, found.identity) == (title, "user_id")

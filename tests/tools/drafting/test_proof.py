@@ -126,6 +126,23 @@ def test_what_nothing_fits_is_said_first_with_an_exit_code_of_its_own(tmp_path, 
     assert main(["new", "config", "circle.csv"]) == DONE
 
 
+def cut(targets):
+    """Ten rows a second whose times have no fractions: of one object on a curve, or of several in turn."""
+    rng, course = np.random.default_rng(12), 0.0
+    spot = rng.uniform(-400, 400, (targets, 2))
+    for i in range(300):
+        course += 0.02
+        spot = spot + 1.5 * np.array([np.cos(course), np.sin(course)])
+        yield i * targets // 10, *(spot[i % targets] + rng.normal(0, 0.05, 2)).round(2).tolist()
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(("targets", "told"), [(1, True), (5, False)])
+def test_times_without_fractions_are_told(targets, told, tmp_path):
+    failure = drafted(table(tmp_path / "d.csv", "time,x,y", cut(targets))).failure
+    assert ("--time COLUMN" in failure) == told
+
+
 def trial(loglik, tracks, share=1.0, short=0):
     """`tracks` of equal length, and `short` ones of hardly any return."""
     return Trial(loglik, 100, tracks + short, short, 100.0 * share, tracks)
