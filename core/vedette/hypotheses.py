@@ -219,6 +219,11 @@ class HypothesisAssociator(Associator):
     shows_marginals: ClassVar[bool] = False
     """Whether a leaf is shown with the existence of its target over all leaves, and not under its own history."""
 
+    unlikelier: ClassVar[float] = 0.75
+    """Associations that were dropped hold a link of those that were kept so much more rarely. Chosen, for truncation, on
+    runs 0 to 7 of `benchmarks.horizons`.
+    """
+
     @property
     def merges(self) -> Literal["", "kept", "shown"]:
         """Which leaves are merged after each scan, if beliefs can be: none, those kept or those shown."""

@@ -107,7 +107,10 @@ def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
         times = count(result.approximated, "time")
         if result.lost:
             share = f"{result.lost / result.approximated:.1%} of its probability on average, or less"
-            yield "association", f"a track's cluster had more hypotheses than are kept {times}: those dropped had {share}"
+            yield (
+                "association",
+                f"a track's cluster had hypotheses that were dropped {times}: they had {share}",
+            )
         else:
             yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
 

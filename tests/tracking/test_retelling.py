@@ -10,7 +10,6 @@ from support.leaves import FILTERS, KINDS, composed, path_to, scans, states_of
 from vedette import Detections, smooth, smoothed
 from vedette.sampling.generators import NO_DRAWS
 from vedette.tracking import retelling, take
-from vedette.tracking.branching import UNLIKELIER
 from vedette.tracking.smoothing import check_smoothing
 from vedette.tracking.state import next_state
 
@@ -112,7 +111,7 @@ def test_a_link_is_as_probable_as_the_leaves_that_hold_it():
     leaves = states[-1].leaves
     probability, pairs = tracker.associator.probability(leaves.hypotheses), []
     if leaves.lost is not None:
-        probability = probability * (1.0 - UNLIKELIER * leaves.lost)
+        probability = probability * (1.0 - tracker.associator.unlikelier * leaves.lost)
     for leaf in range(len(leaves.ids)):
         path = path_to(states, leaf)
         took = [(i, int(states[i].leaves.choice[row])) for i, row in enumerate(path, len(states) - len(path))]

@@ -36,11 +36,6 @@ class Ended:
     probability: Array
 
 
-UNLIKELIER = 0.75
-"""Associations that truncation dropped hold a link of those that it kept so much more rarely: a quarter as often. Chosen on
-runs 0 to 7 of `benchmarks.horizons`.
-"""
-
 NONE_ENDED = Ended(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
 
 
@@ -52,8 +47,8 @@ class Leaves:
     belongs to; parent (l,): its row after the scan before, -1 where it began; choice (l,): the return that it took, counted
     from 1, or 0 for a miss; distance (l,): the squared distance of that; last (l, 3): numbers of the returns that it took
     last, -1 for none. shown (t,): the rows of the state's tracks; there (l,): the probability that a leaf is right and its
-    target exists. lost (l,): the probability that truncation
-    dropped in the scan, of all associations of the leaf's cluster; None: next to none. sure (l, 2): where leaves are
+    target exists, less where links were dropped. lost (l,): the probability that truncation dropped in the scan, of all
+    associations of the leaf's cluster; None: next to none. sure (l, 2): where leaves are
     merged, the share of those that took the return taken last, and the one before; None where they are not. ended: leaves
     that are no more. names: the codes that leaves bear; None where no return named its object.
     """
@@ -86,8 +81,6 @@ class Leaves:
         asked = (self.choice[rows] > 0) & (self.last[rows, 1] != -1)
         if not asked.any():
             return links
-        if self.lost is not None:
-            there = there * (1.0 - UNLIKELIER * self.lost)
         if self.sure is not None:
             there = there * self.sure[:, 0] * self.sure[:, 1]
         code = self.last[:, 1] * MIXED[0] + self.last[:, 2] * MIXED[1]
@@ -198,12 +191,19 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
     shown = associator.reported(branching.hypotheses, rows.existence)
     shown = shown[alive[shown]]
     row_of = own[shown] if associator.merges == "shown" else np.searchsorted(stay, shown)
+    lost = None if lost is None else lost[stay]
+    there = linked(associator, associator.probability(hypotheses) * staying.existence, lost)
     after = Leaves(
         staying.belief, staying.memory, hypotheses, staying.ids, staying.existence, staying.confirmed, parent, choice,
-        distance[stay], last[stay], row_of, associator.probability(hypotheses) * staying.existence, ended=ended,
-        lost=None if lost is None else lost[stay], sure=None if sure is None else sure[stay], names=staying.names,
+        distance[stay], last[stay], row_of, there, ended=ended,
+        lost=lost, sure=None if sure is None else sure[stay], names=staying.names,
     )  # fmt: skip
     return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
+
+
+def linked(associator: HypothesisAssociator, there: Array, lost: Array | None) -> Array:
+    """Return the probability (l,) that leaves are right and their targets exist, less by what was dropped of their links."""
+    return there if lost is None else there * (1.0 - associator.unlikelier * lost)
 
 
 def hypothesis_associator(it: Expected) -> HypothesisAssociator:

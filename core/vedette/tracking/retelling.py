@@ -19,7 +19,7 @@ from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import Lifecycle
 from vedette.tracking import pytrees
-from vedette.tracking.branching import Leaves
+from vedette.tracking.branching import Leaves, linked
 from vedette.tracking.state import State, next_state
 
 
@@ -57,7 +57,7 @@ def retold(
     for state, later in zip(states[-2::-1], states[:0:-1], strict=True):
         rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
         told = _before(estimator, associator, lifecycle, state, later, told, left, rng)
-        states_told.append(_shown(state, told))
+        states_told.append(_shown(associator, state, told))
     return states_told[::-1]
 
 
@@ -135,7 +135,7 @@ def _masses(
     return before + dropped * (held - before), exists + dropped * (held * leaves.existence - exists)
 
 
-def _shown(state: State, told: Told) -> State:
+def _shown(associator: HypothesisAssociator, state: State, told: Told) -> State:
     """Return a state with the tracks that are told, and the returns that they took."""
     leaves: Leaves = state.leaves
     rows = told.rows
@@ -153,5 +153,5 @@ def _shown(state: State, told: Told) -> State:
         returns=choice[:, None] - 1,
         gates=None,
         names=pytrees.take(leaves.names, rows, 0),
-        leaves=evolve(leaves, shown=rows, there=told.there),
+        leaves=evolve(leaves, shown=rows, there=linked(associator, told.there, leaves.lost)),
     )

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
-from vedette.hypotheses import Hypotheses, LeafScores, firsts
+from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
@@ -40,7 +40,14 @@ class Growing(HypothesisAssociator):
 
     def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
-        return hypotheses.grown(scores, begins, self.hypotheses, self.least)
+        after = hypotheses.grown(scores, begins, self.hypotheses, self.least)
+        if not self.past:
+            return after
+        # What `keep` decides is told with what is dropped here.
+        found = after.hypotheses
+        dropped = 1.0 - np.bincount(found.cluster, found.weights * _agreeing(found))[found.cluster_of]
+        lost = dropped if after.lost is None else 1.0 - (1.0 - after.lost) * (1.0 - dropped)
+        return evolve(after, lost=lost if np.max(lost, initial=0.0) > LOST else None)
 
     def meet_close(self, expected: Expected) -> Part | None:
         """Return the meeting of leaves that may give one return with another one; None: none may."""
@@ -86,8 +93,8 @@ def _holding(found: Hypotheses, leaves: Indices) -> Indices:
     return np.sort(found.leaves[best[found.rows]])
 
 
-def _decided(found: Hypotheses) -> Hypotheses:
-    """Return the hypotheses that hold, of each track, a leaf with the oldest ancestor that the heaviest one has."""
+def _agreeing(found: Hypotheses) -> Mask:
+    """Return which hypotheses (h,) hold of each track a leaf with the oldest ancestor which their cluster's heaviest has."""
     ancestor = found.past[found.leaves, -1]
     begun, rows = ancestor >= 0, found.rows
     best = firsts(found.cluster)
@@ -96,10 +103,15 @@ def _decided(found: Hypotheses) -> Hypotheses:
     count = len(found.weights)
     number = np.bincount(rows[begun], minlength=count)
     agreeing = np.bincount(rows[begun], settled[ancestor[begun]], count)
-    agrees = (number == agreeing) & (number == number[best][found.cluster])
+    agrees: Mask = (number == agreeing) & (number == number[best][found.cluster])
+    return agrees
+
+
+def _decided(found: Hypotheses) -> Hypotheses:
+    """Return the hypotheses that agree on the oldest ancestors."""
+    agrees = _agreeing(found)
     weights = found.weights[agrees]
     weights = weights / np.bincount(found.cluster[agrees], weights)[found.cluster[agrees]]
     starts = np.concatenate([[0], np.cumsum(np.diff(found.starts)[agrees])])
-    return evolve(
-        found, cluster=found.cluster[agrees], weights=weights, starts=starts, leaves=found.leaves[agrees[rows]]
-    )  # fmt: skip
+    leaves = found.leaves[agrees[found.rows]]
+    return evolve(found, cluster=found.cluster[agrees], weights=weights, starts=starts, leaves=leaves)

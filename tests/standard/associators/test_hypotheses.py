@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.hypotheses import clusters, one_cluster, together
 from support.joint import drawn_scores, joint_associations
 from vedette import Gaussian, Space
-from vedette.hypotheses import LeafScores
+from vedette.hypotheses import Hypotheses, LeafScores
 from vedette_standard.associators import recombined as recombining
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.k_best import KBest
@@ -127,6 +127,15 @@ def test_associations_of_n_scans_ago_are_those_of_the_best_hypothesis():
     narrow, _ = scan_by_scan(NScan(1, MANY, 0.0), CROSSED)
     assert (len(free.weights), len(narrow.weights)) == (7**4, 7)
     assert len({tuple(narrow.past[list(held), 0].tolist()) for _, held in clusters(narrow)[0]}) == 1
+
+
+def test_what_decisions_drop_is_told_as_lost():
+    first, _ = scan_by_scan(NScan(1, MANY, 0.0), CROSSED[:1])
+    scores = CROSSED[0][first.track]
+    after = NScan(1, MANY, 0.0).branch(first, LeafScores.of(scores), np.zeros(2, dtype=bool))
+    assert 0.3 < first.weights[0] < 0.7
+    np.testing.assert_allclose(after.lost, 1.0 - first.weights[0], rtol=1e-9)
+    assert NScan(2, MANY, 0.0).branch(Hypotheses.of(2, 2), LeafScores.of(CROSSED[0]), np.zeros(2, dtype=bool)).lost is None
 
 
 def test_a_track_that_began_within_the_window_is_not_decided_yet():
