@@ -352,21 +352,45 @@ def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) 
     comparisons: list[Told | None] = []
     for name, axes in asked.items():
         given = [(np.array(times), np.array(values)) for (of, _), (times, values) in taken.items() if of == name]
-        comparisons += [_told_along(name, tracker.sensors[name], i, given) for i in axes]
+        sensor = tracker.sensors[name]
+        if one := _stated_once(sensor, axes):
+            axes, alike = (
+                [i for i in axes if i not in one],
+                compared([path for i in one for path in _along(sensor, i, given)]),
+            )
+            comparisons += [_told_along(name, sensor, i, given, alike) for i in one]
+        comparisons += [_told_along(name, sensor, i, given, compared(_along(sensor, i, given))) for i in axes]
     return tuple(told for told in comparisons if told is not None)
 
 
-def _told_along(name: str, sensor: Sensor, i: int, taken: Sequence[tuple[Array, Array]]) -> Told | None:
-    """Return what the returns of tracks say along one axis: times (s,) and returns (s, m) of each; None if too little."""
-    axis, paths, measured = sensor.measurement.axes[i], [], []
-    title, _ = _extent(sensor, np.zeros((0, len(sensor.measurement))))
+def _stated_once(sensor: Sensor, axes: Sequence[int]) -> list[int]:
+    """Return the axes of a plane whose errors a sensor states by one number: they are told together, for either may be by
+    chance as motion makes it.
+    """
+    pair = [i for i in axes if sensor.measurement.names[i] in ("x", "y")]
+    R = np.diagonal(sensor.noise(np.zeros(len(sensor.observes))))[pair] if len(pair) > 1 and hasattr(sensor, "sigma") else ()
+    return pair if len(R) and np.ptp(R) == 0 else []
+
+
+def _along(sensor: Sensor, i: int, taken: Sequence[tuple[Array, Array]]) -> list[Path]:
+    """Return paths along one axis of returns of tracks: times (s,) and returns (s, m) of each."""
+    period, paths = sensor.measurement.axes[i].period, []
     for times, z in taken:
         good = np.isfinite(z[:, i])
-        values = z[good, i] if axis.period is None else np.unwrap(z[good, i], period=axis.period)
-        paths.append(Path(times[good], values))
-        measured.append(Measured(times[good], values, _extent(sensor, z[good])[1]))
-    told = compared(paths)
-    return None if told is None else Told(name, axis.name, axis.unit, told, title, shape_of(measured))
+        paths.append(Path(times[good], z[good, i] if period is None else np.unwrap(z[good, i], period=period)))
+    return paths
+
+
+def _told_along(
+    name: str, sensor: Sensor, i: int, taken: Sequence[tuple[Array, Array]], told: Compared | None
+) -> Told | None:
+    """Return what a comparison, and the shape of errors, say along one axis; None without a comparison."""
+    if told is None:
+        return None
+    axis, paths = sensor.measurement.axes[i], _along(sensor, i, taken)
+    extents = [_extent(sensor, z[np.isfinite(z[:, i])]) for _, z in taken]
+    measured = [Measured(path.times, path.values, extent) for path, (_, extent) in zip(paths, extents, strict=True)]
+    return Told(name, axis.name, axis.unit, told, extents[0][0], shape_of(measured))
 
 
 def _extent(sensor: Sensor, z: Array) -> tuple[str, Array]:
