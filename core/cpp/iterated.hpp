@@ -50,8 +50,12 @@ struct Line {
     double H[kMostMeasured * kMostStates], nu[kMostMeasured];
 };
 
-// All returns of a scan against one track. Gauss and Newton's steps of up to `kBlock` returns side by side, each until its cost
-// no longer falls.
+// A track's mean, covariance and parameters of the sensor, a return z, and its noise.
+struct Pair {
+    const double *x, *P, *parameters, *z, *R;
+};
+
+// Gauss and Newton's steps of up to `kBlock` pairs side by side, each until its cost no longer falls.
 struct Iterations {
     const Twin<SensorTwin>& twin;
     const Axes& axes;
@@ -59,22 +63,21 @@ struct Iterations {
     int n, m, numbers, passes;
 
     // The lines at `count` points (n) each, R and detection probability there.
-    void look(int count, const double* points, const double* prior, const double* parameters, const double* z, Line* lines,
-              double* R, double* detects) const {
+    void look(int count, const Pair* pairs, const double* points, Line* lines, double* R, double* detects) const {
         double x[kMostStates * kBlock], own[kMostParameters * kBlock], at[kMostMeasured * kBlock];
         double H[kMostMeasured * kMostStates * kBlock];
         for (int i = 0; i < count; ++i) {
             for (int a = 0; a < axes.count; ++a) x[a * count + i] = points[i * n + axes.each[a]];
-            put_aside(parameters, numbers, own, count, i);
+            put_aside(pairs[i].parameters, numbers, own, count, i);
         }
         twin.function(count, x, own, at, H, R, detects, twin.data);
         for (int i = 0; i < count; ++i) {
             Line& line = lines[i];
             double apart[kMostStates];
-            for (int a = 0; a < n; ++a) apart[a] = prior[a] - points[i * n + a];
+            for (int a = 0; a < n; ++a) apart[a] = pairs[i].x[a] - points[i * n + a];
             wrap(apart, state);
             std::fill_n(line.H, m * n, 0.0);
-            for (int j = 0; j < m; ++j) line.nu[j] = z[i * m + j] - at[j * count + i];
+            for (int j = 0; j < m; ++j) line.nu[j] = pairs[i].z[j] - at[j * count + i];
             wrap(line.nu, measured);
             for (int j = 0; j < m; ++j)
                 for (int a = 0; a < axes.count; ++a) {
@@ -99,28 +102,27 @@ struct Iterations {
             }
     }
 
-    // The last lines that lowered the cost, of `count` returns z with noises R, `noise` apart; false where an S is near singular.
-    bool run(int count, const double* x, const double* P, const double* parameters, const double* z, const double* R, int noise,
-             Line* used, double& volume) const {
+    // The last lines that lowered the cost, and .5 log |S| of the first; false where an S is near singular.
+    bool run(int count, const Pair* pairs, Line* used, double* volumes) const {
         Line now[kBlock], ahead[kBlock];
         double points[kMostStates * kBlock], unused[kMeasured2 * kBlock], detects[kBlock];
         double cost[kBlock], pulled[kBlock], steps[kBlock][kMostStates];
         Factored noises[kBlock];
         for (int i = 0; i < count; ++i) {
-            std::copy_n(x, n, points + i * n);
+            std::copy_n(pairs[i].x, n, points + i * n);
             cost[i] = std::numeric_limits<double>::infinity();
-            if (!noises[i].factor(R + i * noise, m)) return false;
+            if (!noises[i].factor(pairs[i].R, m)) return false;
         }
-        look(count, points, x, parameters, z, now, unused, detects);
+        look(count, pairs, points, now, unused, detects);
         std::copy_n(now, count, used);
         for (int pass = 0; pass < passes; ++pass) {
             for (int i = 0; i < count; ++i) {
                 double cross[kMostMeasured * kMostStates], seen[kMeasured2], S[kMeasured2], pull[kMostMeasured];
                 Factored factored;
-                spread(now[i].H, P, cross, seen);
-                for (int e = 0; e < m * m; ++e) S[e] = seen[e] + R[i * noise + e];
+                spread(now[i].H, pairs[i].P, cross, seen);
+                for (int e = 0; e < m * m; ++e) S[e] = seen[e] + pairs[i].R[e];
                 if (!factored.factor(S, m)) return false;
-                if (pass == 0) volume = std::max(volume, 0.5 * factored.log_det());
+                if (pass == 0) volumes[i] = 0.5 * factored.log_det();
                 factored.solve(now[i].nu, pull);
                 pulled[i] = 0.0;
                 for (int j = 0; j < m; ++j)
@@ -128,11 +130,11 @@ struct Iterations {
                 for (int a = 0; a < n; ++a) {
                     steps[i][a] = 0.0;
                     for (int j = 0; j < m; ++j) steps[i][a] += cross[j * n + a] * pull[j];
-                    points[i * n + a] = x[a] + steps[i][a];
+                    points[i * n + a] = pairs[i].x[a] + steps[i][a];
                 }
                 wrap(points + i * n, state);
             }
-            look(count, points, x, parameters, z, ahead, unused, detects);
+            look(count, pairs, points, ahead, unused, detects);
             bool any = false;
             for (int i = 0; i < count; ++i) {
                 double left[kMostMeasured], white[kMostMeasured], total = pulled[i];
@@ -150,6 +152,70 @@ struct Iterations {
         return true;
     }
 };
+
+// All returns of all tracks: each pair by its own last line, as a problem of its own. `noises`: how many each track's returns
+// bring, 0 where they have the sensor's.
+inline bool evaluate(const Iterations& iterations, const Batch& asked, npy_intp k, npy_intp noises, double p_gate) {
+    double* const* out = asked.out;
+    npy_intp t = 1;
+    for (int d = 0; d < asked.dims; ++d) t *= asked.shape[d];
+    const npy_intp n = iterations.n, m = iterations.m, all = t * k;
+    std::vector<Pair> tracks(static_cast<std::size_t>(t));
+    for (Problems each(asked); each.next();)
+        tracks[static_cast<std::size_t>(each.out(2) - out[2])] = {each.in(0), each.in(1), each.in(3), each.in(2),
+                                                                  noises == 0 ? nullptr : each.in(4)};
+    const double nothing[kMostMeasured] = {};
+    std::vector<double> room(static_cast<std::size_t>(t * (1 + n * n + m * m) + all * (m * n + m + m * m + 4)));
+    double *detects = room.data(), *P = detects + t, *own = P + t * n * n, *H = own + t * m * m, *nu = H + all * m * n,
+           *R = nu + all * m, *volumes = R + all * m * m, *likely = volumes + all, *unused = likely + 2 * all;
+    Pair pairs[kBlock];
+    Line lines[kBlock];
+    for (npy_intp i = 0; i < t; i += kBlock) {
+        const int count = static_cast<int>(std::min<npy_intp>(kBlock, t - i));
+        double points[kMostStates * kBlock], noise[kMeasured2 * kBlock];
+        for (int l = 0; l < count; ++l) {
+            pairs[l] = tracks[static_cast<std::size_t>(i + l)], pairs[l].z = nothing;
+            std::copy_n(pairs[l].x, n, points + l * n), std::copy_n(pairs[l].P, n * n, P + (i + l) * n * n);
+        }
+        iterations.look(count, pairs, points, lines, noise, detects + i);
+        for (int l = 0; l < count; ++l) take_back(noise, static_cast<int>(m * m), count, l, own + (i + l) * m * m);
+    }
+    for (npy_intp i = 0; i < all; i += kBlock) {
+        const int count = static_cast<int>(std::min<npy_intp>(kBlock, all - i));
+        for (int l = 0; l < count; ++l) {
+            const npy_intp track = (i + l) / k, h = (i + l) % k;
+            pairs[l] = tracks[static_cast<std::size_t>(track)], pairs[l].z += h * m;
+            const double* noise = noises == 0 ? own + track * m * m : pairs[l].R + (noises == 1 ? 0 : h * m * m);
+            pairs[l].R = std::copy_n(noise, m * m, R + (i + l) * m * m) - m * m;
+        }
+        if (!iterations.run(count, pairs, lines, volumes + i)) return false;
+        for (int l = 0; l < count; ++l)
+            std::copy_n(lines[l].H, m * n, H + (i + l) * m * n), std::copy_n(lines[l].nu, m, nu + (i + l) * m);
+    }
+    if (all > 0) {
+        shapes::EvaluateReturns shape{static_cast<int>(n), static_cast<int>(m), 1, 1, p_gate, {}};
+        Batch batch;
+        const int tall = t >= k, wide = !tall;  // the longer axis is the last one
+        batch.dims = 2, batch.shape[tall] = t, batch.shape[wide] = k, batch.places[tall] = k, batch.places[wide] = 1;
+        const double* in[] = {P, nu, nothing, H, R, detects};
+        const std::ptrdiff_t by_track[] = {n * n, k * m, 0, k * m * n, k * m * m, 1}, by_return[] = {0, m, 0, m * n, m * m, 0};
+        for (int i = 0; i < 6; ++i) batch.in[i] = in[i], batch.in_steps[i][tall] = by_track[i], batch.in_steps[i][wide] = by_return[i];
+        double* to[] = {likely, out[1], unused, out[3], out[4]};
+        const std::ptrdiff_t sizes[] = {2, 1, 1, n, n * n};
+        for (int o = 0; o < 5; ++o) batch.out[o] = to[o], batch.out_size[o] = sizes[o];
+        batch.ins = 6, batch.outs = 5;
+        const WithoutSubnormals guard;
+        table->evaluate_returns(batch, shape);
+    }
+    for (npy_intp i = 0; i < t; ++i) {
+        constexpr double tiny = std::numeric_limits<double>::min();
+        const double miss = 1.0 - detects[i] * p_gate;
+        double *loglik = out[0] + i * (1 + k), &largest = out[2][i];
+        loglik[0] = std::log(miss > tiny ? miss : tiny), largest = -std::numeric_limits<double>::infinity();
+        for (npy_intp h = i * k; h < (i + 1) * k; ++h) loglik[1 + h - i * k] = likely[2 * h + 1], largest = std::max(largest, volumes[h]);
+    }
+    return true;
+}
 
 namespace entries {
 
@@ -174,43 +240,7 @@ inline PyObject* iterate_twin(Call& call, Args args) {
     PyObject *loglik = call.out(1, 1 + k), *distance = call.out(1, k), *volume = call.out(0), *shift = call.out(2, k, n),
              *post = call.out(3, k, n, n);
     bool good = loglik && distance && volume && shift && post;
-    std::vector<double> H(static_cast<std::size_t>(k * m * n)), nu(static_cast<std::size_t>(k * m)), likely(static_cast<std::size_t>(2 * k));
-    std::vector<double> volumes(static_cast<std::size_t>(k));
-    const double nothing[kMostMeasured] = {};
-    for (Problems each(call.batch); good && each.next();) {
-        double own_noise[kMeasured2], detects, largest = -std::numeric_limits<double>::infinity();
-        Line line;
-        iterations.look(1, each.in(0), each.in(0), each.in(3), nothing, &line, own_noise, &detects);
-        const double* noises = R == nullptr ? own_noise : each.in(4);
-        const int apart = R == nullptr || R[0] == 1 ? 0 : static_cast<int>(m * m);
-        for (npy_intp h = 0; good && h < k; h += kBlock) {
-            const int count = static_cast<int>(std::min<npy_intp>(kBlock, k - h));
-            Line lines[kBlock];
-            good = iterations.run(count, each.in(0), each.in(1), each.in(3), each.in(2) + h * m, noises + h * apart, apart, lines, largest);
-            for (int i = 0; good && i < count; ++i) {
-                std::copy_n(lines[i].H, m * n, H.data() + (h + i) * m * n);
-                std::copy_n(lines[i].nu, m, nu.data() + (h + i) * m);
-            }
-        }
-        constexpr double tiny = std::numeric_limits<double>::min();
-        const double miss = 1.0 - detects * p_gate;
-        each.out(0)[0] = std::log(miss > tiny ? miss : tiny), *each.out(2) = largest;
-        if (!good || k == 0) continue;
-        // One problem a return, each with its own derivative.
-        shapes::EvaluateReturns shape{static_cast<int>(n), static_cast<int>(m), 1, 1, p_gate, {}};
-        Batch batch;
-        batch.dims = 1, batch.shape[0] = k, batch.places[0] = 1;
-        const double* in[] = {each.in(1), nu.data(), nothing, H.data(), noises, &detects};
-        const std::ptrdiff_t steps[] = {0, m, 0, m * n, apart, 0};
-        for (int i = 0; i < 6; ++i) batch.in[i] = in[i], batch.in_steps[i][0] = steps[i];
-        double* out[] = {likely.data(), each.out(1), volumes.data(), each.out(3), each.out(4)};
-        const std::ptrdiff_t sizes[] = {2, 1, 1, n, n * n};
-        for (int o = 0; o < 5; ++o) batch.out[o] = out[o], batch.out_size[o] = sizes[o];
-        batch.ins = 6, batch.outs = 5;
-        const WithoutSubnormals guard;
-        table->evaluate_returns(batch, shape);
-        for (npy_intp h = 0; h < k; ++h) each.out(0)[1 + h] = likely[static_cast<std::size_t>(2 * h + 1)];
-    }
+    if (good) good = evaluate(iterations, call.batch, k, R == nullptr ? 0 : R[0], p_gate);
     if (!good) {
         Py_XDECREF(loglik), Py_XDECREF(distance), Py_XDECREF(volume), Py_XDECREF(shift), Py_XDECREF(post);
         return nullptr;

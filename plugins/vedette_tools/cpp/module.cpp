@@ -86,16 +86,25 @@ class Arguments {
     }
 };
 
+// What the paths' two functions are told of the fixes first: how many axes they have, where pieces begin, the fixes themselves.
+template <class Fixes>
+int read_fixes(Arguments& given, Fixes& it, std::int64_t& rows) {
+    const int axes = static_cast<int>(given.number());
+    given.good = given.good && (axes == 1 || axes == 2);
+    it.starts = given.starts(it.pieces, rows);
+    it.waits = given.numbers(rows), it.spots = given.numbers(rows * axes), it.velocities = given.numbers(rows * axes);
+    it.speed = given.numbers(rows);
+    return axes;
+}
+
 PyObject* bank(PyObject*, PyObject* const* args, Py_ssize_t count) {
     Arguments given(args, count);
     Bank it;
     std::int64_t rows;
-    const int axes = static_cast<int>(given.number());
+    const int axes = read_fixes(given, it, rows);
     it.noises = static_cast<std::int64_t>(given.number()), it.modes = static_cast<std::int64_t>(given.number());
-    given.good = given.good && (axes == 1 || axes == 2) && it.modes >= 1 && it.modes <= kMostBankModes && it.noises >= 0;
-    it.starts = given.starts(it.pieces, rows);
-    it.waits = given.numbers(rows), it.spots = given.numbers(rows * axes), it.velocities = given.numbers(rows * axes);
-    it.speed = given.numbers(rows), it.density = given.numbers(it.modes), it.share = given.numbers(it.modes);
+    given.good = given.good && it.modes >= 1 && it.modes <= kMostBankModes && it.noises >= 0;
+    it.density = given.numbers(it.modes), it.share = given.numbers(it.modes);
     it.noise = given.numbers(it.noises), it.noise_pace = given.numbers(it.noises);
     it.change = given.number(), it.gate = given.number(), it.again = given.number(), it.wide = given.number();
     it.rare = given.number(), it.rounding = given.number();
@@ -114,11 +123,8 @@ PyObject* smoothed(PyObject*, PyObject* const* args, Py_ssize_t count) {
     Arguments given(args, count);
     Smoothed it;
     std::int64_t rows;
-    const int axes = static_cast<int>(given.number());
-    given.good = given.good && (axes == 1 || axes == 2);
-    it.starts = given.starts(it.pieces, rows);
-    it.waits = given.numbers(rows), it.spots = given.numbers(rows * axes), it.velocities = given.numbers(rows * axes);
-    it.speed = given.numbers(rows), it.density = given.numbers(rows);
+    const int axes = read_fixes(given, it, rows);
+    it.density = given.numbers(rows);
     it.noise = given.numbers(rows), it.noise_pace = given.numbers(rows);
     it.vague = given.number(), it.rounding = given.number();
     it.mean = given.numbers(2 * rows * axes), it.cov = given.numbers(3 * rows), it.ahead = given.numbers(3 * rows);

@@ -51,9 +51,10 @@ def bank(
     modes = Modes(np.zeros((n, s)), np.zeros((n, s, m), np.float32), np.zeros((n, s, m), np.float32), np.zeros((n, s), bool))
     density = accels**2
     if module := compiled.module(d, m):
-        given = dt, paths.spots, paths.velocities, speed, density, share, sigmas**2, sigmas_velocity**2
+        fixes = map(compiled.numbers, (dt, paths.spots, paths.velocities, speed))
+        given = map(compiled.numbers, (density, share, sigmas**2, sigmas_velocity**2))
         module.bank(
-            d, s, m, compiled.whole(paths.starts), *map(compiled.numbers, given),
+            d, compiled.whole(paths.starts), *fixes, s, m, *given,
             switch, GATE, AGAIN, WIDE, RARE, ROUNDING, modes.loglik, modes.prob, modes.prior, modes.gross,
         )  # fmt: skip
         return modes
