@@ -26,7 +26,8 @@ from vedette_files.csv_times import Times, form_of
 from vedette_files.input_files import check_regular, encoding, lines
 from vedette_files.libraries import needed
 from vedette_files.writing import unfinished
-from vedette_tools.drafting.table import NO_WISHES, dialect_of
+from vedette_tools.drafting.first_rows import dialect_of
+from vedette_tools.drafting.table import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.columns import Columns
 from vedette_tools.smoothing.noises import Model

@@ -1,0 +1,118 @@
+"""The titles of a table and its first rows, by the text alone: what stands between cells, and what is no table."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from itertools import islice
+from pathlib import Path
+
+from vedette.errors import InputError
+from vedette_files.columnar import TablePath, header_and_rows, is_columnar
+from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line, is_number
+from vedette_files.input_files import lines, shown
+from vedette_tools.drafting.dates import is_day
+from vedette_tools.drafting.several import HELD
+from vedette_tools.drafting.titles import UNITS, meaning
+
+LOOKED_AT = 2000
+"""So many rows say what the columns hold."""
+
+DELIMITERS = (",", ";", "\t", "|")
+
+_SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
+
+
+def dialect_of(path: TablePath) -> Dialect:
+    """Return how a table is written; InputError if its first line is no header."""
+    return first_rows(path)[2]
+
+
+def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
+    if not isinstance(path, Path) or is_columnar(path):
+        titles, _ = header_and_rows(path, ())
+        titles, given = header_and_rows(path, titles)
+        return titles, list(islice(given, LOOKED_AT)), COMMAS
+    number, first, below = header_line(lines(path))
+    if "\0" in first:
+        wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
+        raise InputError(f"{path}: is no text; {wanted}")
+    numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
+    text = [line for _, line in numbered]
+    if _SENTENCE.search(first):
+        raise InputError(f"{path}:{number}: holds sentences of NMEA 0183, not a table: decode them to one first")
+    if first.lstrip().startswith("<"):
+        cure = "XML is read as GPX alone, from a file named .gpx: save others as CSV"
+        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
+    delimiter = max(DELIMITERS, key=first.count)
+    delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
+    dialect = Dialect(delimiter, _decimal(text, delimiter))
+    header = dialect.cells(first)
+    if not header or _is_row(header):
+        raise InputError(f"{path}:{number}: {_no_titles(path, number, first, delimiter)}")
+    at, between_cells = _first_of_most(header, text)
+    if at is not None and any(meaning(cell).axis for cell in cells_of(text[at], between_cells) or []):
+        cure = f"{shown(text[at])} looks like it: delete what stands above, or begin these lines with #"
+        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
+    rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
+    unfit = len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header)
+    if at is not None and unfit and _is_row(cells_of(text[at], between_cells) or []):
+        number, line = numbered[at]
+        raise InputError(f"{path}:{number}: {_no_titles(path, number, line, between_cells)}")
+    if len(header) == 1:
+        between = "a comma, a semicolon, a tab, | or blanks"
+        raise InputError(
+            f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
+        )
+    return header, rows, dialect
+
+
+def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | None, str]:
+    """Return the first line that has as many cells as most, and what stands between these, if the first line has others."""
+    for delimiter in DELIMITERS:
+        cells = [cells_of(line, delimiter) or [] for line in text]
+        width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
+        if width > 1 and width != len(header) and often >= HELD * len(cells):
+            return next(i for i, row in enumerate(cells) if len(row) == width), delimiter
+    return None, ","
+
+
+def _is_row(cells: list[str]) -> bool:
+    """Return whether cells are a row of returns, no titles: at least half of them are numbers."""
+    numbers = sum(map(is_number, cells))
+    return numbers > 0 and 2 * (numbers + cells.count("")) >= len(cells)
+
+
+def _no_titles(path: object, number: int, line: str, delimiter: str) -> str:
+    """Say that a row has no titles above it, and what to type."""
+    cells = cells_of(line, delimiter) or []
+    named = ("time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1))
+    typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
+    wanted = "must be a header line with the titles of the columns, as time,x,y; got"
+    return f"{wanted} {shown(line)}; write one above it, with the columns' own names: {typed}"
+
+
+def of_header(titles: Sequence[str], below: Sequence[str]) -> str:
+    """Return what is wrong with a header, by what stands below it, or ""."""
+    if any("\ufffd" in title for title in titles):
+        return "; the titles are not in UTF-8: save the table in UTF-8"
+    if any(below) and not any(sign.isdigit() for cell in below for sign in cell):
+        return "; the header stands in two lines: write one, as time,x,y"
+    return ""
+
+
+def states_units(row: Sequence[str]) -> bool:
+    """Return whether a row below the header holds units, and no number or date."""
+    words = [cell.strip("[]() ").lower() for cell in row]
+    return not any(cell[:1].isdigit() or is_number(cell) for cell in row) and any(
+        word in known for word in words for known in UNITS.values()
+    )
+
+
+def _decimal(text: Sequence[str], delimiter: str) -> str:
+    """Return what numbers have before their decimals: the comma where more cells become numbers with it."""
+    point, comma = (
+        sum(is_number(cell) for line in text for cell in Dialect(delimiter, each).cells(line) or ()) for each in ".,"
+    )
+    return "," if comma > point else "."

@@ -1,0 +1,111 @@
+"""The units of columns and of times, as titles state them or values show them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from vedette.space import Array
+from vedette_files.csv_table import is_number
+from vedette_tools.drafting.several import GEODETIC
+from vedette_tools.drafting.titles import Meaning
+
+MANY = 20
+"""So many times of which none ends in 60 to 99 are times of day without their colons; so many that are equal are none."""
+
+CEILING = 20_000.0
+"""m: hardly anything that is tracked flies higher, and much does in ft."""
+
+FAR_OFF = 50.0
+"""So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
+
+ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
+
+
+def add_unit(
+    place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], assumed: list[str]
+) -> None:
+    """Add a column's unit unless it is the usual one, and what had to be assumed."""
+    if axis in GEODETIC:
+        if given.unit not in ("", "deg"):
+            units[place] = given.unit
+        return
+    usual = "rad" if axis in ANGLES else "m/s" if axis in SPEEDS else "m"
+    unit = given.unit
+    if not unit and axis in ANGLES:
+        largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
+        unit = "deg" if largest > 2.0001 * math.pi else "rad"
+        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
+    elif not unit and axis == "altitude" and (most := float(np.max(numbers(columns[given.title]), initial=0.0))) > CEILING:
+        unit = "ft"
+        assumed.append(f"{given.title} is in ft: it goes up to {most:,.0f}{_unknown(given)}")
+    elif not unit:
+        assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
+    if unit and unit != usual:
+        units[place] = unit
+
+
+def unknown_unit(axis: str, given: Meaning) -> str:
+    """Say that a title states a unit of a length or a speed that is not known, and what to type; or return ""."""
+    if not given.unknown or given.unit:
+        return ""
+    unit = "kn" if axis in SPEEDS else "NM"
+    return f"{given.title!r} may be in a unit that is not known, {given.unknown!r}; say which: --units {axis}={unit}"
+
+
+def _unknown(given: Meaning) -> str:
+    return f", for {given.unknown!r} is no unit that is known" if given.unknown else ""
+
+
+def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
+    """Return the unit of times unless it is s or they are dates."""
+    if not len(values):
+        return ""
+    if time.unit:
+        return "" if time.unit == "s" else time.unit
+    size = float(np.median(np.abs(values)))
+    for least, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms")):
+        if size > least:
+            assumed.append(f"{time.title} counts {unit} since 1970")
+            return unit
+    apart = np.diff(np.unique(values))
+    if 2e4 < size < 8e4 and len(apart) and float(np.median(apart)) < 1e-3:
+        assumed.append(f"{time.title} counts days, as spreadsheets do")
+        return "86400 s"
+    if np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
+        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
+        return "ms"
+    assumed.append(f"{time.title} is in s{_unknown(time)}")
+    return ""
+
+
+def joined(times: Array) -> str:
+    """Say what to do with numbers that are dates or times of day without their colons, or return ""."""
+    if not len(times):
+        return ""
+    if np.all((times > 1.9e13) & (times < 2.1e13)):
+        return "must be dates and times as 2026-11-22T08:39:04"
+    seconds, minutes, hours = times % 100, times // 100 % 100, times // 10_000
+    looks = np.all((times >= 0) & (seconds < 60) & (minutes < 60) & (hours < 24))
+    if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:
+        return "must be times of day as 08:39:04, for no number ends in 60 to 99"
+    return ""
+
+
+def in_degrees(x: Sequence[str], y: Sequence[str]) -> bool:
+    """Return whether positions of unstated unit are longitudes and latitudes.
+
+    They are in range, have the digits for a metre, and lie far from the origin for what they cover.
+    """
+    if min(sum(len(cell.partition(".")[2]) >= len("12345") for cell in cells) for cells in (x, y)) < 0.5 * max(len(x), 1):
+        return False
+    longitude, latitude = numbers(x), numbers(y)
+    if not len(longitude) or np.max(np.abs(longitude)) > 180 or np.max(np.abs(latitude)) > 90:
+        return False
+    return any(abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) for each in (longitude, latitude))
+
+
+def numbers(cells: Sequence[str]) -> Array:
+    return np.array([float(cell) for cell in cells if is_number(cell)])
