@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import zip_longest
 
 from attrs import frozen
@@ -199,6 +200,7 @@ class Meaning:
     unknown: str = ""
 
 
+@lru_cache(1024)
 def meaning(title: str, below: str = "") -> Meaning:
     """Return what a title means; `below` is its cell in a row of units.
 

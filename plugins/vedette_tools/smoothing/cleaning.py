@@ -46,7 +46,10 @@ def gross(paths: Paths) -> Mask:
     wrong = np.zeros(len(paths), dtype=bool)
     for _ in range(PASSES):
         kept = np.flatnonzero(~wrong)
-        wrong[kept] |= _spikes(paths.only(kept, np.searchsorted(kept, paths.starts)))
+        more = _spikes(paths.only(kept, np.searchsorted(kept, paths.starts)))
+        if not more.any():
+            break
+        wrong[kept] |= more
     return wrong
 
 

@@ -355,8 +355,7 @@ def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tupl
         if objects >= OBJECTS:
             break
     pd = needed("pandas", "tables need pandas", "data")
-    frame = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
-    return *learned(frame, columns, gap), columns.rounding(frame)
+    return learned(pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0], columns, gap)
 
 
 @contextmanager

@@ -108,8 +108,8 @@ def smooth_positions(
     named = named.set_axis([str(title) for title in named.columns], axis=1)
     columns = Columns.of(FrameTable(named), by, list(named.columns))
     longest = seconds("gap", gap)
-    columns, model, reports = learned(named, columns, longest)
-    check_apart(reports.paths, reports.objects, columns.name, columns.rounding(named), "the data", "by=COLUMN")
+    columns, model, reports, rounding = learned(named, columns, longest)
+    check_apart(reports.paths, reports.objects, columns.name, rounding, "the data", "by=COLUMN")
     result, rows = smoothed_frame(named, columns, reports, model, seconds("every", every))
     if every is None:
         result = result.iloc[np.argsort(rows, kind="stable")]
@@ -117,8 +117,9 @@ def smooth_positions(
     return result
 
 
-def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, Model, Reports]:
-    """Return the columns, with a speed's unit that was not stated, the model of a frame's objects, and its reports.
+def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, Model, Reports, float]:
+    """Return the columns, with a speed's unit that was not stated, the model of a frame's objects, its reports, and the
+    deviation in m of what their digits leave out.
 
     InputError if it has no row with a time, a position and a name.
     """
@@ -133,7 +134,8 @@ def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, M
         steps = np.where(both, moved / np.where(ahead > 0, ahead, 1.0), np.nan)
         columns = columns.in_speed_unit(steps, columns.numbers(columns.speed, frame)[reports.rows])
         reports = Reports.of(frame, columns, gap)
-    return columns, sampled(reports.paths, reports.objects, columns.rounding(frame)), reports
+    rounding = columns.rounding(frame)
+    return columns, sampled(reports.paths, reports.objects, rounding), reports, rounding
 
 
 def seconds(name: str, value: float | str | None) -> float | None:
