@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from time import process_time
 
+import numpy as np
 from attrs import define, evolve, field, frozen
 
 from vedette.progress import Progress, silent
@@ -15,14 +16,15 @@ WHOLE = 1.03
 """Of alternatives that break no more than so many times the tracks of the best, the likeliest is kept: by hand."""
 
 LESS, LESS_IN_CLUTTER = 0.05, 0.3
-"""An alternative may explain by such a part fewer returns than the one that explains most, whose returns in clutter may be
-false: by hand, on drawn scenes."""
+"""An alternative may explain by such a part fewer returns than the one that explains most; in clutter, where these may be
+false, it is then not to be clearly less likely: by hand, on drawn scenes."""
 
 GAIN = 0.2
 """A first design is left for one with more whole tracks, or likelier by this for each of their returns: by hand."""
 
 DOUBTED = 0.5
-"""Errors larger than found must not be less likely by more than this for each return of tracks. By hand, on three scenes."""
+"""Errors larger than found, and what explains fewer returns in clutter, must not be less likely by more than this for each
+return of tracks. By hand, on four scenes."""
 
 MIXED = 1.25
 """Tracks that may take returns of another name break at most so many times as often, or they mix names. By hand, on parts of
@@ -151,9 +153,16 @@ def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
     Where returns are `clean` of false ones every track counts, however short; where names are sure, each has one. That is
     the design from `before` unless it is not among these, or another is clearly likelier.
     """
-    most = max(trial.share for trial in known.values())
-    least = (1 - (LESS if clean else LESS_IN_CLUTTER)) * most
-    able = {design: trial for design, trial in known.items() if trial.share >= least}
+    widest = max(known.values(), key=lambda trial: trial.share)
+    likely = (
+        np.inf if clean else widest.loglik - DOUBTED * widest.explained
+    )  # returns that are false are as likely to be none's
+    able = {
+        design: trial
+        for design, trial in known.items()
+        if trial.share >= (1 - LESS) * widest.share
+        or (trial.share >= (1 - LESS_IN_CLUTTER) * widest.share and trial.loglik >= likely)
+    }
     broken = {design: _broken(design, trial, clean) for design, trial in able.items()}
     whole = [design for design in able if broken[design] <= WHOLE * min(broken.values()) + 0.5]
     best = max(whole, key=lambda design: able[design].loglik)

@@ -159,6 +159,13 @@ def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=False) == first
 
 
+def test_what_leaves_out_false_returns_is_about_as_likely():
+    """Of 100 returns a third may be false; that fewer tracks explain the rest shows nothing if these were likelier ones."""
+    first, other = Design(1.0, 1.0), Design(2.0, 1.0)
+    for loglik, chosen in ((-530, other), (-700, first)):
+        assert kept({first: trial(-500, 9), other: trial(loglik, 5, share=0.75)}, first, clean=False) == chosen
+
+
 def test_alternatives_end_with_the_budget_and_it_is_told():
     """Trials of 10 s each: three fit into 35 s; each failed one is counted."""
     now, ran = [0.0], []
