@@ -4,6 +4,7 @@ By day those that changed and a fifth of the others are tried (`support.selectio
 """
 
 import sys
+from operator import itemgetter
 
 import numpy as np
 import pytest
@@ -130,6 +131,25 @@ EDGE = Edge((-300.0, 200.0), (300.0, 100.0), 40.0, (-9.0, 3.0), others=ACCELERAT
 
 BIASES = {"turned": 0.01, "north": 30.0, "east": 30.0, "late": 0.5, "vx": 10.0, "vy": 10.0}
 """Of what is known where a track starts; not that of ranges, which would make some of them negative."""
+
+
+def biased(add, offset, lag, known):
+    """Parameters that go together: the spread is of biases that there are, and of velocities if it is late."""
+    names = {*add.values(), *offset.values(), *([lag, "vx", "vy"] if lag else [])}
+    spread = {name: BIASES[name] for name in BIASES if known and name in names}
+    return {"add": add, "offset": offset, "lag": lag, "spread": spread}
+
+
+BIASED = st.shared(
+    st.builds(
+        biased,
+        st.sampled_from([{}, {"bearing": "turned"}, {"range": "long", "bearing": "turned"}]),
+        st.sampled_from([{}, {"x": "north", "y": "east"}]),
+        st.sampled_from(["", "late"]),
+        st.booleans(),
+    ),
+    key="biased",
+)
 
 STEPPED = st.shared(
     st.sampled_from(
@@ -269,10 +289,7 @@ GIVEN = {
     ("sensor", "range_bearing_rate"): {"crossing_speed": st.floats(200.0, 1000.0)},  # the kit draws any velocity
     ("sensor", "biased"): {
         "of": st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
-        "add": st.sampled_from([{}, {"bearing": "turned"}, {"range": "long", "bearing": "turned"}]),
-        "offset": st.sampled_from([{}, {"x": "north", "y": "east"}]),
-        "lag": st.sampled_from(["", "late"]),
-        "spread": st.sampled_from([{}, BIASES]),
+        **{name: BIASED.map(itemgetter(name)) for name in ("add", "offset", "lag", "spread")},
     },
 }
 """Strategies for what cannot be inferred."""
