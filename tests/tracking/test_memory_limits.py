@@ -10,6 +10,7 @@ import vedette
 from vedette import Axis, Detections, Scan, ScanRefused, Space
 from vedette.experiment import Experiment
 from vedette.tracking import memory_limits
+from vedette.tracking.history import History
 from vedette.tracking.position_spread import check_spread
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
@@ -127,3 +128,17 @@ def test_a_spread_in_metres_needs_a_position_in_metres():
     check_spread(life, Space((Axis("u", "px"),)))
     with pytest.raises(ValueError, match=r"^lifecycle: .* as no axis"):
         check_spread(evolve(life, max_spread=30.0), Space((Axis("u", "px"),)))
+
+
+def test_histories_hold_the_rows_of_confirmed_tracks_alone():
+    """Of a target among returns that come once each, and whose tracks are never confirmed."""
+    made, rng = tracker(1), np.random.default_rng(35)
+    history, state = History(made), made.start()
+    for time in range(10):
+        spots = np.vstack([[[5.0 * time, 0.0]], rng.uniform(1e4, 1e6, (30, 2))])
+        state = made.step(state, Scan(float(time), "radar", Detections.of(spots)))
+        history.add(state)
+    (track,) = history.tracks()
+    for column in (track.mean, track.cov, track.times):
+        assert len(column if column.base is None else column.base) == len(track.times)
+    assert all(each.base is None for each in track.weights)

@@ -63,6 +63,7 @@ class History:
             return ()
         ids = self._column("ids")
         order = np.argsort(ids, kind="stable")
+        order = order[np.isin(ids[order], ids[self._column("confirmed")])]
         edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
         if self._rows[0]["mode_prob"] is not None:
@@ -75,20 +76,19 @@ class History:
         returns = [row for rows in self._rows for row in rows["returns"]]
         tracks = []
         for i, j in pairwise(edges):
-            if columns["confirmed"][i:j].any():
-                number, rows = int(ids[order[i]]), order[i:j].tolist()
-                parts = [returns[row] for row in rows]
-                tracks.append(
-                    Track(
-                        id=number,
-                        space=self._tracker.state,
-                        weights=tuple(weights[row] for row in rows),
-                        returns=None if all(row is None for row in parts) else tuple(parts),
-                        parents=self._parents.get(number, ()),
-                        merged=self._merged.get(number),
-                        **{"mode_prob": None, **{name: column[i:j] for name, column in columns.items()}},
-                    )
+            number, rows = int(ids[order[i]]), order[i:j].tolist()
+            parts = [returns[row] for row in rows]
+            tracks.append(
+                Track(
+                    id=number,
+                    space=self._tracker.state,
+                    weights=tuple(weights[row].copy() for row in rows),  # not views of all tracks'
+                    returns=None if all(row is None for row in parts) else tuple(parts),
+                    parents=self._parents.get(number, ()),
+                    merged=self._merged.get(number),
+                    **{"mode_prob": None, **{name: column[i:j] for name, column in columns.items()}},
                 )
+            )
         return tuple(tracks)
 
     def first_undefined(self) -> int | None:
