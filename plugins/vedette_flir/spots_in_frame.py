@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array
-from vedette_flir.evidence import ring_spread
+from vedette_flir.evidence import half_ring_spread, ring_spread
 from vedette_flir.sources.images import opencv
 
 LEVEL = 0.5
@@ -32,13 +32,16 @@ class Spots:
     sign: Array
 
 
-def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, most: int) -> Spots:
+def spots(
+    pixels: Array, polarity: float, sides: tuple[int, ...], least: float, most: int, *, before_edges: bool = False
+) -> Spots:
     """Return the spots of a frame (h, w) that stand out by `least` times the spread around them, each once.
 
     For each side the grey opening of that side is taken out (top-hat), and the closing for dark ones; `polarity` 1: hot ones
     only, -1: dark ones, 0: both. A spot is a local
     maximum of the rest over its mean around, whose region above half its contrast ends nearby. The `most` clear ones of each
-    side are looked at.
+    side are looked at. With `before_edges` the spread is that of the calmest half around, so that a spot near a treeline
+    or a cloud stands out, and what the image's edge cuts does not count.
     """
     cv2 = opencv()
     grey = cv2.GaussianBlur(np.ascontiguousarray(pixels, dtype=np.float32), (0, 0), 0.8)
@@ -57,7 +60,7 @@ def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, 
             best = peaks[np.argsort(-score.ravel()[peaks], kind="stable")[:most]]
             for at in best:
                 row, column = divmod(int(at), seen.shape[1])
-                spot = _measured(cv2, sign * seen, row, column, width, least)
+                spot = _measured(cv2, sign * seen, row, column, width, least, before_edges)
                 if spot is not None:
                     clear, centre, size = spot
                     where = coarse * centre + 0.5 * (coarse - 1)
@@ -71,7 +74,9 @@ def spots(pixels: Array, polarity: float, sides: tuple[int, ...], least: float, 
     return Spots(pairs[:, 0], pairs[:, 1], *(np.array([each[i] for each in kept]) for i in (0, 1)))
 
 
-def _measured(cv2: Any, grey: Array, row: int, column: int, side: int, least: float) -> tuple[float, Array, Array] | None:
+def _measured(
+    cv2: Any, grey: Array, row: int, column: int, side: int, least: float, before_edges: bool
+) -> tuple[float, Array, Array] | None:
     """Return contrast over spread, centre and size of the hot spot at a pixel; None if it does not end or is not clear."""
     reach = int(ROOM * side)
     top, left = max(row - reach, 0), max(column - reach, 0)
@@ -83,11 +88,12 @@ def _measured(cv2: Any, grey: Array, row: int, column: int, side: int, least: fl
     if number == 0:
         return None
     x, y, w, h = (int(value) for value in stats[number, :4])
-    if (x == 0 and left > 0) or (y == 0 and top > 0) or x + w >= part.shape[1] or y + h >= part.shape[0]:
+    first = (x == 0 and (before_edges or left > 0)) or (y == 0 and (before_edges or top > 0))
+    if first or x + w >= part.shape[1] or y + h >= part.shape[0]:
         return None
     size = np.array([w, h], dtype=float)
     centre = np.array([left + x + 0.5 * (w - 1), top + y + 0.5 * (h - 1)])
-    middle, spread = ring_spread(grey, centre, size + 1.0)
+    middle, spread = (half_ring_spread if before_edges else ring_spread)(grey, centre, size + 1.0)
     clear = (peak - middle) / spread
     return None if clear < least else (clear, centre, size)
 

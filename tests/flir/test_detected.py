@@ -50,6 +50,13 @@ def test_a_spot_is_detected_where_it_is_hot_or_dark():
     np.testing.assert_allclose(dark[:2], at, atol=1.0)
 
 
+def test_a_spot_near_a_treeline_is_detected_and_what_the_edge_cuts_is_not():
+    pixels, at = picture(0, snr=20.0)
+    pixels[58:] = 160.0 + np.random.default_rng(1).normal(0.0, 30.0, pixels[58:].shape)
+    assert any(np.allclose(each[:2], at, atol=1.0) for each in detected(pixels, sides=[7.0, 15.0]))
+    assert not len(detected(picture(0, snr=20.0, at=np.array([40.0, 0.0]))[0]))
+
+
 def test_false_alarms_and_detections_by_signal_to_noise():
     """In noise alone hardly anything is found; a spot is, the more often the stronger it is."""
     share = {}

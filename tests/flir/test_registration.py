@@ -52,6 +52,18 @@ def test_over_plain_sky_a_camera_stands_still():
     assert np.array_equal(corners(np.full((20, 2), 30.0), sky), np.zeros((20, 2)))
 
 
+@pytest.mark.parametrize("turn", [0.0, 1.5])
+def test_a_bright_target_does_not_turn_the_camera(turn):
+    path = np.array([20.0, 20.0]) + np.arange(30)[:, None] * np.array([turn, 0.4 * turn])
+    motion, alone = Registration(), Registration()
+    for k, at in enumerate(path):
+        frame, sky = seen(landscape(), at, seed=k), 80.0 + np.random.default_rng(k).normal(0.0, 1.0, (160, 200))
+        for picture in (frame, sky):
+            picture[60:74, 3 * k + 10 : 3 * k + 40] += 60.0
+        assert np.abs(motion.take(frame) - (at - path[0])).max() < 2.0  # it goes 87 px, and pulls by 1
+        assert np.array_equal(alone.take(sky), np.zeros(2))
+
+
 def test_a_cut_and_a_lost_frame_move_nothing_and_what_follows_is_followed():
     path = np.array([20.0, 20.0]) + np.arange(20)[:, None] * np.array([2.0, 0.0])
     motion, other = Registration(), landscape(1)

@@ -13,6 +13,7 @@ from vedette_flir.estimators.appearance import (
     AppearanceFilter,
 )
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
+from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
     NEAR,
     Look,
@@ -21,7 +22,19 @@ from vedette_flir.estimators.template_search import (
     kept,
     sought,
 )
-from vedette_flir.evidence import COMMON, LOST, MOVED, STANDING, held_ratio, learned, presence_ratio, standing_ratio
+from vedette_flir.evidence import (
+    COMMON,
+    LOST,
+    MOVED,
+    STANDING,
+    TURNED,
+    UNKNOWN,
+    UNMOVED,
+    held_ratio,
+    learned,
+    presence_ratio,
+    standing_ratio,
+)
 from vedette_flir.initial_box import target_in
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
@@ -95,8 +108,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return no template, and NaN as the size."""
         patch, pair, none = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
+        beside = np.zeros((*tracks, CELLS, CELLS))
         return TemplateAppearance(
-            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, none, *(scene, none, none, none)
+            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, none, *(scene, none, beside, pair, none, none)
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -109,7 +123,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, none, one)
-        made = TemplateAppearance(*values, outline(pixels), np.asarray(np.inf), none, none)
+        beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
+        made = TemplateAppearance(*values, outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
         look = by.look(pixels, where + found.offset, NEAR, made)
         made = evolve(made, usual=np.asarray(max(look.clear, 1.0)), usual_margin=np.asarray(look.margin))
         if not self.centred:
@@ -136,8 +151,16 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         ratio = held_ratio(here.margin, float(appearance.usual_margin), here.clear / float(appearance.usual), here.first)
         best, ratio = here, ratio + standing_ratio(travelled, here.first, float(appearance.usual_first))
-        if self.moves and np.isfinite(travelled) and left < MOVED:
-            ratio -= STANDING
+        new = self.moves and not np.isfinite(travelled)
+        if new:
+            ratio = float(np.clip(ratio, -UNKNOWN, 0.0))  # whether it moves is not known yet
+        elif self.moves and existence > LOST:
+            ratio -= STANDING * (left < MOVED)
+        elif self.moves:
+            origin = past[0] + appearance.offset
+            off = gone(appearance.around, pixels, here.place, origin, appearance.size)
+            least = MOVED + TURNED * np.hypot(*(origin - appearance.seen_at))
+            ratio = ratio if min(left, np.hypot(*off)) >= least else min(ratio, -UNMOVED)
         if cut or existence < LOST:
             best, odds = sought(by, pixels, here, appearance)
             ratio = ratio if best is here else odds
@@ -152,7 +175,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         elsewhere = best is not here and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
         likely = match_ratio(max(best.likeness, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
-        presence = presence_ratio(ratio, existence, cut=cut, elsewhere=elsewhere)
+        presence = presence_ratio(ratio, existence, cut=cut and not new, elsewhere=elsewhere)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
         return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness)

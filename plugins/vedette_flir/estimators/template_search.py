@@ -34,8 +34,9 @@ class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px; how far it stands out as a rule, by its contrast over the spread of what is around
     it, by its likeness over that of other places, and by that to the first template (*b, t); the outline of the last frame
-    (*b, t, 16, 16) and its recent changes (*b, t) in count; the spread that it had first (*b, t) in px, 0 before it is
-    known, and the logarithm of its growth (*b, t).
+    (*b, t, 16, 16) and its recent changes (*b, t) in count; what was around it where it was first found (*b, t, 32, 32) in
+    count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
+    is known, and the logarithm of its growth (*b, t).
     """
 
     patch: Array
@@ -48,6 +49,8 @@ class TemplateAppearance(Appearance):
     usual_first: Array
     scene: Array
     recent: Array
+    around: Array
+    seen_at: Array
     first_spread: Array
     growth: Array
 

@@ -20,10 +20,12 @@ class SpotDetector(Preprocessor):
     """Finds what stands out in a frame, is small, and ends: x, y, width, height in px of each spot.
 
     The frame less its grey opening by squares of `sides` (top-hat; of dark targets its closing less the frame) is compared
-    with its mean around. A spot counts if its peak is `clear` times the spread of the ring around it, by quartiles, above
-    that ring's median, and its region above half that contrast ends nearby. With `most` m the m clearest are returned.
+    with its mean around. A spot counts if its peak is `clear` times the spread around it, by quartiles, above the median
+    there, in the calmest half of a ring, and its region above half that contrast ends nearby, within the image. With `most`
+    m the m clearest are returned.
     Gonzalez, Woods, Digital Image Processing, 2008, section 9.6.3 (top-hat); Rohling, Radar CFAR Thresholding in Clutter
-    and Multiple Target Situations, IEEE T-AES 19, 1983 (ordered statistics of what is around).
+    and Multiple Target Situations, IEEE T-AES 19, 1983 (ordered statistics); Trunk, Range Resolution of Targets Using
+    Automatic Detectors, IEEE T-AES 14, 1978 (the smallest of halves).
     """
 
     kind: ClassVar[str] = "spot_detector"
@@ -54,7 +56,7 @@ class SpotDetector(Preprocessor):
             return Detections.of([], 4)
         sign = {"hot": 1.0, "dark": -1.0, "both": 0.0}[self.polarity]
         sides = tuple(int(side) for side in self.sides)
-        detected = spots(known_pixels(scan.frame.pixels), sign, sides, self.clear, 2 * self.most)
+        detected = spots(known_pixels(scan.frame.pixels), sign, sides, self.clear, 2 * self.most, before_edges=True)
         corner = np.zeros(2) if scan.frame.corner is None else scan.frame.corner
         return Detections.of(np.concatenate([detected.place + corner, detected.size + GROWN], axis=1)[: self.most], 4)
 
