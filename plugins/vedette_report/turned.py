@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette import Array, Sensor
 from vedette.tracking import Tracker
 from vedette.types import Scan, Trajectory
+from vedette_standard import stands
 
 WIDEST = np.radians(15.0)
 """Larger angles are not looked for."""
@@ -65,7 +66,7 @@ def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory])
 def _looks_round(sensor: Sensor) -> bool:
     """Return whether it measures range and bearing, or x and y from these."""
     names = set(sensor.measurement.names)
-    return {"range", "bearing"} <= names or ({"x", "y"} <= names and hasattr(sensor, "sigma_bearing"))
+    return {"range", "bearing"} <= names or ({"x", "y"} <= names and stands(sensor) is not None)
 
 
 def _known(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> dict[str, list[tuple[Array, Array]]]:
@@ -107,7 +108,7 @@ def _of_sensor(
             if float(np.max(placed.detects(x))) < PART:
                 continue
             looks += 1
-            d, sigma = _beside(placed, x, z) if polar else _beside_in_plane(placed, x, z, _stands(sensor, scan))
+            d, sigma = _beside(placed, x, z) if polar else _beside_in_plane(placed, x, z)
             near = (np.abs(d[:, 0]) < ALONG + SIGMAS * sigma[0]) & (np.abs(d[:, 1]) < WIDEST)
             if near.any():
                 offsets.append(d[near, 1])
@@ -145,8 +146,11 @@ def _beside(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:
     return d[:, some], sigma[some]
 
 
-def _beside_in_plane(placed: Sensor, x: Array, z: Array, station: Array) -> tuple[Array, Array]:
-    """Return the same of returns in x and y, as seen from a station."""
+def _beside_in_plane(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:
+    """Return the same of returns in x and y, as seen from where the sensor stands."""
+    pose = stands(placed)
+    assert pose is not None
+    station = pose.position[..., :2]
     names = placed.measurement.names
     some = [names.index("x"), names.index("y")]
     seen, at = z[:, some] - station, placed.measure(x)[some] - station
@@ -157,13 +161,6 @@ def _beside_in_plane(placed: Sensor, x: Array, z: Array, station: Array) -> tupl
     turn = np.arctan2(seen @ across, seen @ along)
     sigma = np.sqrt([along @ R @ along, across @ R @ across / far**2])
     return np.stack([np.hypot(*seen.T) - far, turn], axis=-1), sigma
-
-
-def _stands(sensor: Sensor, scan: Scan) -> Array:
-    """Return where a sensor stands."""
-    own = [getattr(sensor, "x", 0.0), getattr(sensor, "y", 0.0)]
-    place: Array = np.array(own if scan.pose is None else scan.pose.position[..., :2], dtype=float)
-    return place
 
 
 def _place(times: Array, places: Array, time: float) -> Array | None:

@@ -74,6 +74,7 @@ from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 from vedette_standard.sensors.range_only import RangeOnly
+from vedette_standard.sensors.station import stands as stands
 from vedette_standard.sensors.view import Detection as Detection
 
 VEDETTE_CONTRACT = 2

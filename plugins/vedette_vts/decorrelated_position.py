@@ -42,6 +42,11 @@ class DecorrelatedPosition(Sensor):
         return Pose(np.array([self.x, self.y]))
 
     @property
+    def pose(self) -> Pose:
+        """Where it stands."""
+        return self._pose
+
+    @property
     def observes(self) -> Space:
         return Space.of(x="m", y="m")
 

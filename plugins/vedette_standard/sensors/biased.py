@@ -9,6 +9,7 @@ from attrs import Factory, field, frozen
 
 from vedette import Array, Axis, Gaussian, Sensor, Space, Twin, WrappedSensor, fields, filters
 from vedette_standard import compiled
+from vedette_standard.sensors.station import stands
 
 
 def _observed(self: Biased) -> Space:
@@ -108,7 +109,7 @@ class Biased(WrappedSensor):
 
         It was elsewhere, too, when a return was late.
         """
-        pose, places = getattr(self.of, "_pose", None), self._moving()[0]
+        pose, places = stands(self.of), self._moving()[0]
         if not places or pose is None or pose.velocity is None or not self.relative:
             return np.zeros(len(self.of.observes))
         carried = np.zeros((*np.shape(pose.velocity)[:-1], len(self.of.observes)))

@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import Array, Pose, Sensor, WrappedSensor, fields
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
-from vedette_standard.sensors.station import offsets
+from vedette_standard.sensors.station import offsets, stands
 
 POLAR = ("range", "bearing")
 LEAST = 1e-9
@@ -67,7 +67,7 @@ class Coarse(WrappedSensor):
         size = np.array([self.cells.get(name, ANY) for name in names]) / math.sqrt(2 * math.log(2))
         if not polar:
             return np.diag(size**2)
-        pose = getattr(self.of, "_pose", Pose(np.zeros(2)))
+        pose = stands(self.of) or Pose(np.zeros(2))
         dx, dy = offsets(self.of.measure(x), pose)
         square, angle = dx * dx + dy * dy, np.arctan2(dy, dx)
         along = size[0] ** 2 + LEAST * square * size[1] ** 2

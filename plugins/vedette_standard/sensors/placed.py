@@ -62,6 +62,11 @@ class PlacedSensor(Sensor):
             if power := self._summed():
                 object.__setattr__(self, "_size", self._seen(self._pose, power))
 
+    @property
+    def pose(self) -> Pose:
+        """Where it stands."""
+        return self._pose
+
     def _unlimited(self) -> bool:
         """Return whether it detects alike everywhere."""
         return self._sees_alike and self.max_range is None and self.min_range == 0

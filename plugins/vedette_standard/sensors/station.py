@@ -4,15 +4,31 @@ from __future__ import annotations
 
 import math
 from copy import copy
-from typing import TypeVar
+from typing import Protocol, TypeVar, runtime_checkable
 
 import numpy as np
 
-from vedette import Array, Pose, Sensor, Space
+from vedette import Array, Pose, Sensor, Space, WrappedSensor
 
 POSITION = Space.of(x="m", y="m")
 
 S = TypeVar("S", bound=Sensor)
+
+
+@runtime_checkable
+class Stationed(Protocol):
+    """A sensor that says where it stands, and from there sees directions."""
+
+    @property
+    def pose(self) -> Pose:
+        """Where it stands: its own place, or where `at` placed it."""
+
+
+def stands(sensor: Sensor) -> Pose | None:
+    """Return where a sensor, or that which it wraps, stands; None: it does not say."""
+    while isinstance(sensor, WrappedSensor):
+        sensor = sensor.of
+    return sensor.pose if isinstance(sensor, Stationed) else None
 
 
 def placed(sensor: S, pose: Pose) -> S:
