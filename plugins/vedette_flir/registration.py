@@ -10,7 +10,7 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from vedette import Array
-from vedette_flir.sources.images import opencv
+from vedette_flir.sources.images import one_thread, opencv
 
 REACH = 0.25
 """Largest shift that is believed, as a part of each side: beyond it two frames have too little in common."""
@@ -53,12 +53,13 @@ class Registration:
         """Return the place of the first pixel (2,) of the next frame (h, w), x and y in px."""
         if not np.isfinite(pixels).all():  # a frame that could not be read
             return self._corner
-        now = _smooth(pixels)
-        moved = None if self._past is None else self._moved(self._past, now)
-        if moved is not None:
-            self._corner = self._at - moved
-        if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
-            self._past, self._points, self._at = now, corners(now), self._corner
+        with one_thread():
+            now = _smooth(pixels)
+            moved = None if self._past is None else self._moved(self._past, now)
+            if moved is not None:
+                self._corner = self._at - moved
+            if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
+                self._past, self._points, self._at = now, corners(now), self._corner
         return self._corner
 
     def _moved(self, past: NDArray[np.uint8], now: NDArray[np.uint8]) -> Array | None:
