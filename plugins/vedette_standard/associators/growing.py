@@ -12,7 +12,6 @@ from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.recombined import merged_by_track
-from vedette_standard.associators.substitutes import existence_by_substitutes
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
 from vedette_standard.unresolved.meeting import of_hypotheses
@@ -72,7 +71,7 @@ class Growing(HypothesisAssociator):
 
     def existence(self, hypotheses: Hypotheses, own: Array, last: Indices) -> Array:
         """Return the existence of each leaf's target over all hypotheses."""
-        return existence_by_substitutes(hypotheses, own, last, hypotheses.existence(own, last))
+        return hypotheses.existence(own, last)
 
     def shown_with(self, hypotheses: Hypotheses, existence: Array, leaves: Indices) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
