@@ -47,16 +47,20 @@ def test_it_takes_at_most_half_a_gigabyte(kind):
     assert megabytes <= MOST_MB
 
 
-def doubtful():
-    """Hypotheses of which it is doubtful which track is a target's, the leaves' own existence, and what they took last."""
-    radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-3}
-    tracker = vedette.build({
+def crowded(associator, clutter_density):
+    radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": clutter_density}
+    return vedette.build({
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
         "sensors": {"radar": radar},
-        "associator": {"kind": "k_best", "hypotheses": 30},
+        "associator": associator,
         "birth": {"kind": "from_returns", "spread": {"vx": 2.0, "vy": 2.0}},
         "lifecycle": {"kind": "existence"},
     })  # fmt: skip
+
+
+def doubtful():
+    """Hypotheses of which it is doubtful which track is a target's, the leaves' own existence, and what they took last."""
+    tracker = crowded({"kind": "k_best", "hypotheses": 30}, 1e-3)
     rng, state = np.random.default_rng(1), tracker.start()
     for time in range(5):
         state = tracker.step(state, Scan(float(time), "radar", Detections.of(rng.normal(0.0, 10.0, (12, 2)))))
@@ -89,14 +93,7 @@ def test_existence_is_that_of_the_track_or_of_one_which_took_the_same_returns(mo
 
 
 def test_leaves_are_updated_a_few_at_a_time_as_all_at_once(monkeypatch):
-    radar = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 0.1}
-    tracker = vedette.build({
-        "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.2}},
-        "sensors": {"radar": radar},
-        "associator": {"kind": "lmb", "leaves": 2},
-        "birth": {"kind": "from_returns", "spread": {"vx": 2.0, "vy": 2.0}},
-        "lifecycle": {"kind": "existence"},
-    })  # fmt: skip
+    tracker = crowded({"kind": "lmb", "leaves": 2}, 0.1)
 
     def after():
         rng, state = np.random.default_rng(1), tracker.start()

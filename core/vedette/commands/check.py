@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import inspect
 import json
-import re
 import sys
 import warnings
 from argparse import Namespace
@@ -153,6 +152,7 @@ def check(
     name = f"{cls.__module__}.{cls.__qualname__}"
     print(f"{entry.role} {entry.kind} ({name})")
     told: list[dict[str, Any]] = []
+    wanted: dict[str, None] = {}
     component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "tried": False, "laws": told}
     try:
         drawn = components(cls) if one is None else fixed(one)
@@ -172,6 +172,8 @@ def check(
                 print(f"  cannot be drawn: {lacking}\n  {_CURE}")
                 return component | {"reason": str(lacking)}
         warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)
+        if outcome.lacks:
+            wanted[outcome.lacks] = None
         verdict, text = _expected(outcome.verdict, outcome.text, cls.known_failures.get(law.name))
         told.append(
             {"law": law.name, "verdict": verdict, "text": text, "examples": outcome.examples, "replay": outcome.replay}
@@ -180,8 +182,8 @@ def check(
             text += f"\nrepeat it with --law {law.name} --replay {outcome.replay}"
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {verdict:7} {note}", flush=True)
-    if names := re.findall(r"has no `(\w+)`", " ".join(law["text"] for law in told if law["verdict"] == "skipped")):
-        print(f"  a parameter called {', '.join(dict.fromkeys(names))} would be held to its name, by laws that were skipped")
+    if wanted:
+        print(f"  a parameter called {', '.join(wanted)} would be held to its name, by laws that were skipped")
     for text, count in warned.most_common(MOST_WARNINGS):
         print(f"  warned {count} times: {text}")
     if len(warned) > MOST_WARNINGS:

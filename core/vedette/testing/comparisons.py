@@ -22,6 +22,14 @@ class Closed(Exception):
     """A law does not apply to this component; the message says why. This is no error: there is nothing to judge."""
 
 
+class Lacking(Closed):
+    """It has no parameter of this name, by whose meaning the law would judge it."""
+
+    def __init__(self, name: str, why: str = "") -> None:
+        super().__init__(why or f"it has no `{name}`")
+        self.name = name
+
+
 class Misuse(VedetteError, ValueError):
     """The kit was used wrongly; the message says how to put it right."""
 

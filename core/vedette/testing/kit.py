@@ -23,7 +23,7 @@ from vedette.filters import contradiction
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Component
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, Misuse
+from vedette.testing.comparisons import Closed, Lacking, Misuse
 from vedette.testing.counterexamples import counterexample, line_of, method_of
 from vedette.testing.hypothesis_constants import constants_of_no_module
 from vedette.testing.law import Law, Profile
@@ -80,7 +80,8 @@ MOST_CLOSED = 12
 class Outcome:
     """The result of one law: `text` is the smallest counterexample, or why there was nothing to judge.
 
-    `alpha` is the probability that a correct component would have failed here; `replay` is what repeats a failure.
+    `alpha` is the probability that a correct component would have failed here; `replay` is what repeats a failure;
+    `lacks` is the parameter without which the law judges nothing.
     """
 
     law: Law
@@ -89,6 +90,7 @@ class Outcome:
     examples: int
     alpha: float
     replay: str = ""
+    lacks: str = ""
 
 
 def laws_of(cls: type[Component]) -> tuple[Law, ...]:
@@ -148,7 +150,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     drawer = _ROLES[role][1]
     pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
     tried: list[Any] = []
-    closed: list[str] = []
+    closed: list[tuple[str, str]] = []
     judged = False
 
     def attempt(pair: Any) -> None:
@@ -160,7 +162,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
                 raise Closed(lacks)
             law.check(component, data)
         except Closed as reason:
-            closed.append(str(reason))
+            closed.append((str(reason), reason.name if isinstance(reason, Lacking) else ""))
             if not judged and len(closed) >= max(MOST_CLOSED, law.examples(profile) // 2):
                 raise SkipTest(str(reason)) from None  # Hypothesis ends at once
         except Exception:
@@ -200,7 +202,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
         ) from None
     except SkipTest:
-        return Outcome(law, "skipped", closed[0], 0, 0.0)
+        return Outcome(law, "skipped", closed[0][0], 0, 0.0, lacks=closed[0][1])
     except DidNotReproduce:
         return Outcome(law, "held", "", 1, alpha)
     except InvalidArgument as other:
@@ -218,7 +220,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
         return Outcome(law, "failed", told, tried[2] + 1, alpha, "/".join(note.groups()) if note else "")
     if not tried[2]:
-        return Outcome(law, "skipped", closed[0], 0, 0.0)
+        return Outcome(law, "skipped", closed[0][0], 0, 0.0, lacks=closed[0][1])
     return Outcome(law, "held", "", tried[2], alpha)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tomllib
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from attrs import frozen
@@ -89,33 +89,24 @@ def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
     if not np.isfinite(total):
         return None
     hits = [float(np.sum(track.hit)) for track in tracks]
+    named = [codes for scan in scans if (codes := scan.detections.identity) is not None]
+    given = Counter(code for codes in named for code in codes[codes >= 0].tolist())
     return Trial(
         total, sum(len(scan.detections.z) for scan in scans), len(tracks), sum(hit < SHORT for hit in hits), sum(hits),
-        sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks, scans), _detected(tracks),
-        _named(tracks, scans),
+        sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks, given), _detected(tracks),
+        len(given) + sum(track.identity is None or not np.any(track.identity >= 0) for track in tracks),
     )  # fmt: skip
 
 
-def _names(tracks: Sequence[Track], scans: Sequence[Scan]) -> tuple[int, int, int]:
+def _names(tracks: Sequence[Track], given: Mapping[int, int]) -> tuple[int, int, int]:
     """Return how often tracks went over to another name, how many names several bear, beyond the first of each, and how
-    many of those that returns often bear none does.
+    many of those that returns often bear none does; given: how many returns bear each name.
     """
     told = [track.identity[track.identity >= 0] for track in tracks if track.identity is not None]
     mixed = sum(int(np.count_nonzero(np.diff(codes))) for codes in told)
     bears = sum(len(set(codes.tolist())) for codes in told)
     borne = {code for codes in told for code in codes.tolist()}
-    given = Counter(code for scan in scans for code in _codes(scan))
     return mixed, bears - len(borne), sum(count >= SHORT and code not in borne for code, count in given.items())
-
-
-def _named(tracks: Sequence[Track], scans: Sequence[Scan]) -> int:
-    names = {code for scan in scans for code in _codes(scan)}
-    return len(names) + sum(track.identity is None or not np.any(track.identity >= 0) for track in tracks)
-
-
-def _codes(scan: Scan) -> list[int]:
-    codes = scan.detections.identity
-    return [] if codes is None else codes[codes >= 0].tolist()
 
 
 def _detected(tracks: Sequence[Track]) -> float:

@@ -14,7 +14,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, covariance, demand, same
+from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
@@ -54,7 +54,7 @@ def spread_as_stated(birth: Birth, drawn: Returns) -> None:
     """If it has `spread`: new tracks have that standard deviation along each of its axes."""
     spread = getattr(birth, "spread", None)
     if not isinstance(spread, dict) or birth.models_unseen:
-        raise Closed("it has no `spread`")
+        raise Lacking("spread")
     newborn, state = begun(birth, drawn), drawn.estimator.state
     for axis, deviation in spread.items():
         if axis in state and axis not in drawn.sensor.observes:
@@ -67,7 +67,7 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
     """If it has `initial`: new tracks exist with that probability at most."""
     initial = getattr(birth, "initial", None)
     if not isinstance(initial, float):
-        raise Closed("it has no `initial`")
+        raise Lacking("initial")
     newborn = begun(birth, drawn)
     known = newborn.existence
     demand(np.all(known <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {known}")
@@ -77,7 +77,7 @@ def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
     """If it has `sensors`: returns of those start tracks, and of no others; of all if it names none."""
     sensors = getattr(birth, "sensors", None)
     if not isinstance(sensors, tuple) or not all(isinstance(name, str) for name in sensors):
-        raise Closed("it has no `sensors`")
+        raise Lacking("sensors")
     if not sensors:
         demand(birth.starts_from("kit_other"), "starts_from: must be true of any sensor, as `sensors` names none")
         return
@@ -121,7 +121,7 @@ def _lifetime(birth: Birth) -> float:
     _unseen(birth)
     lifetime = getattr(birth, "lifetime", None)
     if not isinstance(lifetime, float):
-        raise Closed("it has no `lifetime`")
+        raise Lacking("lifetime")
     return lifetime
 
 

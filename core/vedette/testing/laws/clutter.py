@@ -14,7 +14,7 @@ import numpy as np
 from vedette.config.parameters import parameters
 from vedette.roles import Sensor
 from vedette.space import Array, Axis
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.sensor_cases import Looks, full
@@ -54,7 +54,7 @@ def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
     """If it has `clutter_per_scan` and no `clutter_density` instead: over what it covers, the density integrates to that."""
     wanted = getattr(sensor, "clutter_per_scan", None)
     if not isinstance(wanted, float | int):
-        raise Closed("it has no `clutter_per_scan`")
+        raise Lacking("clutter_per_scan")
     if getattr(sensor, "clutter_density", 0.0) and wanted == 0:
         raise Closed("its clutter is stated by `clutter_density`")
     axes = sensor.measurement.axes
@@ -173,7 +173,7 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     limit = getattr(sensor, "max_range", None)
     places = [i for i, axis in enumerate(sensor.observes.axes) if axis.name in ("x", "y")]
     if not isinstance(limit, float | int) or len(places) < 2 or not np.isfinite(limit):
-        raise Closed("it has no `max_range`")
+        raise Lacking("max_range")
     station = np.array([float(getattr(sensor, name, 0.0) or 0.0) for name in ("x", "y")])
     far = np.array(drawn.x)
     for row, factor in enumerate((1.05, 3.0, 100.0)):
@@ -199,7 +199,7 @@ def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:
     sectors = getattr(sensor, "sectors", ())
     places = [i for i, axis in enumerate(sensor.observes.axes) if axis.name in ("x", "y")]
     if not sectors or len(places) < 2:
-        raise Closed("it has no `sectors`")
+        raise Lacking("sectors")
     bearing = np.linspace(-np.pi, np.pi, 64) + drawn.seed
     outside = np.all([np.mod(bearing - one.low, 2 * np.pi) > one.high - one.low + 1e-9 for one in sectors], axis=0)
     bearing = bearing[outside]

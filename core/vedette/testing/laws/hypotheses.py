@@ -15,7 +15,7 @@ from attrs import evolve, frozen
 from vedette.hypotheses import Branching, HypothesisAssociator, LeafScores
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.lifecycle_cases import still
@@ -202,7 +202,7 @@ def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
     """If it has `hypotheses`: where one is kept, it is the best joint association, and it is certain."""
     kept = roomy(associator)
     if not hasattr(kept, "hypotheses"):
-        raise Closed("it has no `hypotheses`")
+        raise Lacking("hypotheses")
     alone: HypothesisAssociator = evolve(kept, hypotheses=1)  # type: ignore[misc]
     joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
     if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:

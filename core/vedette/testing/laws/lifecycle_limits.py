@@ -13,7 +13,7 @@ from attrs import evolve
 
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import Closed, Lacking, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.lifecycle_cases import Lives, live
 from vedette.tracking import pytrees
@@ -117,7 +117,7 @@ def what_does_not_exist_is_not_confirmed(lifecycle: Lifecycle, drawn: Lives) -> 
 def _limit(lifecycle: Lifecycle, name: str) -> float:
     value = getattr(lifecycle, name, None)
     if not isinstance(value, float | int) or isinstance(value, bool) or not 0 < value < np.inf:
-        raise Closed(f"it has no `{name}`")
+        raise Lacking(name)
     return float(value)
 
 
@@ -245,7 +245,7 @@ def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `survives_in`, with corners: a track that is detected lives within these areas, and ends outside."""
     areas = [np.asarray(area.corners) for area in getattr(lifecycle, "survives_in", ()) if hasattr(area, "corners")]
     if not areas:
-        raise Closed("it has no `survives_in`")
+        raise Lacking("survives_in")
     every, rng = np.concatenate(areas), np.random.default_rng(len(drawn.hit))
     place = every.mean(axis=0) + 1.2 * np.ptp(every, axis=0) * rng.uniform(-0.5, 0.5, (40, 2))
     inside = np.zeros(40, dtype=bool)

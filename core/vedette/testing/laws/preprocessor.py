@@ -16,7 +16,7 @@ from vedette.sampling.trajectories import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor, Preprocessor
 from vedette.testing.bands import judge_run_means
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same
+from vedette.testing.comparisons import Closed, Lacking, covariance, demand, finite, frozen_copy, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.platforms import placed
 from vedette.testing.states import SEEDS, sizes
@@ -185,8 +185,10 @@ def sensors_confirm_within_the_threshold(preprocessor: Preprocessor, drawn: Raw)
     """If it fuses sensors and has `threshold` in m: returns nearer than that make one, and those farther apart none."""
     units = {parameter.name: parameter.unit for parameter in parameters(type(preprocessor))}
     exact, limit = _exact(preprocessor, drawn, several=True), getattr(preprocessor, "threshold", 0.0)
-    if len(preprocessor.sensors) < 2 or units.get("threshold") != "m":
-        raise Closed("it does not fuse sensors, or has no `threshold` in m")
+    if len(preprocessor.sensors) < 2:
+        raise Closed("it does not fuse sensors")
+    if units.get("threshold") != "m":
+        raise Lacking("threshold", "it has no `threshold` in m")
     for share, wanted in ((0.9, 1), (1.1, 0)):
         scans = {}
         for number, (name, sensor) in enumerate(preprocessor.sensors.items()):
@@ -338,8 +340,10 @@ def false_alarms_are_as_rare_as_stated(preprocessor: Preprocessor, drawn: Raw) -
     Noise is exponential power, as of a receiver. The window may take up to 3,072 cells of a row of 6,000.
     """
     known = {parameter.name for parameter in parameters(type(preprocessor))}
-    if "rate" not in known or not all(isinstance(sensor, ImagingSensor) for sensor in preprocessor.sensors.values()):
-        raise Closed("it reads no pictures, or has no `rate`")
+    if not all(isinstance(sensor, ImagingSensor) for sensor in preprocessor.sensors.values()):
+        raise Closed("it reads no pictures")
+    if "rate" not in known:
+        raise Lacking("rate")
     ((name, _),) = preprocessor.sensors.items()
     often: Any = evolve(preprocessor, rate=RARE)  # type: ignore[misc]
     rng = np.random.default_rng(drawn.seed)

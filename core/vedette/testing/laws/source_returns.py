@@ -12,7 +12,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import Source
 from vedette.testing.bands import judge_scale
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import Closed, Lacking, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Altered, Opened
@@ -107,8 +107,10 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
     if getattr(source, "clutter", 0.0):  # so dense that there are some, whatever the region
         source = changed(source, {"clutter": max(source.clutter, CROWDED)}) or source  # type: ignore[attr-defined]
     sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
-    if not source.draws or not isinstance(sigma, float) or not sigma or hasattr(source, "level"):
-        raise Closed("it draws nothing, or has no `sigma` in m")
+    if not source.draws or hasattr(source, "level"):
+        raise Closed("it draws nothing, or pictures")
+    if not isinstance(sigma, float) or not sigma:
+        raise Lacking("sigma", "it has no `sigma` in m")
     squares, false, looks, there = [], [], 0, 0.0
     for k in range(OPENINGS):
         recording = drawn.again(k, drawn.plain).open(source)
