@@ -42,7 +42,7 @@ TablePath = Path | FrameTable | ApartTable
 
 def pyarrow() -> tuple[Any, Any]:
     """Return pyarrow and its module for Parquet files; InputError without them."""
-    told = "Parquet files need pyarrow"
+    told = "tables in columns, as of Parquet, need pyarrow"
     return needed("pyarrow", told, "data"), needed("pyarrow.parquet", told, "data")
 
 
