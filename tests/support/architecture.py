@@ -65,6 +65,7 @@ PLUGINS = (
     "vedette_report.columns",
     "vedette_report.drawing",
     "vedette_report.error_in_time",
+    "vedette_report.errors_in_tracks",
     "vedette_report.figures",
     "vedette_report.findings",
     "vedette_report.files",

@@ -12,7 +12,7 @@ import pytest
 from support import advice
 from vedette.cli import main
 from vedette.config import load, to_config
-from vedette_report import error_in_time
+from vedette_report import errors_in_tracks
 from vedette_tools.tuning import summary
 from vedette_tools.tuning.evaluation import errors_in_time, open_data
 
@@ -95,7 +95,7 @@ def test_the_opposite_of_what_is_advised_costs(folder, capsys):
 def test_errors_along_two_axes_that_one_number_states_are_told_together(apart, folder, capsys, monkeypatch):
     """The mutant: each axis by itself. Here y seems white by chance, and what is proposed for x is wrong for both."""
     if apart:
-        monkeypatch.setattr(error_in_time, "_stated_once", lambda sensor, axes: [])
+        monkeypatch.setattr(errors_in_tracks, "_stated_once", lambda sensor, axes: [])
     likelihood, _ = gained("correlated errors", 103, folder, capsys)
     assert (likelihood < 0) == apart
 

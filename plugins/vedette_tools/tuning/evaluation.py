@@ -18,7 +18,7 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
 from vedette.types import LazyScans, Recording, Scan
-from vedette_report.error_in_time import Told, in_tracks
+from vedette_report.errors_in_tracks import Told, in_tracks
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
