@@ -9,7 +9,7 @@ constexpr int kLanes = 8;
 constexpr int kMostStates = 12, kMostMeasured = 6, kMostModes = 6, kMostReturns = 64, kMostPoints = 2 * kMostStates + 1;
 constexpr int kStates2 = kMostStates * kMostStates, kMeasured2 = kMostMeasured * kMostMeasured;
 constexpr int kMostParticles = 1 << 20;
-constexpr int kMostTaken = 4, kMostParameters = 64;  // returns of `scan_step`, numbers of a twin
+constexpr int kMostTaken = 4, kMostParameters = 128;  // returns of `scan_step`, numbers of a twin
 constexpr int kMostDims = 8, kMostOperands = 2 + 4 * kMostModes;
 
 // Arrays of a batch: the address of one problem's, and the distance in doubles to the next problem's.

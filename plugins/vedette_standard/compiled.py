@@ -4,14 +4,14 @@ joint association of pairs.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from types import ModuleType
 from typing import Any, TypeVar
 
 import numpy as np
 
-from vedette import Array, Pose, Twin, kernels
+from vedette import Array, MotionModel, Pose, Twin, filters, kernels
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -54,6 +54,30 @@ def biased(own: Twin | None, carried: Array, *axes: Any) -> Twin | None:
     parameters = [np.broadcast_to(each, (*batch, each.shape[-1])) for each in (own.parameters, carried)]
     function = _module.biased(own.function, *axes, own.parameters.shape[-1])
     return Twin(function, np.concatenate(parameters, axis=-1))
+
+
+def product(parts: Sequence[tuple[MotionModel, Twin | None]]) -> Twin | None:
+    """Return the twin of motions side by side, of each its twin, or None where it is linear: then by F and Q of a step."""
+    if _module is None:
+        return None
+    known: dict[float, Array] = {}
+    still = [np.zeros(len(model.state)) for model, _ in parts]
+
+    def of_step(dt: float) -> list[list[Array]]:
+        return [
+            [own.numbers(x, dt)] if own else [model.jacobian(x, dt).ravel(), model.noise(x, dt).ravel()]
+            for (model, own), x in zip(parts, still, strict=True)
+        ]
+
+    def over(dt: float) -> Array:
+        found = known.get(dt)
+        if found is None:
+            found = np.concatenate([row for part in of_step(dt) for row in part])
+            filters.keep(known, dt, found)
+        return found
+
+    functions, sizes = (own and own.function for _, own in parts), (sum(map(len, part)) for part in of_step(1.0))
+    return Twin(_module.product(tuple(functions), tuple(map(len, still)), tuple(sizes)), over(1.0), over)
 
 
 def fastest(reference: F) -> F:

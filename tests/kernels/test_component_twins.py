@@ -21,6 +21,7 @@ from vedette_standard.motion.coordinated_turn_3d import CoordinatedTurn3d
 from vedette_standard.motion.curvilinear import Curvilinear
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.product import Product
+from vedette_standard.motion.singer import Singer
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.polar_position import PolarPosition
@@ -34,6 +35,7 @@ CALLS += ("iterate_twin", "predict_root_twin", "evaluate_root_twin")
 RNG = np.random.default_rng(0)
 TURN = CoordinatedTurn(0.5, 0.01)
 RADAR = RangeBearing(10.0, 0.02, sigma_extent=3.0, max_range=900.0, detection_probability=0.9)
+UP, DEEP = ConstantVelocity(0.1, axes=("z",)), Singer(0.4, 20.0, axes=("depth",))
 BIASED = Biased(RADAR, add={"range": "long"}, offset={"y": "east"})
 CASES = [
     (ExtendedKalman(TURN), RADAR),
@@ -49,6 +51,9 @@ CASES = [
     (SquareRootKalman(CoordinatedTurn3d(0.5, 0.01)), RangeBearingElevation(10.0, 0.02, 0.02)),
     (ExtendedKalman(Curvilinear(0.3, 0.2)), RADAR),
     (ExtendedKalman(Product((TURN, GaussMarkov(("long", "east"), 1.0, 60.0)))), BIASED),
+    (ExtendedKalman(Product((DEEP, Product((UP, TURN))))), RADAR),
+    (UnscentedKalman(Product((UP, Curvilinear(0.3, 0.2)))), RADAR),
+    (SquareRootKalman(Product((TURN, UP, DEEP))), RADAR),
 ]
 
 

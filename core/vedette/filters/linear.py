@@ -39,7 +39,7 @@ def predict_linearised(belief: Gaussian, motion: MotionModel, dt: float, memo: M
         return new_gaussian(wrapped(ahead.mean, periods), ahead.cov) if periods else ahead
     twin, periods = memo.moving or memo.twin(motion)
     if twin is not None:
-        by_twin = kernels.predict_twin(x, P, dt, twin.function, twin.numbers(x), periods)
+        by_twin = kernels.predict_twin(x, P, dt, twin.function, twin.numbers(x, dt), periods)
         if by_twin is not None:
             return by_twin
     moved = wrapped(motion.move(x, dt), periods)

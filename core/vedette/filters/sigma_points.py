@@ -51,7 +51,7 @@ class PointFilter(GaussianFilter):
         offsets, weights = self.offsets(belief)
         twin, periods = self._memo.moving or self._memo.twin(self.motion)
         if twin is not None:
-            x, numbers = belief.mean, twin.numbers(belief.mean)
+            x, numbers = belief.mean, twin.numbers(belief.mean, dt)
             ahead = kernels.predict_points_twin(x, offsets, weights, dt, twin.function, numbers, periods)
             if ahead is not None:
                 return ahead

@@ -6,6 +6,7 @@ the compiled ones for calls that they are not made for. Whoever gets None asks t
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from attrs import frozen
@@ -32,19 +33,22 @@ class Twin:
     It must write every number, give a state the same among others as alone, and may be called from any thread. parameters
     (*b, p) lead with the batch axes of a pose. What it says of a belief's noise is that at its mean: a component whose
     `mean_noise` is another has no twin.
+
+    over: of a motion, its parameters for a step of dt s where they depend on it, in place of `parameters`.
     """
 
     function: Any
     parameters: Array
+    over: Callable[[float], Array] | None = None
 
     def __attrs_post_init__(self) -> None:
         signature = getattr(self.function, "signature", SENSOR)
         if signature not in (SENSOR, MOTION):
             raise ValueError(f"function: must have the signature {SENSOR!r} or {MOTION!r}, has {signature!r}")
 
-    def numbers(self, x: Array) -> Array:
+    def numbers(self, x: Array, dt: float = 0.0) -> Array:
         """Return the parameters as they broadcast against states x (*b, .., n): (p,) or (*b, 1, .., p)."""
-        given = self.parameters
+        given = self.over(dt) if self.over else self.parameters
         return given if given.ndim == 1 else given.reshape(*given.shape[:-1], *(1,) * (x.ndim - given.ndim), given.shape[-1])
 
 

@@ -1,36 +1,25 @@
 // The twin of a sensor whose registration errors are part of the state, around the twin of the sensor itself: sensors/biased.py.
 #pragma once
 
-#define PY_SSIZE_T_CLEAN
-#include <Python.h>
-
 #include <algorithm>
 #include <cmath>
-#include <cstring>
-#include <vector>
+
+#include "capsules.hpp"
 
 namespace vedette {
-
-using SensorTwin = void (*)(int, const double*, const double*, double*, double*, double*, double*, void*);
-constexpr const char* kSensor = "void (int, double *, double *, double *, double *, double *, double *, void *)";
 
 // z = h(x + o - l (v - u)) + a: which state axis is each measured axis' a, and each own axis' o and v; -1 where there is none.
 // The platform's velocity u (n,) stands behind the own twin's parameters, of which there are `before`.
 struct Biased {
-    SensorTwin own;
-    void* data;
-    PyObject* keep;
+    Inner<SensorTwin> own;
     int states, lag, before;
     std::vector<int> added, offset, speed;
     std::vector<double> period;  // of measured axes, 0 if they do not wrap
 
     void look(int count, const double* x, const double* parameters, double* z, double* slope, double* noise, double* detects) const {
         const int n = static_cast<int>(offset.size()), m = static_cast<int>(added.size());
-        double few[kFew];
-        std::vector<double> many;
-        const int room = (n + m * n) * count;
-        if (room > kFew) many.resize(static_cast<std::size_t>(room));
-        double *seen = room > kFew ? many.data() : few, *inner = seen + n * count;
+        Room room((n + m * n) * count);
+        double *seen = room.at(), *inner = seen + n * count;
         const double* carried = parameters + before * count;
         for (int a = 0; a < n; ++a)
             for (int i = 0; i < count; ++i) {
@@ -39,7 +28,7 @@ struct Biased {
                 if (speed[a] >= 0) at -= x[lag * count + i] * (x[speed[a] * count + i] - carried[a * count + i]);
                 seen[a * count + i] = at;
             }
-        own(count, seen, parameters, z, inner, noise, detects, data);
+        own.call(count, seen, parameters, z, inner, noise, detects, own.data);
         std::fill_n(slope, m * states * count, 0.0);
         for (int j = 0; j < m; ++j) {
             for (int a = 0; a < n; ++a)
@@ -60,8 +49,6 @@ struct Biased {
     }
 
   private:
-    static constexpr int kFew = 2048;
-
     static double wrapped(double x, double period) {
         if (period == 0.0) return x;
         const double half = period / 2, near = x - period * std::nearbyint(x / period);
@@ -74,47 +61,17 @@ inline void look_biased(int count, const double* x, const double* parameters, do
     static_cast<const Biased*>(data)->look(count, x, parameters, z, slope, noise, detects);
 }
 
-inline void drop_biased(PyObject* capsule) {
-    auto* data = static_cast<Biased*>(PyCapsule_GetContext(capsule));
-    Py_XDECREF(data->keep);
-    delete data;
-}
-
-template <class T, class F>
-bool read_each(PyObject* given, std::vector<T>& to, const F& as) {
-    if (!PyTuple_CheckExact(given)) return false;
-    for (Py_ssize_t i = 0; i < PyTuple_GET_SIZE(given); ++i) to.push_back(static_cast<T>(as(PyTuple_GET_ITEM(given, i))));
-    return PyErr_Occurred() == nullptr;
-}
-
 // biased(function of the sensor's own twin, states, lag, added, offset, speed, period, parameters of the own twin): the function around it.
 inline PyObject* biased(PyObject*, PyObject* const* args, Py_ssize_t count) {
     if (count != 8) return PyErr_Format(PyExc_TypeError, "biased takes 8 arguments, got %zd", count);
-    PyObject* inner = PyTuple_Check(args[0]) && PyTuple_GET_SIZE(args[0]) > 0 ? PyTuple_GET_ITEM(args[0], 0) : args[0];
-    void* pointer = PyCapsule_GetPointer(inner, kSensor);
-    if (pointer == nullptr) return nullptr;
-    auto* data = new Biased{};
-    std::memcpy(&data->own, &pointer, sizeof pointer);
-    data->data = PyCapsule_GetContext(inner);
-    data->keep = Py_NewRef(args[0]);
+    auto data = std::make_unique<Biased>();
+    if (!data->own.read(args[0], kSensor)) return nullptr;
     data->states = static_cast<int>(PyLong_AsLong(args[1])), data->lag = static_cast<int>(PyLong_AsLong(args[2]));
     data->before = static_cast<int>(PyLong_AsLong(args[7]));
-    PyObject* capsule = nullptr;
-    if (read_each(args[3], data->added, PyLong_AsLong) && read_each(args[4], data->offset, PyLong_AsLong) &&
-        read_each(args[5], data->speed, PyLong_AsLong) && read_each(args[6], data->period, PyFloat_AsDouble)) {
-        const SensorTwin function = look_biased;
-        std::memcpy(&pointer, &function, sizeof pointer);
-        capsule = PyCapsule_New(pointer, kSensor, drop_biased);
-    } else if (!PyErr_Occurred()) {
-        PyErr_SetString(PyExc_TypeError, "biased takes its axes as tuples");
-    }
-    if (capsule == nullptr) {
-        Py_DECREF(data->keep);
-        delete data;
+    if (!read_each(args[3], data->added, PyLong_AsLong) || !read_each(args[4], data->offset, PyLong_AsLong) ||
+        !read_each(args[5], data->speed, PyLong_AsLong) || !read_each(args[6], data->period, PyFloat_AsDouble))
         return nullptr;
-    }
-    PyCapsule_SetContext(capsule, data);
-    return capsule;
+    return capsule_around(std::move(data), look_biased, kSensor);
 }
 
 }  // namespace vedette

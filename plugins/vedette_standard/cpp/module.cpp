@@ -5,8 +5,7 @@
 #include "inverses.hpp"
 #include "lifecycles.hpp"
 #include "pairs.hpp"
-
-#include <cstring>
+#include "products.hpp"
 
 #include "instruction_sets.hpp"
 #include "twins.hpp"
@@ -40,12 +39,7 @@ const InstructionSet<Twins> kBuilt[] = {
 #endif
 };
 
-template <class Function>
-bool add(PyObject* table, const char* kind, Function function, const char* signature) {
-    void* pointer;
-    static_assert(sizeof pointer == sizeof function);
-    std::memcpy(&pointer, &function, sizeof pointer);
-    PyObject* capsule = PyCapsule_New(pointer, signature, nullptr);
+bool add(PyObject* table, const char* kind, PyObject* capsule) {
     const bool good = capsule != nullptr && PyDict_SetItemString(table, kind, capsule) == 0;
     Py_XDECREF(capsule);
     return good;
@@ -55,9 +49,9 @@ PyObject* functions_of(const Twins& twins) {
     PyObject* table = PyDict_New();
     bool good = table != nullptr;
 #define VEDETTE_SENSOR(kind, Kind) \
-    good = good && add(table, #kind, twins.kind, kSensor);
+    good = good && add(table, #kind, capsule_of(twins.kind, kSensor));
 #define VEDETTE_MOTION(kind, Kind) \
-    good = good && add(table, #kind, twins.kind, "void (int, double, double *, double *, double *, double *, double *, void *)");
+    good = good && add(table, #kind, capsule_of(twins.kind, kMotion));
     VEDETTE_SENSORS(VEDETTE_SENSOR)
     VEDETTE_MOTIONS(VEDETTE_MOTION)
     if (!good) Py_CLEAR(table);
@@ -79,8 +73,8 @@ PyObject* all_twins(PyObject*, PyObject*) {
 #define VEDETTE_FAST(function) \
     {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
 PyMethodDef methods[] = {
-    VEDETTE_FAST(biased) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(from_polar) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
-    VEDETTE_FAST(propagated) VEDETTE_FAST(summed)
+    VEDETTE_FAST(biased) VEDETTE_FAST(block_diagonal) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(from_polar) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    VEDETTE_FAST(product) VEDETTE_FAST(propagated) VEDETTE_FAST(summed)
     {"twins", all_twins, METH_NOARGS, nullptr},
     {nullptr, nullptr, 0, nullptr},
 };

@@ -62,7 +62,7 @@ class SquareRootKalman(OverMotion[Root]):
         x = belief.mean
         twin, periods = self._memo.moving or self._memo.twin(self.motion)
         if twin is not None:
-            root = kernels.predict_root_twin(x, belief.root, dt, twin.function, twin.numbers(x), periods)
+            root = kernels.predict_root_twin(x, belief.root, dt, twin.function, twin.numbers(x, dt), periods)
             if root is not None:
                 return Root(*root)
         moved = self.motion.jacobian(x, dt) @ belief.root

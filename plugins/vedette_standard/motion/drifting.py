@@ -5,10 +5,9 @@ from __future__ import annotations
 from abc import abstractmethod
 from typing import ClassVar, Protocol
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, MotionModel, Space
+from vedette import Array, MotionModel, Space, kernels
 from vedette_standard.motion.blocks import check_names
 
 UNITS: tuple[str, ...] = ("m", "m/s", "rad", "rad/s", "s", "1")
@@ -46,4 +45,4 @@ class Wandering(MotionModel):
 
     def jacobian(self, x: Array, dt: float) -> Array:
         """Return F (n, n)."""
-        return np.eye(len(self.state))
+        return kernels.over_axes(((1.0,),), len(self.state))

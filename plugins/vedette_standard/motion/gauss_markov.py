@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
+from vedette import Array, MotionModel, Space, fields, kernels
 from vedette_standard.motion.drifting import UNITS, drifting
 
 
@@ -38,8 +37,8 @@ class GaussMarkov(MotionModel):
 
     def jacobian(self, x: Array, dt: float) -> Array:
         """Return F (n, n)."""
-        return math.exp(-dt / self.tau) * np.eye(len(self.state))
+        return kernels.over_axes(((math.exp(-dt / self.tau),),), len(self.axes))
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (n, n)."""
-        return -(self.sigma**2) * math.expm1(-2 * dt / self.tau) * np.eye(len(self.state))
+        return kernels.over_axes(((-(self.sigma**2) * math.expm1(-2 * dt / self.tau),),), len(self.axes))

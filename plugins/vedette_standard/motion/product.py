@@ -8,7 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, MotionModel, Space, fields
+from vedette import Array, MotionModel, Space, Twin, fields, filters
+from vedette_standard import compiled
 
 
 def _state(self: Product) -> Space:
@@ -28,6 +29,11 @@ def _zero_variance(self: Product) -> Space:
     return reduce(Space.union, (model.zero_variance for model in self.models), Space())
 
 
+def _side_by_side(self: Product) -> list[tuple[MotionModel, slice]]:
+    stops = np.cumsum([len(model.state) for model in self.models]).tolist()
+    return [(model, slice(stop - len(model.state), stop)) for model, stop in zip(self.models, stops, strict=True)]
+
+
 @final
 @frozen
 class Product(MotionModel):
@@ -43,6 +49,9 @@ class Product(MotionModel):
     models: tuple[MotionModel, ...] = fields.part("the models, over disjoint axes")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(_state, takes_self=True))
     zero_variance: Space = field(init=False, repr=False, eq=False, default=Factory(_zero_variance, takes_self=True))
+    _parts: list[tuple[MotionModel, slice]] = field(
+        init=False, repr=False, eq=False, default=Factory(_side_by_side, takes_self=True)
+    )
 
     @property
     def linear(self) -> bool:
@@ -54,31 +63,36 @@ class Product(MotionModel):
         """Whether all models are divisible."""
         return all(model.divisible for model in self.models)
 
-    def _parts(self) -> list[tuple[MotionModel, slice]]:
-        stops = np.cumsum([len(model.state) for model in self.models]).tolist()
-        return [(model, slice(stop - len(model.state), stop)) for model, stop in zip(self.models, stops, strict=True)]
+    @property
+    def twin(self) -> Twin | None:
+        """Its compiled twin, if it is not linear and each of its models is linear or has one."""
+        parts = [(model, filters.own_twin(model)) for model in self.models]
+        return None if self.linear or not all(own or model.linear for model, own in parts) else compiled.product(parts)
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, n) -> (*b, n)."""
-        return np.concatenate([model.move(x[..., axes], dt) for model, axes in self._parts()], axis=-1)
+        return np.concatenate([model.move(x[..., axes], dt) for model, axes in self._parts], axis=-1)
 
     def jacobian(self, x: Array, dt: float) -> Array:
         """Return F: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
-        return _diagonal([(axes, model.jacobian(x[..., axes], dt)) for model, axes in self._parts()], x.shape[-1])
+        return block_diagonal(*[model.jacobian(x[..., axes], dt) for model, axes in self._parts])
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q: (*b, n) -> (*b, n, n), or (n, n) if no model's depends on the state."""
-        return _diagonal([(axes, model.noise(x[..., axes], dt)) for model, axes in self._parts()], x.shape[-1])
+        return block_diagonal(*[model.noise(x[..., axes], dt) for model, axes in self._parts])
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
         """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n)."""
-        parts = [(axes, model.mean_noise(x[..., axes], cov[..., axes, axes], dt)) for model, axes in self._parts()]
-        return _diagonal(parts, x.shape[-1])
+        return block_diagonal(*[model.mean_noise(x[..., axes], cov[..., axes, axes], dt) for model, axes in self._parts])
 
 
-def _diagonal(blocks: list[tuple[slice, Array]], n: int) -> Array:
-    batch = np.broadcast_shapes(*(block.shape[:-2] for _, block in blocks))
-    whole = np.zeros((*batch, n, n))
-    for axes, block in blocks:
-        whole[..., axes, axes] = block
+@compiled.fastest
+def block_diagonal(*blocks: Array) -> Array:
+    """Return square blocks (*b, p, p) along the diagonal of a matrix (*b, n, n)."""
+    n = sum(block.shape[-1] for block in blocks)
+    whole, first = np.zeros((*np.broadcast_shapes(*(block.shape[:-2] for block in blocks)), n, n)), 0
+    for block in blocks:
+        last = first + block.shape[-1]
+        whole[..., first:last, first:last] = block
+        first = last
     return whole

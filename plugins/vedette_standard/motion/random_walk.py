@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import ClassVar, final
 
-import numpy as np
 from attrs import Factory, field, frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Space, fields, kernels
 from vedette_standard.motion.drifting import UNITS, Wandering, drifting
 
 
@@ -30,4 +29,4 @@ class RandomWalk(Wandering):
 
     def noise(self, x: Array, dt: float) -> Array:
         """Return Q (n, n)."""
-        return self.sigma**2 * dt * np.eye(len(self.state))
+        return kernels.over_axes(((self.sigma**2 * dt,),), len(self.axes))

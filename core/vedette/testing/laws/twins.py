@@ -71,14 +71,15 @@ def says_what_the_motion_says(motion: MotionModel, drawn: Moves) -> None:
     twin, x, n = motion.twin, drawn.x, len(motion.state)
     assert twin is not None
     for dt in (drawn.dt, drawn.later):
-        moved = kernels.move_twin(x, float(dt), twin.function, twin.numbers(x), motion.state.periods)
+        step = float(dt), twin.function, twin.numbers(x, float(dt)), motion.state.periods
+        moved = kernels.move_twin(x, *step)
         if moved is None:
             raise Closed("the kernels that run call no twin")
         _same_value("move", motion.state, moved.mean, motion.state.canonical(motion.move(x, dt)))
         _same_matrix("jacobian", moved.slope, full(motion.jacobian(x, dt), x, (n, n)))
         _same_matrix("noise", moved.noise, full(motion.noise(x, dt), x, (n, n)))
         for i in range(len(x)):
-            alone = kernels.move_twin(x[i], float(dt), twin.function, twin.numbers(x[i]), motion.state.periods)
+            alone = kernels.move_twin(x[i], *step)
             assert alone is not None
             for name, one, among in zip(moved._fields, alone, moved, strict=True):
                 same(f"{name} of one state", one, among[i], 0.0)
