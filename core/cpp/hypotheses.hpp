@@ -1,9 +1,11 @@
 // Joint associations of many hypotheses: for each, the best ways for its leaves to share out a scan's returns.
 #pragma once
 
-#include <cmath>
+#include <limits>
+#include <new>
 
-#include "entries.hpp"
+#include "arguments.hpp"
+#include "ranking.hpp"
 
 namespace vedette::entries {
 

@@ -3,12 +3,14 @@
 
 #include <cstring>
 
+#include "association_entries.hpp"
 #include "clusters.hpp"
 #include "entries.hpp"
 #include "existing.hpp"
 #include "hypotheses.hpp"
 #include "instruction_sets.hpp"
 #include "iterated.hpp"
+#include "mode_entries.hpp"
 #include "roots.hpp"
 #include "streams.hpp"
 
