@@ -4,19 +4,23 @@ from foreign import (
     associator_choice,
     associator_joint,
     birth_returns,
+    camera_spots,
     estimator_ensemble,
     estimator_gains,
     estimator_points,
     lifecycle_counts,
+    lifecycle_odds,
     motion_linear,
     motion_split,
     motion_vehicles,
     motion_wrapped,
     preprocessor_clusters,
+    preprocessor_points,
     sensor_active,
     sensor_angles,
     sensor_heights,
     sensor_passive,
+    source_scenes,
 )
 
 COMPONENTS = (
@@ -35,5 +39,9 @@ COMPONENTS = (
     *estimator_points.COMPONENTS,
     *birth_returns.COMPONENTS,
     *lifecycle_counts.COMPONENTS,
+    *lifecycle_odds.COMPONENTS,
     *preprocessor_clusters.COMPONENTS,
+    *preprocessor_points.COMPONENTS,
+    *camera_spots.COMPONENTS,
+    *source_scenes.COMPONENTS,
 )

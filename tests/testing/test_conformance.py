@@ -78,7 +78,11 @@ SIMULATION = {
     ),
     "ships": st.one_of(st.just({}), st.fixed_dictionaries({"ship": st.builds(comes_and_goes)})),
     "drawn": st.sampled_from([{"boat": DRAWN}, {"boat": DRAWN, "other": TURNING}, {"boat": TURNING}, {}]),
-    "crossings": st.one_of(st.just({}), st.just({}), st.fixed_dictionaries({"two": CROSSING})),
+    "crossings": st.one_of(
+        st.just({}),
+        st.just({}),
+        *(st.fixed_dictionaries(dict.fromkeys(names, CROSSING)) for names in (("two",), ("two", "more"))),
+    ),
 }
 
 SIDE_BY_SIDE = st.sampled_from(

@@ -16,7 +16,7 @@ _HOMES = {
     "comparisons": ("Broken", "Closed", "Misuse"),
     "kit": ("Outcome", "conformance", "examine", "laws_of"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
-    "montecarlo": ("Errors", "World"),
+    "truth": ("Errors", "World"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

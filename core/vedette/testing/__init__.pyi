@@ -11,8 +11,8 @@ from vedette.testing.law import FAST as FAST
 from vedette.testing.law import NIGHTLY as NIGHTLY
 from vedette.testing.law import Law as Law
 from vedette.testing.law import Profile as Profile
-from vedette.testing.montecarlo import Errors as Errors
-from vedette.testing.montecarlo import World as World
 from vedette.testing.trackers import Report as Report
 from vedette.testing.trackers import assert_consistent as assert_consistent
 from vedette.testing.trackers import consistency as consistency
+from vedette.testing.truth import Errors as Errors
+from vedette.testing.truth import World as World

@@ -42,6 +42,7 @@ from vedette.testing.laws import (
     motion,
     motion_cases,
     preprocessor,
+    preprocessor_cases,
     sensor,
     sensor_cases,
     source,
@@ -61,7 +62,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "estimator": (estimator.LAWS, estimator_cases.drawn),
     "birth": (birth.LAWS, birth_cases.drawn),
     "lifecycle": (lifecycle.LAWS, lifecycle_cases.drawn),
-    "preprocessor": (preprocessor.LAWS, preprocessor.drawn),
+    "preprocessor": (preprocessor.LAWS, preprocessor_cases.drawn),
     "source": (source.LAWS + source_pictures.LAWS + source_returns.LAWS, source.drawn),
     "format": (formats.LAWS, formats.drawn),
 }

@@ -26,7 +26,8 @@ from vedette.testing.correlations import (
     modes_verdict,
     tail_verdicts,
 )
-from vedette.testing.montecarlo import Runs, World, play, prior_of, world_of
+from vedette.testing.montecarlo import Runs, play, prior_of
+from vedette.testing.truth import World, world_of
 from vedette.testing.verdicts import (
     LAGS,
     bias_of,

@@ -10,7 +10,8 @@ from attrs import evolve, frozen
 
 from vedette.errors import VedetteError
 from vedette.space import Array
-from vedette.testing.montecarlo import World, play
+from vedette.testing.montecarlo import play
+from vedette.testing.truth import World
 from vedette.tracking import Tracker
 from vedette.types import Gaussian
 from vedette_report.culprits.moments import Fit

@@ -8,7 +8,8 @@ from attrs import evolve
 from vedette.errors import VedetteError
 from vedette.space import Array
 from vedette.testing.correlations import modes_verdict
-from vedette.testing.montecarlo import Runs, World, play
+from vedette.testing.montecarlo import Runs, play
+from vedette.testing.truth import World
 from vedette.testing.verdicts import lost_runs
 from vedette.tracking import Tracker
 from vedette.types import Gaussian

@@ -181,6 +181,16 @@ def unwrapped(recording, sensors, rng):
     return rewritten(recording, lambda scan: scan.detections.z + np.array(angles))
 
 
+def roundabout(recording, sensors, rng):
+    """The truth leaves its path in the middle, and comes back to it."""
+    paths = []
+    for path in recording.truth:
+        way = np.sin(np.pi * (path.times - path.times[0]) / np.ptp(path.times))
+        along = np.isin(path.space.names, ["x", "y"]) * np.ptp(path.states, axis=0)
+        paths.append(evolve(path, states=path.states + 0.4 * way[:, None] * along))
+    return evolve(recording, truth=tuple(paths))
+
+
 def backward(recording, sensors, rng):
     def turned(path):
         signs = [-1.0 if name.startswith("v") else 1.0 for name in path.space.names]
@@ -260,6 +270,8 @@ DECLARED = [
     ("ends above its least existence", Existence, "ends_below_its_least_existence", {"review": impatient}, {}),
     ("misses that do not add up", CoastLimited, "unseen_tracks_end", {"judge": forgives},
      {"max_without_detection": st.none()}),
+    ("a score without information", RadarScreen, "pictures_inform", {"information": lambda s, x, frame, at: (
+        (told := RadarScreen.information(s, x, frame, at))[0], told[1] + 1.0, told[2])}, {}),
     ("evidence that is dropped", UnbiasedConversion, "evidence_is_passed_on",
      {"process": lambda s, scans: evolve(UnbiasedConversion.process(s, scans), evidence=None)}, {}),
     ("echoes where the radar is not", Cfar, "pictures_make_returns",
@@ -267,6 +279,10 @@ DECLARED = [
      {"sensors": st.just({"receiver": RadarScreen()}), "window": st.just(16)}),
     ("bearings beyond a turn", Simulation, "scans_are_the_sensors", opened(unwrapped), SCENE),
     ("velocities of the wrong sign", Simulation, "truth_moves_as_its_velocities", opened(backward), TWO),
+    ("a detour that velocities do not show", Simulation, "truth_moves_as_its_velocities", opened(roundabout),
+     SCENE | {"duration": st.just(60.0)}),
+    ("two of one name", Simulation, "truth_is_in_order", opened(lambda recording, *_: (
+        evolve(recording, truth=tuple(evolve(path, name="boat") for path in recording.truth)))), TWO),
     ("targets that are always seen", Simulation, "targets_are_missed_as_stated", opened(always), TWO),
     ("returns in the order of targets", Simulation, "targets_are_missed_as_stated", opened(in_order), TWO),
     ("seen before they come", Simulation, "nobody_is_seen_before_or_after", opened(late),

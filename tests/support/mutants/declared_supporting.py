@@ -145,6 +145,8 @@ DECLARED_SUPPORTING = [
      other(NaiveConversion, "process", sensors=lambda s: {SENSOR: evolve(s.sensors[SENSOR], sigma_extent=0.0)}), RADAR),
     ("evidence for clutter", CountLikelihoodDetection, "evidence_is_a_likelihood_ratio",
      {"log_weights": lambda s: -CountLikelihoodDetection.log_weights(s)}, FUSED),
+    ("twice the noise of what it fuses", CountLikelihoodDetection, "errors_are_as_stated", {"process": lambda s, scans: (
+        evolve(made := CountLikelihoodDetection.process(s, scans), noise=2.0 * made.noise))}, FUSED),
     ("velocities too sure", TwoPoint, "tracks_are_as_unsure_as_their_returns", {"begin": sure_of_velocities},
      {"max_speed": st.just(50.0), "spread": st.just({})}),
     ("nobody unseen is ever found", Uniform, "tracks_are_as_unsure_as_their_returns",

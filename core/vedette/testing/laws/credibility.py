@@ -14,16 +14,8 @@ from vedette.space import Space
 from vedette.testing.bands import judge_run_means, judge_scale
 from vedette.testing.comparisons import Closed, Misuse, covariance, demand, finite
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import (
-    Scene,
-    forget,
-    free_axes,
-    holdable,
-    not_if_it_draws,
-    started,
-    sure,
-    with_zero_variance,
-)
+from vedette.testing.laws import estimator_cases as cases
+from vedette.testing.laws.estimator_cases import Scene
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.truth import draw_truth, modes_of, motion_of
 from vedette.types import Detections, Gaussian
@@ -40,20 +32,20 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
     Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
     """
-    not_if_it_draws(estimator, "none of its draws may lie where so sharp a return says")
+    cases.not_if_it_draws(estimator, "none of its draws may lie where so sharp a return says")
     rng = drawn.rng()
     observes = Space(drawn.watch.observes.axes[:1])
-    started(estimator, drawn, rng)
+    cases.started(estimator, drawn, rng)
     i, n = estimator.state.locate(observes)[0], len(estimator.state)
     mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
     tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
     added = estimator.moments(
-        predicted(estimator, estimator.start(with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
+        predicted(estimator, estimator.start(cases.with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
     ).cov
     noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
     wide = np.maximum(noise[:, None, None, None], added) * 1e6
     cov = np.eye(n) * np.diagonal(wide, axis1=-2, axis2=-1)[..., None, :]
-    belief = estimator.start(with_zero_variance(estimator, Gaussian(mean, cov)), estimator.state, rng)
+    belief = estimator.start(cases.with_zero_variance(estimator, Gaussian(mean, cov)), estimator.state, rng)
     watch = Watch(observes, np.eye(1))
     R, valid = noise[:, None, None, None], np.ones((13, 1), dtype=bool)
     for step in range(drawn.steps):
@@ -64,7 +56,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
         for _ in range(2 if step % 3 == 0 else 1):
             detections = Detections(centre, valid, noise=R)
             innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
-            belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+            belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
         if step % 97 == 0 or step < 30:
             _still_covariance(estimator, belief, step)
     _still_covariance(estimator, belief, drawn.steps)
@@ -72,7 +64,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
 def _still_covariance(estimator: Estimator[Any], belief: Any, step: int) -> None:
     cov = estimator.moments(belief).cov
-    free = estimator.state.locate(free_axes(estimator))
+    free = estimator.state.locate(cases.free_axes(estimator))
     finite(f"covariance after {step} steps", cov)
     variance = np.diagonal(cov, axis1=-2, axis2=-1)[..., free]
     demand(np.all(variance > 0), f"covariance after {step} steps: a variance is {variance.min():.3g}, must be > 0")
@@ -89,9 +81,9 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     scans = 12 if estimator.traits.draws else 36  # what adapts takes its time, what draws takes ours
     motion = motion_of(estimator)
     mean, cov = drawn.prior.mean[0, 0], drawn.prior.cov[0, 0]
-    started(estimator, drawn, rng)
+    cases.started(estimator, drawn, rng)
     if modes_of(estimator):
-        holdable(estimator, drawn.prior)
+        cases.holdable(estimator, drawn.prior)
     interval = 2.0 if motion is not None and motion.linear else 0.2  # long enough for what the motion adds to count
     times = interval * np.arange(scans + 1)
     prior = Gaussian(mean, 0.04 * cov)
@@ -112,7 +104,7 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         detections = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
         innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
         shocks.append(innovation.nis[:, 0, 0])
-        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+        belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
         found = estimator.moments(belief)
         errors.append(nees(state.difference(truth[:, scan], found.mean[:, 0]), found.cov[:, 0]))
     if estimator.traits.exact_when_linear and motion is not None and motion.linear:
@@ -132,7 +124,7 @@ def _one_axis(estimator: Estimator[Any], drawn: Scene) -> tuple[Any, Watch, Gaus
     if not estimator.traits.draws:
         raise Closed("it does not draw: other laws are sharper")
     rng, state = drawn.rng(), estimator.state
-    started(estimator, drawn, rng)
+    cases.started(estimator, drawn, rng)
     mean, cov = drawn.prior.mean[0, 0], drawn.prior.cov[0, 0]
     observes = Space(drawn.watch.observes.axes[:1])
     i = state.locate(observes)[0]
@@ -153,7 +145,7 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
         belief = predicted(estimator, belief, MOMENT, rng)
         detections = Detections(z, np.ones((drawn.runs, 1), dtype=bool))
         innovation = estimator.evaluate(belief, evolve(watch, R=share * watch.R), detections, 1.0 - 1e-12)
-        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+        belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
         known += np.array([1.0, off]) / share
     for when in ("", ", a moment later"):
         after = estimator.moments(belief)
@@ -161,7 +153,7 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
         judge_run_means(f"mean, moved{when}", moved, *EQUIVALENCE, drawn.alpha / 4)
         judge_run_means(f"variance{when}", after.cov[:, 0, i, i] / (variance / known[0]), *EQUIVALENCE, drawn.alpha / 4)
         for _ in range(0 if when else 2):
-            belief = forget(estimator, belief, drawn, rng)
+            belief = cases.forget(estimator, belief, drawn, rng)
 
 
 def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -169,7 +161,7 @@ def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> N
     belief, watch, before, step, i = _one_axis(estimator, drawn)
     z = watch.measurement.canonical(watch.measure(before.mean[:, 0, i : i + 1])[:, None] + step * np.array([[1.0], [-1.0]]))
     innovation = estimator.evaluate(belief, watch, Detections(z, np.ones(z.shape[:2], dtype=bool)), 1.0 - 1e-12)
-    halves = (sure(innovation.loglik, 1) + sure(innovation.loglik, 2)) / 2
+    halves = (cases.sure(innovation.loglik, 1) + cases.sure(innovation.loglik, 2)) / 2
     after = estimator.moments(estimator.update(belief, innovation, halves))
     wanted = drawn.prior.cov[0, 0, i, i] / 2 + step**2 / 4
     judge_run_means("variance", after.cov[:, 0, i, i] / wanted, *EQUIVALENCE, drawn.alpha)

@@ -1,4 +1,4 @@
-"""The law of estimators that draw random numbers for many tracks and runs at once."""
+"""Laws of estimators that draw random numbers, and that others draw none."""
 
 from __future__ import annotations
 
@@ -9,10 +9,46 @@ from attrs import evolve
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
+from vedette.sampling.generators import NO_DRAWS
 from vedette.testing.comparisons import Closed, demand, frozen_copy
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import Scene, started
+from vedette.testing.laws.estimator_cases import Scene, ahead, linear_motion, started
 from vedette.types import Gaussian
+
+_UNHEARD = "predict: takes numbers from the generator and is the same whatever they are"
+
+
+def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
+    """It takes numbers from the generator only if it declares `draws`."""
+    if estimator.traits.draws:
+        raise Closed("it declares `draws`")
+    try:
+        belief = ahead(estimator, drawn, NO_DRAWS)
+        estimator.smooth_step(belief, belief, drawn.later, NO_DRAWS)
+    except NotImplementedError:  # it cannot smooth
+        return
+    except TypeError as error:
+        demand("declare `draws" not in str(error), str(error))
+        raise
+
+
+def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
+    if not estimator.traits.draws:
+        raise Closed("it does not declare `draws`")
+    start = started(estimator, drawn, drawn.rng())
+    ends = []
+    for seed in (1, 2):
+        rng = np.random.default_rng(seed)
+        one = predicted(estimator, start, drawn.dt, rng)
+        ends += [estimator.moments(one).mean, estimator.moments(predicted(estimator, start, drawn.dt, rng)).mean]
+    if all(np.array_equal(ends[0], end) for end in ends):
+        rng = np.random.default_rng(1)
+        belief = predicted(estimator, start, drawn.dt, rng)
+        demand(rng.bit_generator.state == np.random.default_rng(1).bit_generator.state, _UNHEARD)
+        raise Closed(f"its prediction draws nothing, and has mean {estimator.moments(belief).mean.ravel()[0]:.3g}")
+    demand(not np.array_equal(ends[0], ends[2]), "predict: is the same whatever the generator, and declares `draws`")
+    demand(not np.array_equal(ends[0], ends[1]), "predict: draws the same numbers again from a generator that has moved on")
 
 
 def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -42,4 +78,25 @@ def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
         )
 
 
-LAWS = (Law(tracks_draw_their_own),)
+def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it draws and its motion is linear and divisible: noises of 16 steps add up to that of one step as long."""
+    motion = linear_motion(estimator)
+    if not (estimator.traits.draws and motion.divisible and motion.state == estimator.state) or len(estimator.zero_variance):
+        raise Closed("it draws nothing, or its motion is not divisible")
+    state, rng, steps = estimator.state, drawn.rng(), 16
+    started(estimator, drawn, rng)
+    added = np.diagonal(motion.noise(drawn.prior.mean[0, 0], steps * drawn.dt))
+    sure_of = Gaussian(
+        np.broadcast_to(drawn.prior.mean[0, 0], (4, 8, len(state))),
+        np.broadcast_to(np.diag(1e-6 * np.where(added > 0, added, 1.0)), (4, 8, len(state), len(state))),
+    )
+    once = estimator.start(sure_of, state, rng)
+    belief, once = once, predicted(estimator, once, steps * drawn.dt, rng)
+    for _ in range(steps):
+        belief = predicted(estimator, belief, drawn.dt, rng)
+    found, wanted = (np.diagonal(estimator.moments(one).cov, axis1=-2, axis2=-1).mean(axis=(0, 1)) for one in (belief, once))
+    ratio = (found / np.maximum(wanted, 1e-300))[added > 0]
+    demand(np.all((ratio > 1 / 3) & (ratio < 3)), f"predict: variances of 16 steps are {ratio.tolist()} times those of one")
+
+
+LAWS = tuple(map(Law, (draws_only_if_it_says_so, draws_from_its_generator, tracks_draw_their_own, noise_of_steps_adds_up)))

@@ -9,7 +9,6 @@ import numpy as np
 from vedette import kernels
 from vedette.filters import predicted
 from vedette.roles import Estimator, GatedScan
-from vedette.sampling.generators import NO_DRAWS
 from vedette.space import Axis, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
@@ -25,22 +24,8 @@ from vedette.testing.laws import (
     sharp_beliefs,
     twins,
 )
-from vedette.testing.laws.estimator_cases import (
-    P_GATE,
-    Scene,
-    after_scan,
-    ahead,
-    alike,
-    forget,
-    holdable,
-    innovation_of,
-    linear_motion,
-    mixture_moments,
-    not_if_it_draws,
-    soft,
-    started,
-    sure,
-)
+from vedette.testing.laws import estimator_cases as cases
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, innovation_of
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.truth import modes_of
 from vedette.tracking import pytrees
@@ -52,12 +37,12 @@ def pure(estimator: Estimator[Any], drawn: Scene) -> None:
     first: dict[str, Any] = {}
     for _ in range(2):
         rng = drawn.rng()
-        start = started(estimator, drawn, rng)
+        start = cases.started(estimator, drawn, rng)
         before = estimator.moments(start)
         kept = Gaussian(np.array(before.mean), np.array(before.cov))
         belief = predicted(estimator, start, drawn.dt, rng)
         innovation = innovation_of(estimator, belief, drawn)
-        after = estimator.update(belief, innovation, frozen_copy(soft(innovation.loglik, drawn.seed)))
+        after = estimator.update(belief, innovation, frozen_copy(cases.soft(innovation.loglik, drawn.seed)))
         same("start after predict: mean", estimator.moments(start).mean, kept.mean, 0.0)
         same("start after predict: cov", estimator.moments(start).cov, kept.cov, 0.0)
         moments = estimator.moments(after)
@@ -68,75 +53,16 @@ def pure(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def predicts_the_same_again(estimator: Estimator[Any], drawn: Scene) -> None:
     """From the same belief, with equal generators, it predicts the same."""
-    start = started(estimator, drawn, drawn.rng())
+    start = cases.started(estimator, drawn, drawn.rng())
     one, other = (estimator.moments(predicted(estimator, start, drawn.dt, drawn.rng())) for _ in range(2))
     same("mean predicted again", other.mean, one.mean, 0.0)
     same("cov predicted again", other.cov, one.cov, 0.0)
 
 
-def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
-    """It takes numbers from the generator only if it declares `draws`."""
-    if estimator.traits.draws:
-        raise Closed("it declares `draws`")
-    try:
-        belief = ahead(estimator, drawn, NO_DRAWS)
-        estimator.smooth_step(belief, belief, drawn.later, NO_DRAWS)
-    except NotImplementedError:  # it cannot smooth
-        return
-    except TypeError as error:
-        demand("declare `draws" not in str(error), str(error))
-        raise
-
-
-def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
-    if not estimator.traits.draws:
-        raise Closed("it does not declare `draws`")
-    start = started(estimator, drawn, drawn.rng())
-    ends = []
-    for seed in (1, 2):
-        rng = np.random.default_rng(seed)
-        one = predicted(estimator, start, drawn.dt, rng)
-        ends += [estimator.moments(one).mean, estimator.moments(predicted(estimator, start, drawn.dt, rng)).mean]
-    if all(np.array_equal(ends[0], end) for end in ends):
-        rng = np.random.default_rng(1)
-        belief = predicted(estimator, start, drawn.dt, rng)
-        demand(rng.bit_generator.state == np.random.default_rng(1).bit_generator.state, _UNHEARD)
-        raise Closed(f"its prediction draws nothing, and has mean {estimator.moments(belief).mean.ravel()[0]:.3g}")
-    demand(not np.array_equal(ends[0], ends[2]), "predict: is the same whatever the generator, and declares `draws`")
-    demand(not np.array_equal(ends[0], ends[1]), "predict: draws the same numbers again from a generator that has moved on")
-
-
-def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If it draws and its motion is linear and divisible: noises of 16 steps add up to that of one step as long."""
-    motion = linear_motion(estimator)
-    if not (estimator.traits.draws and motion.divisible and motion.state == estimator.state) or len(estimator.zero_variance):
-        raise Closed("it draws nothing, or its motion is not divisible")
-    state, rng, steps = estimator.state, drawn.rng(), 16
-    started(estimator, drawn, rng)
-    added = np.diagonal(motion.noise(drawn.prior.mean[0, 0], steps * drawn.dt))
-    sure_of = Gaussian(
-        np.broadcast_to(drawn.prior.mean[0, 0], (4, 8, len(state))),
-        np.broadcast_to(np.diag(1e-6 * np.where(added > 0, added, 1.0)), (4, 8, len(state), len(state))),
-    )
-    once = estimator.start(sure_of, state, rng)
-    belief, once = once, predicted(estimator, once, steps * drawn.dt, rng)
-    for _ in range(steps):
-        belief = predicted(estimator, belief, drawn.dt, rng)
-    found, wanted = (np.diagonal(estimator.moments(one).cov, axis1=-2, axis2=-1).mean(axis=(0, 1)) for one in (belief, once))
-    ratio = (found / np.maximum(wanted, 1e-300))[added > 0]
-    demand(np.all((ratio > 1 / 3) & (ratio < 3)), f"predict: variances of 16 steps are {ratio.tolist()} times those of one")
-
-
-_UNHEARD = "predict: takes numbers from the generator and is the same whatever they are"
-
-
 def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
     """Runs and tracks in one batch give what each gives alone."""
-    not_if_it_draws(estimator, "a run in a batch is given other draws than one alone")
-    whole = ahead(estimator, drawn, drawn.rng())
-    innovation = innovation_of(estimator, whole, drawn)
-    weights = soft(innovation.loglik, drawn.seed)
+    cases.not_if_it_draws(estimator, "a run in a batch is given other draws than one alone")
+    whole, innovation, weights = cases.weighed(estimator, drawn)
     after = estimator.moments(estimator.update(whole, innovation, weights))
     for run in range(2):
         detections = Detections(drawn.seen.z[run], drawn.seen.valid[run])
@@ -157,18 +83,16 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
 
     So every array leads with the batch axes and the tracks.
     """
-    belief = ahead(estimator, drawn, drawn.rng())
-    innovation = innovation_of(estimator, belief, drawn)
-    weights = soft(innovation.loglik, drawn.seed)
+    belief, innovation, weights = cases.weighed(estimator, drawn)
     after = estimator.moments(estimator.update(belief, innovation, weights))
     for i in ([0], [1], [1, 0]):
         own = np.array(i)
         taken = estimator.update(pytrees.take(belief, own, 1), pytrees.take(innovation, own, 1), weights[:, own])
         if not estimator.traits.draws:  # what it draws in an update may depend on which tracks there are
             alike(estimator, taken, Gaussian(after.mean[:, own], after.cov[:, own]), 1e-9)
-    taking = sure(weights, 1)
+    taking = cases.sure(weights, 1)
     wanted = estimator.moments(estimator.update(belief, innovation, taking))
-    taking[:, 1] = sure(weights, 0)[:, 1]
+    taking[:, 1] = cases.sure(weights, 0)[:, 1]
     found = estimator.moments(estimator.update(belief, innovation, taking))
     first, still = (Gaussian(one.mean[:, 0], one.cov[:, 0]) for one in (wanted, found))
     alike(estimator, still, first, 1e-9, "where another track takes no return: ")
@@ -189,14 +113,14 @@ def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:
     cov = np.broadcast_to(np.eye(len(more)), (2, 2, len(more), len(more))).copy()
     mean[..., where] = drawn.prior.mean
     cov[..., np.array(where)[:, None], where] = drawn.prior.cov
-    started(estimator, drawn, drawn.rng())
+    cases.started(estimator, drawn, drawn.rng())
     wide = estimator.start(Gaussian(frozen_copy(mean), frozen_copy(cov)), more, drawn.rng())
-    alike(estimator, wide, holdable(estimator, drawn.prior), 1e-9)
+    alike(estimator, wide, cases.holdable(estimator, drawn.prior), 1e-9)
 
 
 def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """A prediction over no time returns the belief as it is, before a scan and after: the next return is as likely."""
-    belief = ahead(estimator, drawn, drawn.rng())
+    belief = cases.ahead(estimator, drawn, drawn.rng())
     for _ in range(2):
         again = predicted(estimator, belief, 0.0, drawn.rng())
         alike(estimator, again, estimator.moments(belief), 1e-12)
@@ -205,24 +129,24 @@ def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
             same("mode probabilities", probability, before, 1e-12, 1.0)
         found, innovation = (innovation_of(estimator, one, drawn) for one in (again, belief))
         same("log-likelihood", found.loglik, innovation.loglik, 1e-9, 1.0 + np.abs(innovation.loglik))
-        belief = estimator.update(belief, innovation, soft(innovation.loglik, drawn.seed))
+        belief = estimator.update(belief, innovation, cases.soft(innovation.loglik, drawn.seed))
 
 
 def a_short_time_forgets_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """After a scan, steps of .1 us and scans that miss leave the belief as it is."""
-    not_if_it_draws(estimator, "`a_return_counts_once` asks it in the mean")
+    cases.not_if_it_draws(estimator, "`a_return_counts_once` asks it in the mean")
     if estimator.traits.conservative:
         raise Closed("it is conservative, and may lose something at each scan")
-    belief = after_scan(estimator, ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
+    belief = cases.after_scan(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
     wanted = estimator.moments(belief)
     for _ in range(3):
-        belief = forget(estimator, belief, drawn, drawn.rng())
+        belief = cases.forget(estimator, belief, drawn, drawn.rng())
     alike(estimator, belief, wanted, 1e-3, "after three times .1 us and no returns: ")
 
 
 def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
     """Where detection does not depend on the state, a scan without returns says nothing."""
-    belief = ahead(estimator, drawn, drawn.rng())
+    belief = cases.ahead(estimator, drawn, drawn.rng())
     none = Detections(drawn.seen.z[:, :0], drawn.seen.valid[:, :0])
     innovation = estimator.evaluate(belief, drawn.watch, none, P_GATE)
     otherwise = f"loglik: of no returns must have shape (2, 2, 1), got {innovation.loglik.shape}"
@@ -233,13 +157,13 @@ def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> 
 
 def returns_of_weight_zero_change_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """A return that is surely not the track's leaves it as a miss does."""
-    belief = ahead(estimator, drawn, drawn.rng())
-    alike(estimator, after_scan(estimator, belief, drawn.watch, drawn.seen, 0), estimator.moments(belief), 1e-9)
+    belief = cases.ahead(estimator, drawn, drawn.rng())
+    alike(estimator, cases.after_scan(estimator, belief, drawn.watch, drawn.seen, 0), estimator.moments(belief), 1e-9)
 
 
 def a_scan_in_one_call_is_its_parts(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it has one call for a whole scan, that gives what prediction, evaluation, gate, weights and update give."""
-    start = pytrees.take(started(estimator, drawn, drawn.rng()), np.array([0]), 1)
+    start = pytrees.take(cases.started(estimator, drawn, drawn.rng()), np.array([0]), 1)
     belief = predicted(estimator, start, drawn.dt, drawn.rng())
     innovation, limit, log_density = innovation_of(estimator, belief, drawn), 4.0, np.array(-9.0)
     exist = np.ones((2, 1))
@@ -256,9 +180,7 @@ def a_scan_in_one_call_is_its_parts(estimator: Estimator[Any], drawn: Scene) -> 
 
 def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """Returns in another order, with their weights, give the same belief."""
-    belief = ahead(estimator, drawn, drawn.rng())
-    innovation = innovation_of(estimator, belief, drawn)
-    weights = soft(innovation.loglik, drawn.seed)
+    belief, innovation, weights = cases.weighed(estimator, drawn)
     wanted = estimator.moments(estimator.update(belief, innovation, weights))
     turned = estimator.evaluate(belief, drawn.watch, Detections(drawn.seen.z[:, ::-1], drawn.seen.valid), P_GATE)
     same("log-likelihood", turned.loglik[..., 1:], innovation.loglik[..., :0:-1], 1e-9, np.abs(innovation.loglik).max())
@@ -270,7 +192,7 @@ def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> No
     observes = drawn.watch.observes
     if any(axis.period is not None for axis in observes.axes):
         raise Closed("an angle has one unit")
-    belief = ahead(estimator, drawn, drawn.rng())
+    belief = cases.ahead(estimator, drawn, drawn.rng())
     size = np.diag([0.25, 3.0][: len(observes)])
     watch = Watch(observes, size @ drawn.watch.R @ size, drawn.watch.probability, mix=size)
     there = estimator.evaluate(belief, watch, Detections(drawn.seen.z @ size, drawn.seen.valid), P_GATE)
@@ -280,21 +202,21 @@ def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> No
         same(f"{name} in other units", getattr(there, name), wanted, 1e-7, 1.0 + np.abs(wanted))
     wanted = here.loglik[..., 1:]
     same("log-likelihood", there.loglik[..., 1:] + np.log(np.linalg.det(size)), wanted, 1e-7, 10.0 + np.abs(wanted))
-    weights = soft(here.loglik, drawn.seed)
+    weights = cases.soft(here.loglik, drawn.seed)
     same_belief = estimator.moments(estimator.update(belief, here, weights))
     alike(estimator, estimator.update(belief, there, weights), same_belief, 1e-6)
 
 
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
     """Column 0 is log(1 - P_D P_G): a return outside the gate is missed too."""
-    innovation = innovation_of(estimator, ahead(estimator, drawn, drawn.rng()), drawn)
+    innovation = innovation_of(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn)
     wanted = np.log(1.0 - drawn.watch.probability * P_GATE)
     same("loglik of a miss", innovation.loglik[..., 0], np.full((2, 2), wanted), 1e-9, 1.0)
 
 
 def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> None:
     """Over all measurements, the likelihood of a return integrates to the detection probability."""
-    belief = ahead(estimator, drawn, drawn.rng())
+    belief = cases.ahead(estimator, drawn, drawn.rng())
     moments = estimator.moments(belief)
     axis = drawn.watch.observes.axes[:1]
     observes = Space(axis)
@@ -318,22 +240,18 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
 
 def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
     """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
-    not_if_it_draws(estimator, "each hypothesis may be given its own")
-    belief = ahead(estimator, drawn, drawn.rng())
-    innovation = innovation_of(estimator, belief, drawn)
-    weights = soft(innovation.loglik, drawn.seed)
-    each = [estimator.moments(estimator.update(belief, innovation, sure(weights, i))) for i in range(3)]
-    wanted = mixture_moments(estimator.state, weights, each)
+    cases.not_if_it_draws(estimator, "each hypothesis may be given its own")
+    belief, innovation, weights = cases.weighed(estimator, drawn)
+    each = [estimator.moments(estimator.update(belief, innovation, cases.sure(weights, i))) for i in range(3)]
+    wanted = cases.mixture_moments(estimator.state, weights, each)
     alike(estimator, estimator.update(belief, innovation, weights), wanted, 1e-8)
 
 
 LAWS: tuple[Law, ...] = (
-    *map(Law, (
-        pure, predicts_the_same_again, draws_only_if_it_says_so, draws_from_its_generator,
-    )),
+    *map(Law, (pure, predicts_the_same_again)),
     *draws.LAWS,
     *map(Law, (
-        noise_of_steps_adds_up, batches_as_it_loops, tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
+        batches_as_it_loops, tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
         a_short_time_forgets_nothing, a_missed_scan_equals_prediction, returns_of_weight_zero_change_nothing,
         a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_unit_of_measurement_is_free, a_miss_has_its_probability,
         return_likelihood_is_a_density, soft_weights_give_the_mixtures_moments,

@@ -123,6 +123,13 @@ def soft(loglik: Array, seed: int) -> Array:
     return weights
 
 
+def weighed(estimator: Estimator[Any], scene: Scene) -> tuple[Any, Innovation, Array]:
+    """Return the belief before the scan, its innovation, and weights that are sure of nothing."""
+    belief = ahead(estimator, scene, scene.rng())
+    innovation = innovation_of(estimator, belief, scene)
+    return belief, innovation, soft(innovation.loglik, scene.seed)
+
+
 def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections: Detections, column: int = 1) -> Any:
     """The belief after a scan of which every track takes one return, or none (column 0), for sure."""
     innovation = estimator.evaluate(belief, watch, detections, P_GATE)

@@ -11,22 +11,15 @@ from vedette.roles import Estimator
 from vedette.space import Array
 from vedette.testing.comparisons import same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import (
-    P_GATE,
-    Scene,
-    alike,
-    in_either_order,
-    linear_motion,
-    started,
-    sure,
-)
+from vedette.testing.laws import estimator_cases as cases
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike
 from vedette.types import Gaussian
 
 
 def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
     """If exact when linear: two predictions and scans equal conditioning the joint Gaussian of states and returns."""
-    motion = linear_motion(estimator)
-    belief, state = started(estimator, drawn, drawn.rng()), estimator.state
+    motion = cases.linear_motion(estimator)
+    belief, state = cases.started(estimator, drawn, drawn.rng()), estimator.state
     own = motion.state.locate(state)
     scans = ((drawn.dt, drawn.watch, drawn.seen), (drawn.later, drawn.other, drawn.others))
     logs = []
@@ -34,7 +27,7 @@ def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
         belief = predicted(estimator, belief, dt, drawn.rng())
         innovation = estimator.evaluate(belief, watch, detections, P_GATE)
         logs.append(innovation.loglik[..., 1])
-        belief = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+        belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
     found = estimator.moments(belief)
     for b, t in np.ndindex(2, 2):
         mean, cov = drawn.prior.mean[b, t], drawn.prior.cov[b, t]
@@ -69,8 +62,8 @@ def _log_normal(x: Array, cov: Array) -> float:
 
 def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """If exact when linear: two independent sensors at one time may report in any order."""
-    linear_motion(estimator)
-    one, other = (estimator.moments(end) for end in in_either_order(estimator, drawn))
+    cases.linear_motion(estimator)
+    one, other = (estimator.moments(end) for end in cases.in_either_order(estimator, drawn))
     alike(estimator, other, one, 1e-7)
 
 

@@ -11,19 +11,8 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import (
-    P_GATE,
-    Scene,
-    ahead,
-    alike,
-    in_either_order,
-    innovation_of,
-    mixture_moments,
-    not_if_it_draws,
-    soft,
-    started,
-    sure,
-)
+from vedette.testing.laws import estimator_cases as cases
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, alike, innovation_of
 from vedette.testing.truth import chain_of, initial_of, modes_of
 from vedette.types import Gaussian
 
@@ -56,7 +45,7 @@ def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> 
     parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
     c_all = np.broadcast_to(c, (2, 2, len(modes)))
     priors = [mode.moments(part) for mode, part in zip(modes, parts, strict=True)]
-    alike(estimator, belief, mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
+    alike(estimator, belief, cases.mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
     innovations = [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
     likely = np.stack([innovation.loglik[..., 1] for innovation in innovations], axis=-1)
     joint = c * np.exp(likely - likely.max(axis=-1, keepdims=True))
@@ -64,12 +53,12 @@ def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> 
     innovation = innovation_of(estimator, belief, drawn)
     total = np.log(joint.sum(axis=-1)) + likely.max(axis=-1)
     same("log-likelihood of a return", innovation.loglik[..., 1], total, 1e-9, np.abs(total) + 1)
-    after = estimator.update(belief, innovation, sure(innovation.loglik, 1))
+    after = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
     same("mode probabilities", np.asarray(estimator.mode_prob(after)), share, 1e-9, 1.0)
-    chosen = sure(innovations[0].loglik, 1)
+    chosen = cases.sure(innovations[0].loglik, 1)
     updated = zip(modes, parts, innovations, strict=True)
     ends = [mode.moments(mode.update(part, each, chosen)) for mode, part, each in updated]
-    alike(estimator, after, mixture_moments(estimator.state, share, ends), 1e-8, "updated ")
+    alike(estimator, after, cases.mixture_moments(estimator.state, share, ends), 1e-8, "updated ")
 
 
 def _twins(estimator: Estimator[Any], modes: tuple[Estimator[Any], ...]) -> Estimator[Any]:
@@ -95,7 +84,7 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
         for dt in (drawn.dt, drawn.later):
             belief = predicted(each, belief, dt, drawn.rng())
             innovation = each.evaluate(belief, drawn.watch, drawn.seen, P_GATE)
-            belief = each.update(belief, innovation, soft(innovation.loglik, drawn.seed))
+            belief = each.update(belief, innovation, cases.soft(innovation.loglik, drawn.seed))
         ends.append(each.moments(belief))
     alike(one, ends[0], ends[1], 1e-7)
 
@@ -103,10 +92,10 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
 def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: a mode that changes leaves its target where it is, so mixing keeps mean and covariance of all modes."""
     _like_modes(estimator)
-    not_if_it_draws(estimator, "what it draws hides it")
+    cases.not_if_it_draws(estimator, "what it draws hides it")
     belief = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
-    belief = estimator.update(belief, innovation, soft(innovation.loglik, drawn.seed))  # now the modes differ
+    belief = estimator.update(belief, innovation, cases.soft(innovation.loglik, drawn.seed))  # now the modes differ
     wanted = estimator.moments(belief)
     alike(estimator, predicted(estimator, belief, 1e-7, drawn.rng()), wanted, 1e-4, "after 0.1 us: ")
 
@@ -114,22 +103,22 @@ def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture of modes that are exact when linear: two sensors at one time weigh the modes alike in any order."""
     modes = _like_modes(estimator)
-    not_if_it_draws(estimator, "what it draws hides it")
+    cases.not_if_it_draws(estimator, "what it draws hides it")
     if not all(mode.traits.exact_when_linear for mode in modes):
         raise Closed("its modes are not exact when linear")
-    one, other = (np.asarray(estimator.mode_prob(end)) for end in in_either_order(estimator, drawn))
+    one, other = (np.asarray(estimator.mode_prob(end)) for end in cases.in_either_order(estimator, drawn))
     same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)
 
 
 def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture that smooths: over a first scan, modes and moments are Bayes' rule over pairs of a mode and the next."""
     modes = _like_modes(estimator)
-    not_if_it_draws(estimator, "what it draws hides it")
+    cases.not_if_it_draws(estimator, "what it draws hides it")
     rng, dt, prior = drawn.rng(), drawn.dt, drawn.prior
-    now = started(estimator, drawn, rng)
+    now = cases.started(estimator, drawn, rng)
     belief = predicted(estimator, now, dt, rng)
     innovation = innovation_of(estimator, belief, drawn)
-    weights = soft(innovation.loglik, drawn.seed)
+    weights = cases.soft(innovation.loglik, drawn.seed)
     later = estimator.update(belief, innovation, weights)
     own = [mode.start(prior, mode.state, rng) for mode in modes]
     likely, ends = [], []
@@ -150,7 +139,7 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
     except NotImplementedError:
         raise Closed("it does not smooth") from None
     after = np.moveaxis(share.sum(axis=-1), 0, -1)
-    alike(estimator, found, mixture_moments(estimator.state, after, back), 1e-6, "smoothed ")
+    alike(estimator, found, cases.mixture_moments(estimator.state, after, back), 1e-6, "smoothed ")
     wanted = np.sum(after[..., None, :] * before[:, None] * chain / (before @ chain), axis=-1)
     same("smoothed mode probabilities", np.asarray(estimator.mode_prob(found)), wanted, 1e-7, 1.0)
 

@@ -220,8 +220,8 @@ def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
 
 
 def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
-    """What is measured under the name of an observed axis grows with that axis, and not as much with another one of them."""
-    both = [name for name in sensor.measurement.names if name in sensor.observes]
+    """What is measured under name and unit of an observed axis grows with it, and not as much with another one of them."""
+    both = [axis.name for axis in sensor.measurement.axes if axis in sensor.observes.axes]
     if not both:
         raise Closed("it measures under names of its own")
     H = full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))

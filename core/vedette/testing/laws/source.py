@@ -28,6 +28,8 @@ OTHER = "kit_other"
 """The name of a second sensor, which a source may not know."""
 OPENINGS = 12
 """So many openings say how much what is drawn varies."""
+PART = 12
+"""Steps of a path after which it is judged whether it moved as its velocities say, as well as at its end."""
 NEAR, FAR = 20.0, 100.0
 """Squared distances, in deviations: a return is a target's within the first, and none that is farther off than the other."""
 
@@ -177,8 +179,11 @@ def scans_last_as_stated(source: Source, drawn: Opened) -> None:
 
 
 def truth_is_in_order(source: Source, drawn: Opened) -> None:
-    """Every trajectory has rising times, and canonical states over its own space."""
-    for path in drawn.open(source).truth:
+    """Every trajectory has a name of its own, rising times, and canonical states over its own space."""
+    truth = drawn.open(source).truth
+    twice = {path.name for path in truth if sum(path.name == other.name for other in truth) > 1}
+    demand(not twice, f"truth: trajectories must have names of their own, several are {min(twice, default='')!r}")
+    for path in truth:
         demand(np.all(np.diff(path.times) > 0), f"{path.name}: times must rise")
         wanted = (len(path.times), len(path.space))
         demand(path.states.shape == wanted, f"{path.name}: states must have shape {wanted}, got {path.states.shape}")
@@ -186,7 +191,7 @@ def truth_is_in_order(source: Source, drawn: Opened) -> None:
 
 
 def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
-    """If its truth has vx beside x: x gains what vx adds up to, give or take a twentieth, along the whole of a path.
+    """If its truth has vx beside x: x gains what vx adds up to, give or take a twentieth, along a path and each part.
 
     If it has a `heading`, too: that leads the way.
     """
@@ -198,12 +203,18 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
             continue
         judged = True
         places, speeds = (list(each) for each in zip(*pairs, strict=True))
-        moved, v = path.states[-1, places] - path.states[0, places], path.states[:, speeds]
-        steps = dt * (v[1:] + v[:-1]) / 2
-        off, far = np.linalg.norm(moved - steps.sum(axis=0)), np.sum(np.linalg.norm(steps, axis=-1))
-        rough = np.linalg.norm(dt * np.diff(v, axis=0))  # the error is .3 of it for a Brownian path, less for a smooth one
-        told = f"{path.name}: moves by {moved.tolist()}, its velocities add up to {steps.sum(axis=0).tolist()}"
-        demand(off <= 0.05 * far + 2.0 * rough + 1e-6, told)
+        v = path.states[:, speeds]
+        steps, turns = dt * (v[1:] + v[:-1]) / 2, dt * np.diff(v, axis=0)
+        sums = np.cumsum(np.concatenate([steps, turns**2, np.abs(steps)], axis=-1), axis=0)
+        for part in {len(sums), min(PART, len(sums))}:
+            made = np.concatenate([sums[part - 1 :: part][:1], np.diff(sums[part - 1 :: part], axis=0)])
+            moved = np.diff(path.states[::part, places], axis=0)
+            added, squares, far = (np.reshape(each, moved.shape) for each in np.split(made, 3, axis=-1))
+            # What a Brownian path adds is .3 of the root of these squares, a smooth one less.
+            allowed = 0.05 * np.linalg.norm(far, axis=-1) + 2.0 * np.sqrt(squares.sum(axis=-1)) + 1e-6
+            for i in np.flatnonzero(np.linalg.norm(moved - added, axis=-1) > allowed)[:1]:
+                told = f"{path.name}: moves by {moved[i].tolist()} from {path.times[i * part]:g} s"
+                demand(False, f"{told} to {path.times[(i + 1) * part]:g} s, its velocities add up to {added[i].tolist()}")
         if {"heading", "vx", "vy"} <= set(names):
             vx, vy, to = path.states[:, [names.index(name) for name in ("vx", "vy", "heading")]].T
             ahead, way = np.sum(vx * np.cos(to) + vy * np.sin(to)), np.sum(np.hypot(vx, vy))
