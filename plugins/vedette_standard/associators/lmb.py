@@ -74,8 +74,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
 
     def meet_close(self, expected: Expected) -> Part | None:
         """Return the meeting of leaves that may give one return with one of another track; None: none may."""
-        track = expected.state.leaves.hypotheses.track
-        return meet_close(expected, lambda pairs: track[pairs[:, 0]] != track[pairs[:, 1]])
+        return meet_close(expected, expected.state.leaves.hypotheses.track)
 
     def _branch(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask, close: Close | None) -> Branching:
         track, weights = hypotheses.track, hypotheses.weights

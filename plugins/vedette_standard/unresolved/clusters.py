@@ -45,7 +45,7 @@ def associate_close(
         scores[:, 0], scores[at[0], 1 + at[1]] = pairs.miss[tracks], pairs.scores[own]
         some = np.flatnonzero(np.all(labels[close.pairs] == label, axis=-1))
         members = np.searchsorted(tracks, close.pairs[some])
-        joint, resolved = close.joint[np.ix_(some, returns)], close.apart(some, returns)
+        joint, resolved = close.joint(some[:, None], returns), close.apart(some, returns)
         events = Events.of(scores, members, joint, resolved).likeliest(most)
         shares, merged = events.marginals(scores.shape, joint.shape)
         misses[tracks], weights[own] = shares[:, 0], shares[at[0], 1 + at[1]]

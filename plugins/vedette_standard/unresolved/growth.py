@@ -7,6 +7,7 @@ one thing, one of two that give one return taking it. What is split grows as eve
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 from attrs import frozen
@@ -133,11 +134,12 @@ def _events(
     hypothesis, pair = _pairs_within(rows, leaves, count, scores, close)
     edges = np.cumsum(np.bincount(hypothesis, minlength=count))
     # A lone pair of few returns, as most are, needs no closer look.
-    few = np.diff(scores.ends, prepend=0)[close.pairs].sum(axis=1) + np.isfinite(close.joint).sum(axis=1) <= MOST_RETURNS
+    alone, both = np.diff(scores.ends, prepend=0)[close.pairs].sum(axis=1), np.diff(close.ends, prepend=0)
+    few = alone + both <= MOST_RETURNS
     known: dict[tuple[int, ...], list[tuple[int, ...]]] = {(i,): [(i,)] for i in np.unique(pair[few[pair]]).tolist()}
-    asked = []
-    for inside in np.split(pair, edges[:-1]):
-        key = tuple(inside.tolist())
+    asked, inside = [], pair.tolist()
+    for begin, end in pairwise([0, *edges.tolist()]):
+        key = tuple(inside[begin:end])
         if key not in known:
             known[key] = _apart(key, scores, close)
         asked.append(known[key])
@@ -169,7 +171,7 @@ def _pairs_within(rows: Indices, leaves: Indices, count: int, scores: LeafScores
     """Return which hypothesis holds both of which close pair, by hypotheses: (n,), (n,)."""
     from scipy.sparse import csr_array
 
-    usable = np.flatnonzero(np.isfinite(close.joint).any(axis=1))
+    usable = np.flatnonzero(close.usable)
     held = csr_array((np.ones(len(leaves)), (rows, leaves)), shape=(count, len(scores.miss))).tocsc()
     i, j = close.pairs[usable].T
     both = held[:, i].multiply(held[:, j]).tocoo()
@@ -183,7 +185,8 @@ def _of_single(pairs: Indices, scores: LeafScores, close: Close, least: float) -
     starts = np.concatenate([[0], scores.ends])
     mine = [np.repeat(number, np.diff(starts)[sides[:, side]]) for side in (0, 1)]
     at = [starts[sides[of, side]] + _counted(np.bincount(of, minlength=len(pairs))) for side, of in enumerate(mine)]
-    both = np.nonzero(np.isfinite(close.joint[pairs]))
+    given = np.flatnonzero(np.isin(close.pair, pairs))
+    both = np.searchsorted(pairs, close.pair[given]), close.returns[given]
     codes = [of * scores.k + scores.returns[i] for of, i in zip(mine, at, strict=True)]
     every = np.unique(np.concatenate([*codes, both[0] * scores.k + both[1]]))
     of, returns = np.divmod(every, max(scores.k, 1))
@@ -195,7 +198,7 @@ def _of_single(pairs: Indices, scores: LeafScores, close: Close, least: float) -
     for side, (code, i) in enumerate(zip(codes, at, strict=True)):
         to = np.searchsorted(every, code)
         alone[of[to], side, place[to]] = scores.scores[i]
-    joint[of, place] = close.joint[pairs[of], returns]
+    joint[of, place] = close.joint(pairs[of], returns)
     weight = of_pairs(scores.miss[sides], alone, joint, close.apart(pairs, names))
     total = kernels.log_sum(weight, axis=1)
     share = np.exp(weight - total[:, None])
@@ -222,7 +225,9 @@ def _chosen(inside: Indices, scores: LeafScores, close: Close) -> tuple[int, ...
     kept: list[int] = []
     if _allowed(inside, scores, close):
         return tuple(inside.tolist())
-    for pair in inside[np.argsort(-np.max(close.joint[inside], axis=1), kind="stable")].tolist():
+    best = np.full(len(close.pairs), -np.inf)
+    np.maximum.at(best, close.pair, close.scores)
+    for pair in inside[np.argsort(-best[inside], kind="stable")].tolist():
         if _allowed(np.array([*kept, pair]), scores, close):
             kept.append(pair)
     return tuple(sorted(kept))
@@ -238,8 +243,7 @@ def _returns(leaves: Indices, pairs: Indices | list[int], scores: LeafScores, cl
     """Return the returns that leaves may give, alone or with another."""
     starts = np.concatenate([[0], scores.ends])
     alone = [scores.returns[starts[leaf] : starts[leaf + 1]] for leaf in leaves.tolist()]
-    both = np.flatnonzero(np.isfinite(close.joint[pairs]).any(axis=0))
-    return np.unique(np.concatenate([*alone, both]))
+    return np.unique(np.concatenate([*alone, close.returned(np.asarray(pairs))]))
 
 
 def _of_several(chosen: tuple[int, ...], number: int, scores: LeafScores, close: Close, least: float) -> Decided:
@@ -249,11 +253,11 @@ def _of_several(chosen: tuple[int, ...], number: int, scores: LeafScores, close:
     returns = _returns(leaves, pairs, scores, close)
     table = np.full((len(leaves), 1 + len(returns)), -np.inf)
     table[:, 0] = scores.miss[leaves]
-    own = np.flatnonzero(np.isin(scores.leaf, leaves))
-    at = np.searchsorted(leaves, scores.leaf[own]), 1 + np.searchsorted(returns, scores.returns[own])
-    table[at] = scores.scores[own]
+    for row, leaf in zip(table[:, 1:], leaves.tolist(), strict=True):
+        own = slice(scores.ends[leaf - 1] if leaf else 0, scores.ends[leaf])
+        row[np.searchsorted(returns, scores.returns[own])] = scores.scores[own]
     members = np.searchsorted(leaves, close.pairs[pairs])
-    events = Events.of(table, members, close.joint[np.ix_(pairs, returns)], close.apart(pairs, returns))
+    events = Events.of(table, members, close.joint(pairs[:, None], returns), close.apart(pairs, returns))
     total = float(kernels.log_sum(events.weight))
     share, names = np.exp(events.weight - total), np.concatenate([[0], 1 + returns])
     some = share > RARER * least
@@ -286,8 +290,7 @@ def _products(hypotheses: Hypotheses, close: Close, most: int, least: float) -> 
     edges = zip(hypotheses.starts.tolist(), hypotheses.starts[1:].tolist(), strict=False)
     for number, weight, (i, j) in zip(hypotheses.cluster.tolist(), hypotheses.weights.tolist(), edges, strict=True):
         every[number].append((weight, tuple(hypotheses.leaves[i:j].tolist())))
-    usable = np.isfinite(close.joint).any(axis=1)
-    linked = hypotheses.cluster_of[close.pairs[usable]]
+    linked = hypotheses.cluster_of[close.pairs[close.usable]]
     pairs = np.arange(len(linked))
     labels = kernels.linked_clusters(linked.ravel(), np.repeat(pairs, 2), count, len(pairs))[:count]
     for label in dict.fromkeys(labels.tolist()):

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 from attrs import evolve
 
-from vedette import Detections, Indices, Innovation, Mask, kernels
+from vedette import Detections, Indices, Innovation, kernels
 from vedette.hypotheses import Hypotheses
 from vedette.tracking import Expected, Part, take, weighed
 from vedette_standard.unresolved.close import close_rows
@@ -23,21 +21,14 @@ def of_hypotheses(it: Expected, hypotheses: Hypotheses) -> Part | None:
     )
 
     within = (held.T @ held).tocoo()
-    known = np.unique(within.row.astype(np.int64) * len(hypotheses.track) + within.col)
-
-    def together(pairs: Indices) -> Mask:
-        both = np.isin(pairs[:, 0] * len(hypotheses.track) + pairs[:, 1], known)
-        cluster = hypotheses.cluster_of[pairs]
-        may: Mask = both | (cluster[:, 0] != cluster[:, 1])
-        return may
-
-    return meet_close(it, together)
+    known = np.stack([within.row, within.col], axis=-1).astype(np.int64)
+    return meet_close(it, hypotheses.cluster_of, known[known[:, 0] < known[:, 1]])
 
 
-def meet_close(it: Expected, together: Callable[[Indices], Mask] | None = None) -> Part | None:
+def meet_close(it: Expected, group: Indices | None = None, known: Indices | None = None) -> Part | None:
     """Return the meeting of rows that may give one return with another one; None: none may.
 
-    together: which pairs (p, 2) of rows can be of two targets at once; None: all.
+    group, known: as in `close_rows`.
     """
     observed = it.observed
     if not isinstance(observed, Detections) or it.existence.ndim > 1 or observed.missing is not None:
@@ -47,7 +38,7 @@ def meet_close(it: Expected, together: Callable[[Indices], Mask] | None = None) 
     log_density = np.broadcast_to(plan.gate.stated_density(it.sensor, observed), (1, k))[0]
     if rate is not None:
         log_density = np.logaddexp(log_density, np.log(rate))
-    close = close_rows(it, observed, log_density, together)
+    close = close_rows(it, observed, log_density, group, known)
     if close is None:
         return None
     rows, inverse = np.unique(close.pairs, return_inverse=True)
@@ -79,19 +70,19 @@ def meet_close(it: Expected, together: Callable[[Indices], Mask] | None = None) 
         codes, names = np.where(own >= 0, observed.identity[own], -1), take(it.names, rows[:, None], 0)
         scores[..., : 1 + alone] = weighed(plan.identity, names, codes, scores[..., : 1 + alone])
     inside = np.all((innovation.distance[both, 0, place] <= it.gate.threshold).reshape(-1, 2), axis=1)
-    pair, some = close.pair[inside], close.returns[inside]
-    columns = np.full((len(close.pairs), 2, k), -1)
-    columns[pair, :, some] = place.reshape(-1, 2)[inside]
+    inside &= np.isfinite(close.scores)
+    scores[both, 0, 1 + place] = np.repeat(np.where(inside, close.scores, -np.inf), 2)
     close = evolve(
         close,
-        columns=columns,
+        pair=close.pair[inside],
+        returns=close.returns[inside],
+        scores=close.scores[inside],
+        z=close.z[inside],
+        noise=close.noise[inside],
+        places=place.reshape(-1, 2)[inside],
         alone=alone,
         met_z=z,
         met_noise=noise,
-        joint=np.where(columns[:, 0] >= 0, close.joint, -np.inf),
-    )
-    scores[both, 0, 1 + place] = np.where(
-        np.repeat(inside, 2), np.repeat(close.joint[close.pair, close.returns], 2), -np.inf
     )
     return Part(rows, returns, belief, innovation, scores, close)
 

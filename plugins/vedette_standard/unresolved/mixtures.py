@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Indices, kernels
+from vedette import Array, Indices, Mask, kernels
 from vedette.hypotheses import LeafScores
 from vedette_standard.unresolved.close import SURE, Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
@@ -44,36 +44,36 @@ class Together:
         """
         k, owner = tracks.k, tracks.leaf
         # A pair's log score of each return, its leaves' weights counted.
-        joint = close.joint + np.sum(log_weight[close.pairs], axis=1)[:, None]
+        weight = np.sum(log_weight[close.pairs], axis=1)
         of = track[close.pairs]
         share = _shares(track, leaves, tracks, log_weight)
         returns, found, masses = np.zeros(k), [], [np.zeros(0)]
-        for members, pairs in _clusters(of, tracks, joint):
+        for members, pairs in _clusters(of, tracks, close.usable):
             at = np.flatnonzero(np.isin(owner, members))
-            used = np.union1d(tracks.returns[at], np.flatnonzero(np.isfinite(joint[pairs]).any(axis=0)))
+            used = np.union1d(tracks.returns[at], close.returned(pairs))
             if len(members) > MOST_TRACKS or len(used) > MOST_RETURNS:
                 continue
             table = np.full((len(members), 1 + len(used)), -np.inf)
             table[:, 0] = tracks.miss[members]
             cell = np.searchsorted(members, owner[at]), 1 + np.searchsorted(used, tracks.returns[at])
             table[cell] = tracks.scores[at]
-            both, which = np.unique(of[pairs], axis=0, return_inverse=True)
-            which = which.ravel()
-            total = np.full((len(both), len(used)), -np.inf)
-            np.logaddexp.at(total, which, joint[np.ix_(pairs, used)])
+            # By pairs of tracks.
+            pairs = pairs[np.argsort(of[pairs] @ [len(tracks.miss), 1], kind="stable")]
+            new = np.any(np.diff(of[pairs], axis=0, prepend=-1), axis=1)
+            both, which, starts = of[pairs][new], np.cumsum(new) - 1, np.flatnonzero(new)
+            joint = close.joint(pairs[:, None], used) + weight[pairs, None]
+            total = np.logaddexp.reduceat(joint, starts)
             # That two tracks were not resolved, if each gave one: the mean over their leaves by what each then is.
             merged = -np.expm1(close.apart(pairs, used))
             i, j = close.pairs[pairs].T
-            merged *= share[i][:, used, None] * share[j][:, None, used]
-            unresolved = np.zeros((len(both), len(used), len(used)))
-            np.add.at(unresolved, which, merged)
-            apart = np.log1p(-np.minimum(unresolved, 1.0 - SURE))
+            merged *= share[i[:, None], used][:, :, None] * share[j[:, None], used][:, None]
+            apart = np.log1p(-np.minimum(np.add.reduceat(merged, starts), 1.0 - SURE))
             events = Events.of(table, np.searchsorted(members, both), total, apart)
             single, shared = events.marginals(table.shape, total.shape)
             misses[members], taken[at] = single[:, 0], single[cell]
             returns[used] += np.sum(shared, axis=0)
             top = np.where(np.isfinite(total), total, 0.0)
-            part = shared[which] * np.exp(joint[np.ix_(pairs, used)] - top[which])
+            part = shared[which] * np.exp(joint - top[which])
             pair, place = np.nonzero(part)
             choice = 1 + used[place]
             for side in range(2):
@@ -100,12 +100,12 @@ def _shares(track: Indices, leaves: LeafScores, tracks: LeafScores, log_weight: 
     return share
 
 
-def _clusters(of: Indices, tracks: LeafScores, joint: Array) -> Iterator[tuple[Indices, Indices]]:
+def _clusters(of: Indices, tracks: LeafScores, usable: Mask) -> Iterator[tuple[Indices, Indices]]:
     """Yield the tracks of each cluster with close leaves, and the numbers of the pairs of these."""
-    usable = np.flatnonzero(np.isfinite(joint).any(axis=1))
-    t, count = len(tracks.miss), len(usable)
-    linked = np.append(tracks.leaf, of[usable].ravel())
+    some = np.flatnonzero(usable)
+    t, count = len(tracks.miss), len(some)
+    linked = np.append(tracks.leaf, of[some].ravel())
     nodes = np.append(tracks.returns, tracks.k + np.repeat(np.arange(count), 2))
     labels = kernels.linked_clusters(linked, nodes, t, tracks.k + count)[:t]
-    for label in np.unique(labels[of[usable, 0]]).tolist():
-        yield np.flatnonzero(labels == label), usable[labels[of[usable, 0]] == label]
+    for label in np.unique(labels[of[some, 0]]).tolist():
+        yield np.flatnonzero(labels == label), some[labels[of[some, 0]] == label]

@@ -147,7 +147,7 @@ def test_a_return_for_both_updates_each_as_the_joint_gaussian_does():
     np.testing.assert_allclose(after.cov[0, 0], cov[:4, :4], atol=1e-9)
     np.testing.assert_allclose(after.cov[1, 0], cov[4:, 4:], atol=1e-9)
     close: Close = part.close
-    np.testing.assert_allclose(close.joint, log + 2 * np.log(0.9) - np.log(1e-5))
+    np.testing.assert_allclose(close.scores, log + 2 * np.log(0.9) - np.log(1e-5))
 
 
 def test_rows_far_apart_are_met_as_ever():

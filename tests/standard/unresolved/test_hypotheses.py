@@ -96,7 +96,7 @@ def of_histories(tracker, state, z):
     for own, weight in zip(histories, before.weights.tolist(), strict=True):
         scores = part.scores[np.searchsorted(part.rows, own), 0, : 1 + k]
         pairs = np.flatnonzero(np.all(np.isin(part.close.pairs, own), axis=1))
-        members, joint = np.searchsorted(own, part.close.pairs[pairs]), part.close.joint[pairs]
+        members, joint = np.searchsorted(own, part.close.pairs[pairs]), part.close.joint(pairs[:, None], np.arange(k))
         events = Events.of(scores, members, joint, part.close.apart(pairs, np.arange(k)))
         log.append(np.log(weight) + np.log(np.sum(np.exp(events.weight))))
     wanted = np.exp(np.array(log) - np.max(log))
@@ -108,7 +108,7 @@ def test_a_return_that_neither_gives_alone_is_still_one_of_both():
     part = meet(tracker.expect(state, Scan(0.0, "radar", Detections.of(SEEN[:1], 2))))[2][0]
     scores = LeafScores.of(np.array([[-2.0, -np.inf], [-1.0, -np.inf]]))
     after = growth.grown_close(state.leaves.hypotheses, scores, np.zeros(1, dtype=bool), part.close, 100, 0.0)
-    both, none = np.exp(part.close.joint[0, 0]), np.exp(-3.0)
+    both, none = np.exp(part.close.scores[0]), np.exp(-3.0)
     np.testing.assert_allclose(after.hypotheses.probability[after.merged > 0], both / (both + none), atol=1e-9)
 
 
