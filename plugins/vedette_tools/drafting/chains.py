@@ -10,7 +10,7 @@ from attrs import define, field, frozen
 from vedette.space import Array
 
 START = 4.0
-"""How far a target may move between its first two returns, in widths of the gate."""
+"""How far a target may move between its first two returns, in widths of the gate, if no more is told."""
 
 CANDIDATES = 3
 """So many returns of the scan before may precede one."""
@@ -73,11 +73,13 @@ def spacing(spots: Sequence[Array]) -> float:
     return 0.5 * float(np.median(np.concatenate(nearest)))
 
 
-def chains(times: Array, spots: Sequence[Array], width: float) -> list[Chain]:
+def chains(times: Array, spots: Sequence[Array], width: float, reach: float = 0.0) -> list[Chain]:
     """Return the chains of returns that move steadily: each within `width` in m of where the two before it point.
 
-    times (s,): of the scans; spots: of each scan, the positions (k, 2) of its returns. Longer chains choose first.
+    times (s,): of the scans; spots: of each scan, the positions (k, 2) of its returns; reach: how far a target may move
+    between its first two returns, in m, if that is more than `START` tells. Longer chains choose first.
     """
+    reach = max(reach, START * width)
     growing: list[_Growing] = []
     done: list[_Growing] = []
     before: list[tuple[int, int]] = []
@@ -99,7 +101,7 @@ def chains(times: Array, spots: Sequence[Array], width: float) -> list[Chain]:
                 chain.missed += 1
             (kept if chain.missed <= COAST and (chain.missed == 0 or len(chain.members) > 2) else done).append(chain)
         left = [(i, int(j)) for j in np.flatnonzero(free)]
-        growing = [*kept, *_pairs(before, left, times, spots, START * width)]
+        growing = [*kept, *_pairs(before, left, times, spots, reach)]
         before = left
     return _whole([*done, *growing], times, spots)
 

@@ -54,8 +54,8 @@ ABSURD = 500.0
 WANDERS = 30.0
 """Errors that last longer than so many scans are not told from motion. Chosen by hand."""
 
-PROVEN = 2000
-"""On so many returns a draft is tried."""
+PROVEN, LOOKS = 8000, 2000
+"""On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
 
 
 @frozen
@@ -182,8 +182,8 @@ def _correlated(best: Reading) -> Compared | None:
 
 
 def _some(scans: Sequence[Scan]) -> Sequence[Scan]:
-    """Return the first scans, up to so many returns as a draft is tried on."""
-    total = np.cumsum([len(scan.detections.z) for scan in scans])
+    """Return the first scans, as many as a draft is tried on."""
+    total = np.cumsum([len(scan.detections.z) for scan in scans[:LOOKS]])
     return scans[: max(int(np.searchsorted(total, PROVEN, side="right")), 2)]
 
 

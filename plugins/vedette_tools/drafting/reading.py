@@ -14,7 +14,7 @@ from vedette.experiment import Experiment
 from vedette.space import Array, Indices
 from vedette.types import Recording, Scan
 from vedette_files import CsvSource
-from vedette_tools.drafting.chains import LEAST, Chain, chains, spacing, unbroken
+from vedette_tools.drafting.chains import LEAST, START, Chain, chains, spacing, unbroken
 from vedette_tools.drafting.noise import Noise, Windows, estimated, loglik
 from vedette_tools.drafting.reports import in_turn, of_owners
 from vedette_tools.drafting.several import FLAT
@@ -31,6 +31,9 @@ ALL = 0.5
 
 TOGETHER, MOST_REPORTS = 3.0, 6000
 """Where more returns come at a time, they are a look at all targets; of what objects report, so many are followed."""
+
+LOOSE = 0.1
+"""Where chains leave more returns than this part, some are false, and the tighter chains are believed. By hand."""
 
 NOISELESS = 0.1
 """Velocities are told by returns of which the errors make less than this part of their mean square."""
@@ -63,6 +66,11 @@ class Seen:
         """Whether a scan is a look at a few targets only."""
         looks = sum(chain.looks for chain in self.chains)
         return sum(len(chain.times) for chain in self.chains) < ALL * looks
+
+    @property
+    def pieces(self) -> int:
+        """How many chains there are, and returns in none: as many targets or false returns it takes to explain all."""
+        return len(self.chains) + sum(map(len, self.spots)) - sum(len(chain.times) for chain in self.chains)
 
     @property
     def rough(self) -> float:
@@ -208,16 +216,19 @@ def _followed(
 ) -> Seen:
     """Follow the returns by the names of their objects (n,), if they have any.
 
-    Else twice, first within what their spacing allows, then within what the first time showed; or one by one in time, if few
-    come at once, and more can be followed so, or more steadily. What is `reported` by the objects comes one by one unless
-    that follows less than half as much.
+    Else twice, first within what their spacing allows, then within what the first time showed, unless that only cuts chains
+    where targets turn; or one by one in time, if few come at once, and more can be followed so, or more steadily. What is
+    `reported` by the objects comes one by one unless that follows less than half as much.
     """
     if named is not None and np.any(named >= 0):
         return Seen(times, spots, stands, tuple(of_owners(times, spots, named)))
     width = spacing(spots)
     seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
     if seen.chains:
-        seen = evolve(seen, chains=tuple(chains(times, spots, min(width, 4.0 * max(seen.rough, 1e-6)))) or seen.chains)
+        # a target may be fast and its returns precise: it still moves as far between two
+        narrow = min(width, 4.0 * max(seen.rough, 1e-6))
+        tight = evolve(seen, chains=tuple(chains(times, spots, narrow, START * width)) or seen.chains)
+        seen = tight if tight.pieces <= seen.pieces or seen.pieces > LOOSE * sum(map(len, spots)) else seen
     first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
     count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
     few = count < TOGETHER * first

@@ -62,6 +62,24 @@ def test_one_target_that_manoeuvres_has_one_track(scene, tmp_path):
     assert len(tracks_of(table(tmp_path / "d.csv", "time,x,y", scene()))) == 1
 
 
+def stale(targets=40, scans=100, late=55, standing=10):
+    """Targets that fly at 200 m/s, 2 km from scan to scan; late, some say the same place again and again."""
+    rng = np.random.default_rng(11)
+    spots, course = rng.uniform(-2e5, 2e5, (targets, 2)), rng.uniform(0, 2 * np.pi, targets)
+    number, said = np.arange(targets), spots
+    for i in range(scans):
+        spots = spots + 2000 * np.stack([np.cos(course), np.sin(course)], axis=-1)
+        stands = (number < standing) & (i > late + 2 * number)
+        said = np.where(stands[:, None], said, spots + rng.normal(0, 5, spots.shape))
+        yield from ((10 * i, *place) for place in said.round(1).tolist())
+
+
+@pytest.mark.costly
+def test_what_is_fast_or_stops_late_has_one_track(tmp_path):
+    """Chains narrowed to the errors held those alone that stood; on the first 2,000 returns none stops."""
+    assert len(tracks_of(table(tmp_path / "d.csv", "time,x,y", stale()))) == 40
+
+
 @pytest.mark.costly
 @pytest.mark.parametrize("use", ["aid", "ignore"])
 def test_targets_that_report_in_turn_have_a_track_each(use, tmp_path):
