@@ -64,6 +64,7 @@ def test_where_returns_compete_the_printed_covariance_is_twice_too_small():
     assert 1.4 < size["corrected weights, with spread"] < 2.2
 
 
+@pytest.mark.costly
 def test_the_same_seed_gives_the_same_study():
     first, again = (BayesRiskReproduction().run(6, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables

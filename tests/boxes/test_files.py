@@ -116,6 +116,7 @@ def test_detections_are_those_of_true_boxes_once_and_classes_are_counted(tmp_pat
     assert confused(np.array([1, 1, 2, 9]), np.array([1, 2, 2, 2]), 2).tolist() == [[2 / 3, 1 / 3], [0.5, 0.5]]
 
 
+@pytest.mark.costly
 def test_a_draft_is_written_and_runs_and_its_results_are_read(tmp_path, capsys):
     det, gt = ((EXAMPLE / name).read_text().splitlines() for name in ("det.txt", "gt.txt"))
     for name, text in (("det.txt", det), ("gt.txt", gt)):
@@ -136,6 +137,7 @@ def test_a_draft_is_written_and_runs_and_its_results_are_read(tmp_path, capsys):
     capsys.readouterr()
 
 
+@pytest.mark.costly
 def test_the_example_is_what_its_script_draws_and_its_config_what_is_drafted(tmp_path, monkeypatch):
     from runpy import run_path
 
@@ -151,6 +153,7 @@ def test_the_example_is_what_its_script_draws_and_its_config_what_is_drafted(tmp
 
 
 @pytest.mark.parametrize("accel", [0.3, 5.0])
+@pytest.mark.costly
 def test_a_draft_finds_how_boxes_move(accel, tmp_path):
     """Ten people of 100 px: an acceleration of white noise, in heights, to a factor of 2, and few broken tracks."""
     rng, dt, frames = np.random.default_rng(1), 1 / 30, 120

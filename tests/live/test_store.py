@@ -111,6 +111,7 @@ class FullFile(FileIO):
 
 
 @pytest.mark.parametrize("kills", [2, pytest.param(10, marks=pytest.mark.nightly("eleven processes"))])
+@pytest.mark.costly
 def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: Path, kills: int) -> None:
     port, todo, sent = free_port(), lines(200), 0
     record = tmp_path / "record.jsonl"

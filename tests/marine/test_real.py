@@ -40,6 +40,7 @@ def test_imm_pdaf_tracks_recorded_boats(scores, recording):
     assert imm.position_rmse_m <= 1.1 * cv.position_rmse_m
 
 
+@pytest.mark.costly
 def test_on_the_boat_that_turns_hard_imm_pdaf_is_the_best(scores):
     imm, *others = (scores["joyride"][name] for name in ("IMM-PDAF", "CV-PDAF", "CT-PDAF"))
     assert imm.id_switches == 0

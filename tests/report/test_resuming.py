@@ -334,6 +334,7 @@ def test_a_run_that_was_killed_while_its_files_moved_has_ended(monkeypatch, caps
         pytest.param(["export", "whole"], "a.kml", 60, marks=pytest.mark.nightly("kills many exports")),
     ],
 )
+@pytest.mark.costly
 def test_killed_at_any_moment_it_comes_to_the_same_end(command, name, kills):
     write()
     Path("study.json").write_text(json.dumps({"experiment": config(), "runs": 6, "chunk": 1}))

@@ -8,6 +8,7 @@ import subprocess
 import sys
 
 import numpy as np
+import pytest
 
 import vedette_sim as sim
 from support.scenes import SENSORS, SHIPS, START, Polar, Weaving, rows, scene
@@ -111,6 +112,7 @@ print(digest.hexdigest())
 """
 
 
+@pytest.mark.costly
 def test_two_processes_with_unlike_hash_seeds_draw_the_same_bits():
     digests = {
         subprocess.run(

@@ -1,9 +1,9 @@
 """Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and a fifth of the others.
 
 What changed is told since the branch left main. The hash of the commit draws the fifth, so that the same commit tries
-the same kinds. A change on which more than `MOST` depend, as of the kernels, tries so many of them: those whose own
-file changed, then drawn ones; otherwise a run would take twice its time. Without git, as in an sdist, without history,
-with `--all` and in the nightly profile all are tried.
+the same kinds. Of what depends on a change, as all does on the kernels, at most `MOST_KINDS` and `MOST_COSTLY` are tried:
+those whose own file changed, then drawn ones; otherwise a run would take twice its time. Without git, as in an sdist,
+without history, with `--all` and in the nightly profile all are tried.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vedette.testing import laws_of
 SHARE = 5
 """One of so many unchanged kinds is tried."""
 
-MOST = 50
+MOST_KINDS, MOST_COSTLY = 50, 25
 """Kinds, and costly tests, of one change that are tried."""
 
 OF_ALL = (
@@ -113,9 +113,9 @@ def _shuffled(names: Iterable[str], head: str) -> list[str]:
     return sorted(names, key=lambda name: hashlib.sha256(f"{head} {name}".encode()).digest())
 
 
-def _most(touched: Mapping[str, bool], head: str) -> set[str]:
-    """Return at most `MOST` of the names that a change touched, first those whose own file it is."""
-    return set(sorted(_shuffled(touched, head), key=lambda name: not touched[name])[:MOST])
+def _most(touched: Mapping[str, bool], head: str, most: int) -> set[str]:
+    """Return at most so many of the names that a change touched, first those whose own file it is."""
+    return set(sorted(_shuffled(touched, head), key=lambda name: not touched[name])[:most])
 
 
 def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
@@ -128,7 +128,7 @@ def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
     changed_files = {path for path in set(tests.values()) if _is_changed(path, what.files)}
     own = {path for path in changed_files if path.relative_to(ROOT).as_posix() in what.files}
     touched = {name: path in own for name, path in tests.items() if path in changed_files}
-    return _most(touched, what.head) | {*a_fifth(tests.keys() - touched.keys(), what.head)}
+    return _most(touched, what.head, MOST_COSTLY) | {*a_fifth(tests.keys() - touched.keys(), what.head)}
 
 
 def _is_changed(test: Path, files: frozenset[str]) -> bool:
@@ -147,7 +147,7 @@ def chosen(classes: Iterable[type[Component]], what: Since | None) -> tuple[set[
     others = drawn(classes - touched, what.head)
     names = {_name(cls): cls for cls in touched}
     own = {name: cls.__module__ not in known() or _file(cls) in what.files for name, cls in names.items()}
-    tried = {names[name] for name in _most(own, what.head)}
+    tried = {names[name] for name in _most(own, what.head, MOST_KINDS)}
     many = f"{len(tried)} of {len(touched)}" if len(tried) < len(touched) else f"{len(touched)}"
     line = f"laws of {many} of {len(classes)} kinds, which changed since {what.base[:10]}"
     if others:

@@ -200,6 +200,7 @@ def test_right_components_of_other_shapes_keep_the_laws(cls, given, least):
     assert sum(one.verdict == "held" for one in found) >= least
 
 
+@pytest.mark.costly
 def test_a_bearing_from_a_heading_must_wrap():
     assert any(one.verdict == "failed" for one in outcomes(Compass, wraps=st.just(False)))
 

@@ -11,7 +11,7 @@ from mutants.foreign import MUTANTS as FOREIGN
 from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
-from support.selection import MOST, OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
+from support.selection import MOST_COSTLY, MOST_KINDS, OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, kit, laws_of
 from vedette.testing.laws import apart
@@ -90,6 +90,7 @@ def test_what_its_laws_execute_is_among_its_files(cls):
     assert {file for file in missed if not file.startswith(OF_ALL) and "/__init__" not in file} == set()
 
 
+@pytest.mark.costly
 def test_a_change_is_of_the_kinds_that_import_it():
     assert of("plugins/vedette_standard/associators/nearest.py") == {"Nearest"}
     assert of("README.md", "tests/conftest.py") == set()
@@ -105,6 +106,7 @@ def test_a_kind_of_somebody_else_is_always_tried():
     assert changed({Nearest, theirs}, frozenset()) == {theirs}
 
 
+@pytest.mark.costly
 def test_whoever_puts_a_mutant_s_fault_into_a_kind_has_its_laws_tried():
     """A fault is a change: which kinds are drawn loses no mutant, ours nor those of others."""
     ours = {base for _, base, *_ in OURS if base in KINDS}
@@ -137,14 +139,14 @@ def test_a_change_of_all_tries_so_many_and_first_those_whose_own_file_it_is():
     theirs = type("Theirs", (Nearest,), {"__module__": "elsewhere"})
     of_all = frozenset({"core/cpp/gauss.hpp", "plugins/vedette_standard/estimators/kalman.py"})
     rounds = [chosen(KINDS | {theirs}, Since("a" * 40, f"{i:040x}", of_all)) for i in range(20)]
-    assert {len(kinds) for kinds, _ in rounds} == {MOST}
+    assert {len(kinds) for kinds, _ in rounds} == {MOST_KINDS}
     assert all({Kalman, theirs} <= kinds for kinds, _ in rounds)
     assert set().union(*(kinds for kinds, _ in rounds)) == KINDS | {theirs}
-    assert f"{MOST} of {len(KINDS) + 1} of" in rounds[0][1]
+    assert f"{MOST_KINDS} of {len(KINDS) + 1} of" in rounds[0][1]
 
 
 def test_costly_tests_are_tried_where_what_they_test_has_changed():
-    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(MOST // 2)}
+    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(2 * SHARE)}
     ours = {name for name in tests if "vts" in name}
 
     def of(*files):
@@ -165,7 +167,7 @@ def test_costly_tests_are_tried_where_what_they_test_has_changed():
     many = {f"{name} {i}": path for name, path in tests.items() for i in range(3)}
     own = {name for name in many if "vts" in name}
     tried = costly(many, Since("a" * 40, "b" * 40, frozenset({"core/vedette/space.py", "tests/vts/test_reproduction.py"})))
-    assert len(tried) == MOST
+    assert len(tried) == MOST_COSTLY
     assert tried < own
 
 

@@ -50,6 +50,7 @@ def test_it_waits_until_somebody_has_seen_it_and_writes_what_a_run_writes(tmp_pa
     assert files(tmp_path / "watched") == files(tmp_path / "run")
 
 
+@pytest.mark.costly
 def test_ctrl_c_ends_it_tells_the_page_and_keeps_what_is_done(tmp_path):
     with (
         watching(HARBOUR, "--out", tmp_path, "--json") as (address, process),
@@ -91,6 +92,7 @@ def test_wrong_use_is_told_in_a_line(arguments, told, capsys):
     assert capsys.readouterr().err == f"vedette: error: {told}\n"
 
 
+@pytest.mark.costly
 def test_a_camera_keeps_its_own_pace(tmp_path, capsys):
     cv2 = pytest.importorskip("cv2", reason="needs opencv, which is not installed")
     path = tmp_path / "clip.avi"

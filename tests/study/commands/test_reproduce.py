@@ -21,6 +21,7 @@ BY_NIGHT = pytest.mark.nightly("studies, of 2 to 8 s; by day one shows that the 
 
 
 @pytest.mark.parametrize("paper", [pytest.param(paper, marks=() if paper == "vts" else BY_NIGHT) for paper in PAPERS])
+@pytest.mark.costly
 def test_a_study_prints_its_tables_and_verdicts_and_ends_well(paper, capsys, tmp_path):
     folder = tmp_path / "made" / "here"
     assert main(["reproduce", paper, "--runs", "3", "--json", "--out", str(folder)]) == 0

@@ -40,6 +40,7 @@ def errors(config, file):
 
 
 @pytest.mark.parametrize("make", FILES, ids=[make.__name__ for make in FILES])
+@pytest.mark.costly
 def test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands(make, tmp_path, monkeypatch, capsys):
     pytest.importorskip("pymap3d")
     monkeypatch.chdir(tmp_path)

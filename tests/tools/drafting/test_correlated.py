@@ -63,6 +63,7 @@ def test_a_draft_writes_correlated_errors_and_tracks_by_them(tmp_path):
     assert 0.3 < nees < 2.5  # of white ones 5.9; four straight targets tell it to a factor
 
 
+@pytest.mark.costly
 def test_white_errors_are_drafted_white(tmp_path):
     table(tmp_path / "cars.csv", np.random.default_rng(6), 0.0, 0.15, scans=150)
     assert "gauss_markov" not in drafted(tmp_path / "cars.csv").text

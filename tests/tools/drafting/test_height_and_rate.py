@@ -129,6 +129,7 @@ def test_a_rate_that_falls_where_ranges_grow_is_left_out(tmp_path):
     assert "# not read: doppler_mps" in text
 
 
+@pytest.mark.costly
 def test_a_rate_on_a_moving_platform_is_left_out(tmp_path):
     rows = rates()[0]
     rows = [f"{rows[0]},own_x,own_y", *(f"{row},{float(row.split(',')[0])},0" for row in rows[1:])]

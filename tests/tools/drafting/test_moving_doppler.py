@@ -82,6 +82,7 @@ def error(config, truth):
 
 
 @pytest.mark.parametrize("share", [1.0, pytest.param(0.0, marks=BY_NIGHT)])
+@pytest.mark.costly
 def test_a_moving_doppler_radar_is_drafted_as_by_a_hand(share, tmp_path, monkeypatch):
     """Whether the rates hold the platform's motion is found by the data; the velocity is read only where they do."""
     monkeypatch.chdir(tmp_path)

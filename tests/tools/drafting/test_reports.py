@@ -39,6 +39,7 @@ def scene(seed, false):
         yield from ((5.0 * k, *spot) for spot in rng.uniform(-800, 800, (rng.poisson(false), 2)))
 
 
+@pytest.mark.costly
 def test_chains_of_false_returns_are_not_taken_for_targets(tmp_path):
     """Twenty chains that chance made, of seven returns each, were drafted as errors of 10 m for 1."""
     path = file_of(tmp_path / "d.csv", scene(2, 60))

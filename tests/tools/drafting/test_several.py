@@ -118,6 +118,7 @@ def test_rows_without_a_column_of_sensors_are_of_the_one_whose_columns_they_fill
     assert [problem.place for problem in recording.refused] == ["d.csv:4", "d.csv:5"]
 
 
+@pytest.mark.costly
 def test_x_is_east_or_north_as_it_meets_the_radar(tmp_path):
     path = written("x and y beside compass bearings", tmp_path / "d.csv")
     table = read_table(path)
