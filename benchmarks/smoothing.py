@@ -1,12 +1,12 @@
-"""`vedette smooth` beside movingpandas and lines on recorded ships, and on two Dask workers.
+"""`vedette smooth` beside movingpandas and lines on recorded ships and aircraft, and on two Dask workers.
 
     python -m benchmarks.smoothing [held | workers | rows]...
 
-held: a tenth of the reports of every second ship with an even number is held back, and positions are compared with them;
-CPU a row. movingpandas' `KalmanSmootherCV` has of six pairs of noises the one that is best at a tenth of the reports that
-are kept. workers: five million made reports by one and by two Dask workers, wall and CPU: where nothing else runs, two are
-faster by the CPU of one over that of the busier of two, each with that of the process which parts and gathers. rows: CPU a
-row and the largest memory of processes that smooth 1 and 10 million.
+held: a tenth of the reports of every second ship with an even number, and of all aircraft, is held back, and positions
+are compared with them; CPU a row. movingpandas' `KalmanSmootherCV` has of `NOISES` the pair that is best at a tenth of the
+reports that are kept. workers: five million made reports by one and by two Dask workers, wall and CPU: where nothing else
+runs, two are faster by the CPU of one over that of the busier of two, each with that of the process which parts and
+gathers. rows: CPU a row and the largest memory of processes that smooth 1 and 10 million.
 Needs `pip install movingpandas==0.23.0 stonesoup` for its column, and the folder of recordings in VEDETTE_DATA.
 """
 
@@ -18,6 +18,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from importlib import import_module
 from itertools import product
 from multiprocessing import get_context
@@ -32,34 +33,38 @@ from vedette.progress import silent
 from vedette.space import Array, Mask
 from vedette_tools.smoothing.files import smooth_files
 
-SHIPS = ("solent_ais", "SolentAIS_20160112_130211.csv")
-ACCELS, SIGMAS = (0.03, 0.1, 0.3), (1.0, 5.0)
-"""Noises of movingpandas, m/s^1.5 and m."""
+SHIPS, AIRCRAFT = ("solent_ais", "SolentAIS_20160112_130211.csv"), ("adsb", "area_20min.csv")
+NOISES = {"ships": ((0.03, 0.1, 0.3), (1.0, 5.0)), "aircraft": ((1.0, 3.0, 10.0, 30.0), (1.0, 10.0, 50.0, 100.0))}
+"""Of movingpandas: m/s^1.5 and m."""
 
 ROUNDS = 1
 METRES = 111_195.0
 
 
-def ships() -> Any:
-    """Return the reports of every second ship with an even number, in metres around each, by ship and time."""
+def recorded(what: str) -> Any:
+    """Return the reports of every second ship with an even number, or of all aircraft, in metres around each, by time."""
     import pandas as pd
 
-    frame = pd.read_csv(Path(os.environ["VEDETTE_DATA"]).joinpath(*SHIPS))
-    frame = frame.rename(columns={"MMSI": "mmsi", "Time": "time", "SOG_knots": "speed_kn", "COG_degrees": "course"})
-    frame = frame.sort_values(["mmsi", "time"], kind="stable").drop_duplicates(["mmsi", "time"])
-    even = sorted(ship for ship in frame["mmsi"].unique() if ship % 2 == 0)[::2]
-    frame = frame[frame["mmsi"].isin(even)].reset_index(drop=True)
-    own = frame.groupby("mmsi")
-    north = (frame["Latitude_degrees"] - own["Latitude_degrees"].transform("mean")) * METRES
-    shrunk = METRES * np.cos(np.radians(own["Latitude_degrees"].transform("mean")))
-    east = (frame["Longitude_degrees"] - own["Longitude_degrees"].transform("mean")) * shrunk
+    frame = pd.read_csv(Path(os.environ["VEDETTE_DATA"]).joinpath(*(SHIPS if what == "ships" else AIRCRAFT)))
+    frame = frame.rename(columns={"MMSI": "name", "Time": "time", "SOG_knots": "speed_kn", "COG_degrees": "course"})
+    frame = frame.rename(columns={"icao24": "name", "time_utc": "time", "groundspeed_kn": "speed_kn", "track_deg": "course"})
+    frame = frame.rename(columns={"Latitude_degrees": "latitude", "Longitude_degrees": "longitude"})
+    frame = frame.dropna(subset=["latitude", "longitude"])
+    frame = frame.sort_values(["name", "time"], kind="stable").drop_duplicates(["name", "time"])
+    if what == "ships":
+        even = sorted(ship for ship in frame["name"].unique() if ship % 2 == 0)[::2]
+        frame = frame[frame["name"].isin(even)]
+    frame = frame.reset_index(drop=True)
+    middle = frame.groupby("name")[["latitude", "longitude"]].transform("mean")
+    north = (frame["latitude"] - middle["latitude"]) * METRES
+    east = (frame["longitude"] - middle["longitude"]) * METRES * np.cos(np.radians(middle["latitude"]))
     when = pd.to_datetime(frame["time"], utc=True)
-    return frame[["mmsi", "speed_kn", "course"]].assign(time=when, x=east, y=north)
+    return frame[["name", "speed_kn", "course"]].assign(time=when, x=east, y=north)
 
 
 def drawn(frame: Any, among: Mask, seed: int) -> Mask:
     """Return a tenth of the reports `among` all, each between two others of its ship."""
-    own = frame["mmsi"].to_numpy()
+    own = frame["name"].to_numpy()
     inner = np.concatenate([[False], (own[1:-1] == own[:-2]) & (own[1:-1] == own[2:]), [False]])
     return inner & among & (np.random.default_rng(seed).random(len(frame)) < 0.1)
 
@@ -68,13 +73,13 @@ def by_vedette(frame: Any, kept: Mask) -> Array:
     """Return the positions (n, 2) that smoothing gives where only some reports are known."""
     hidden = frame.copy()
     hidden.loc[~kept, ["x", "y", "speed_kn", "course"]] = np.nan
-    return vedette.smooth_positions(hidden, by="mmsi")[["x", "y"]].to_numpy()
+    return vedette.smooth_positions(hidden, by="name")[["x", "y"]].to_numpy()
 
 
 def between(frame: Any, kept: Mask, spots: Array) -> Array:
     """Return the positions on lines between those `spots` of the reports that are kept."""
     when, found = frame["time"].astype("int64").to_numpy(), np.zeros((len(frame), 2))
-    for rows in frame.groupby("mmsi").indices.values():
+    for rows in frame.groupby("name").indices.values():
         own = rows[kept[rows]]
         for axis in (0, 1):
             found[rows, axis] = np.interp(when[rows], when[own], spots[own, axis]) if len(own) else 0.0
@@ -87,7 +92,7 @@ def by_movingpandas(frame: Any, kept: Mask, accel: float, sigma: float) -> Array
     import movingpandas as mpd
 
     spots = frame[["x", "y"]].to_numpy().copy()
-    for rows in frame.groupby("mmsi").indices.values():
+    for rows in frame.groupby("name").indices.values():
         own = rows[kept[rows]]
         if len(own) > 2:
             place = gpd.points_from_xy(*spots[own].T)
@@ -97,9 +102,9 @@ def by_movingpandas(frame: Any, kept: Mask, accel: float, sigma: float) -> Array
     return between(frame, kept, spots)
 
 
-def held() -> None:
-    """Print the errors at held-back reports and the CPU a row."""
-    frame = ships()
+def held(what: str) -> None:
+    """Print the errors at held-back reports of ships or aircraft, and the CPU a row."""
+    frame = recorded(what)
     real, every = frame[["x", "y"]].to_numpy(), np.ones(len(frame), dtype=bool)
     kept = ~drawn(frame, every, 34)
     inner = drawn(frame, kept, 35)
@@ -114,20 +119,20 @@ def held() -> None:
     try:
         import movingpandas  # noqa: F401
 
-        pairs = list(product(ACCELS, SIGMAS))
+        pairs = list(product(*NOISES[what]))
         tried = [error(by_movingpandas(frame, kept & ~inner, *pair), inner).mean() for pair in pairs]
         best = pairs[int(np.argmin(tried))]
         ways[f"movingpandas {best}"] = lambda frame, kept: by_movingpandas(frame, kept, *best)
     except ImportError:
         print("movingpandas is not installed")
-    few = frame["mmsi"].isin(frame["mmsi"].unique()[:3]).to_numpy()
+    few = frame["name"].isin(frame["name"].unique()[:3]).to_numpy()
     for name, way in ways.items():
         way(frame[few].reset_index(drop=True), kept[few])  # so that imports are not counted
         began = time.process_time()
         off = error(way(frame, kept), ~kept)
         cpu = (time.process_time() - began) / kept.sum() * 1e6
         told = f"mean {off.mean():.2f}, median {np.median(off):.2f}, 90 % {np.percentile(off, 90):.2f} m"
-        print(f"{name:24} {told} at {len(off):,} reports; {cpu:,.0f} us of CPU a row")
+        print(f"{what}: {name:24} {told} at {len(off):,} reports; {cpu:,.0f} us of CPU a row")
 
 
 def made(place: Path, objects: int, reports: int = 500) -> Path:
@@ -192,7 +197,8 @@ def rows() -> None:
 def main(asked: list[str]) -> None:
     """Run the parts that are named, by default all but the long one of rows."""
     for name in asked or ["held", "workers"]:
-        {"held": held, "workers": workers, "rows": rows}[name]()
+        for part in {"held": [partial(held, what) for what in NOISES], "workers": [workers], "rows": [rows]}[name]:
+            part()
 
 
 if __name__ == "__main__":

@@ -16,7 +16,8 @@ from vedette_files.writing import Inputs
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client
 from vedette_tools.drafting.wishes import Wishes
-from vedette_tools.smoothing.files import processes, smooth_files, tables
+from vedette_tools.smoothing.batches import tables
+from vedette_tools.smoothing.files import processes, smooth_files
 from vedette_tools.smoothing.table import seconds
 
 MANY_GROSS = 0.1
@@ -50,6 +51,9 @@ def run(arguments: Namespace) -> int:
     print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{others}{lost}")
     if told.gross > MANY_GROSS * told.rows:
         print("so many gross positions may be of several objects taken for one: --by names the column that tells them apart")
+    if told.mixed:
+        of = f"{told.mixed:,} object{'s' * (told.mixed != 1)}"
+        print(f"rows of {of} seem to be of several under one name: no deviation is claimed of them, their cells are empty")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:
         print(json.dumps({"out": str(out), **asdict(told)}))

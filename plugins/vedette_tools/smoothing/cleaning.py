@@ -61,8 +61,8 @@ def _spikes(paths: Paths) -> Mask:
     rows = rows[(piece[rows - 2] == piece[rows + 2])]
     if not len(rows):
         return outlying
-    off = _off(paths, rows - 1, rows, rows + 1)
-    beside = np.maximum(_off(paths, rows - 2, rows - 1, rows + 1), _off(paths, rows - 1, rows + 1, rows + 2))
+    off = off_line(paths, rows - 1, rows, rows + 1)
+    beside = np.maximum(off_line(paths, rows - 2, rows - 1, rows + 1), off_line(paths, rows - 1, rows + 1, rows + 2))
     usual = np.zeros(len(paths.lengths))
     order = np.lexsort((off, piece[rows]))
     of = piece[rows][order]
@@ -74,9 +74,9 @@ def _spikes(paths: Paths) -> Mask:
     return outlying
 
 
-def _off(paths: Paths, before: Indices, at: Indices, after: Indices) -> Array:
+def off_line(paths: Paths, before: Indices, at: Indices, after: Indices) -> Array:
     """Return how far positions lie from the line between two others, at their time, in m."""
     t, z = paths.times, paths.spots
     span = t[after] - t[before]
-    part = np.where(span > 0, (t[at] - t[before]) / np.where(span > 0, span, 1.0), 0.5)[:, None]
+    part = np.where(span > 0, (t[at] - t[before]) / np.where(span > 0, span, 1.0), 0.5)[..., None]
     return np.asarray(np.linalg.norm(z[at] - z[before] - part * (z[after] - z[before]), axis=-1))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from itertools import islice
 from typing import Any
 
@@ -14,12 +15,13 @@ from vedette.errors import InputError
 from vedette.space import Array, Mask
 from vedette.units import in_unit
 from vedette_files.columnar import TablePath
-from vedette_files.csv_table import Dialect, listed, rows
+from vedette_files.csv_table import Dialect, degrees, listed, rows
 from vedette_files.libraries import needed
 from vedette_tools.drafting.several import FLAT, GEODETIC
 from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning
 from vedette_tools.drafting.wishes import Wishes
+from vedette_tools.smoothing.folders import folders
 
 PACES = {"speed": ("groundspeed", "ground_speed", "gs"), "course": ("track", "true_track", "track_angle")}
 """Further titles of speeds and courses over ground, the words before a unit; of detections they may mean something else."""
@@ -32,6 +34,9 @@ SPEED_UNITS = ("m/s", "kn", "km/h")
 
 LOOKED_AT, MOST_DIGITS = 2000, 9
 """So many rows tell how many digits positions have after the point; more than so many digits are taken to be whole."""
+
+NAMELESS = ("", "nan", "none", "null", "<na>")
+"""What stands in a cell that names no object, in small letters."""
 
 MANY, REPEATED = 10_000, 1.5
 """A name is of objects if among so many rows it stands so often, or so many of its rows are of one time."""
@@ -88,7 +93,8 @@ class Columns:
             raise InputError(f"{path}: ranges and bearings are no positions: track them, `vedette new config {path}`")
         elsewhere = tuple({title: None for each in of_sensors if "range" in each for title in each.values()})
         taken = {*measured.values(), *elsewhere, table.time.title}
-        found = table.identity or _sure_name(titles) or repeated_name(path, titles, table.time.title, taken, table.dialect)
+        found = table.identity or _sure_name(titles) or next(iter(folders(path)), "")
+        found = found or repeated_name(path, titles, table.time.title, taken, table.dialect)
         name = found if by is None else _title(path, by, titles)
         first, second = (axis for axis in measured if axis in (*GEODETIC, *FLAT))
         geodetic = first in GEODETIC
@@ -101,7 +107,8 @@ class Columns:
         columns = cls(name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere)
         if made := next((title for title in columns.read if title not in titles), ""):
             raise InputError(
-                f"{path}: {made} is no column by itself: smoothing reads a time, and each coordinate, from one column"
+                f"{path}: {made} is no column by itself: smoothing reads a time, and each coordinate, from one column; "
+                "write them to columns of their own first"
             )
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
         columns = evolve(columns, north_first=geodetic or (north and meaning(place[0].title).axis == "north"))
@@ -126,9 +133,19 @@ class Columns:
         """Return a column's numbers in SI units, or deg; NaN where it has none."""
         pd = needed("pandas", "tables need pandas", "data")
         cells = frame[column.title]
+        if cells.dtype.kind in "iuf" and isinstance(cells.dtype, np.dtype):
+            return np.asarray(cells, dtype=float) * column.factor
         if self.decimal == "," and not pd.api.types.is_numeric_dtype(cells):
             cells = cells.astype(str).str.replace(",", ".", regex=False)
         return np.asarray(pd.to_numeric(cells, errors="coerce"), dtype=float) * column.factor
+
+    def _angles(self, column: Column, frame: Any) -> Array:
+        """Return latitudes or longitudes in deg, also of text as 59 25.955 N; NaN where a cell is none."""
+        values = self.numbers(column, frame)
+        for row in np.flatnonzero(np.isnan(values)) if frame[column.title].dtype.kind not in "iuf" else ():
+            with suppress(ValueError):
+                values[row] = degrees(str(frame[column.title].iloc[row]))
+        return values
 
     def times(self, frame: Any) -> Array:
         """Return the times in s, since 1970 where they are dates; NaN where a cell is none."""
@@ -137,18 +154,21 @@ class Columns:
         if dated(cells):
             pattern = self.dates or "ISO8601"
             when = cells if _is_date(cells) else pd.to_datetime(cells, format=pattern, utc=True, errors="coerce")
-            when = when.dt.tz_localize("UTC") if when.dt.tz is None else when.dt.tz_convert("UTC")
-            return np.asarray((when - pd.Timestamp(0, tz="UTC")) / pd.Timedelta(seconds=1), dtype=float)
+            when = when if when.dt.tz is None else when.dt.tz_convert("UTC").dt.tz_localize(None)
+            return np.asarray((when.to_numpy() - np.datetime64(0, "s")) / np.timedelta64(1, "s"), dtype=float)
+        if cells.dtype.kind == "m":
+            return np.asarray(cells.to_numpy() / np.timedelta64(1, "s"), dtype=float)
         return self.numbers(self.time, frame)
 
     def positions(self, frame: Any) -> tuple[Array, Mask]:
         """Return east and north (n, 2) in m, or longitude and latitude in deg, and which are positions."""
-        first, second = (self.numbers(column, frame) for column in self.place)
+        read = self._angles if self.geodetic else self.numbers
+        first, second = (read(column, frame) for column in self.place)
         values = np.stack([second, first] if self.north_first else [first, second], axis=-1)
         good = np.isfinite(values).all(axis=-1)
         if self.geodetic:
             with np.errstate(invalid="ignore"):
-                good &= (np.abs(values[:, 1]) <= 90) & (np.abs(values[:, 0]) <= 180.0001)
+                good &= (np.abs(values[:, 1]) <= 90) & (np.abs(values[:, 0]) <= 360.0)
         return values, good
 
     def of_others(self, frame: Any) -> Mask:
@@ -182,11 +202,17 @@ class Columns:
         return np.stack([speed * np.sin(angle), speed * np.cos(angle)], axis=-1)
 
 
+def check_titles(titles: Sequence[str], data: str) -> None:
+    """Raise InputError if two columns have one title."""
+    if twice := [title for i, title in enumerate(titles) if title in titles[:i]]:
+        raise InputError(f"{data}: two columns are called {twice[0]!r}: rename one of them")
+
+
 def dated(cells: Any) -> bool:
     """Return whether a column holds dates: as such, or as text of which most of the first cells are no numbers."""
     if _is_date(cells):
         return True
-    if cells.dtype.kind in "ifub":
+    if cells.dtype.kind in "ifubm":
         return False
     text = cells.dropna().astype(str)
     first = [cell.strip() for cell in text.head(100) if cell.strip()]

@@ -32,8 +32,8 @@ LEAST_SHARE, MOST_NOISES = 0.01, 6
 those that are kept is kept with this share: a sample need not show the hardest manoeuvre.
 """
 
-ROUNDS = 30
-"""Of expectation and maximisation: far more than the shares need to settle to a percent."""
+ROUNDS, SETTLED = 30, 1e-4
+"""Of expectation and maximisation at most, by which no share changes more when they end."""
 
 
 @frozen(eq=False)
@@ -104,8 +104,9 @@ def _shared(paths: Paths, objects: Indices, speed: Array, model: Model) -> Model
         common = model.common
         likely = np.exp(loglik - loglik.max(axis=-1, keepdims=True))
         for _ in range(ROUNDS):
-            owned = likely * common
-            common = (owned / owned.sum(axis=-1, keepdims=True)).mean(axis=0)
+            before, common = common, common * ((1.0 / (likely @ common)) @ likely) / len(likely)
+            if np.abs(common - before).max() < SETTLED:
+                break
         kept = np.sort(np.argsort(-common)[:MOST_NOISES])
         kept = kept[common[kept] >= min(LEAST_SHARE, common.max())]
         share = prob.mean(axis=0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import cached_property
 
 import numpy as np
 from attrs import frozen
@@ -27,16 +28,16 @@ class Paths:
     def __len__(self) -> int:
         return len(self.times)
 
-    @property
+    @cached_property
     def lengths(self) -> Indices:
         """The number of rows of each piece."""
         return np.diff(self.starts)
 
-    @property
+    @cached_property
     def waits(self) -> Array:
         """The time since the row before, in s; 0 at the first row of a piece."""
         dt = np.diff(self.times, prepend=self.times[:1])
-        dt[self.starts[:-1]] = 0.0
+        dt[self.starts[:-1][self.lengths > 0]] = 0.0
         return dt
 
     def only(self, rows: Indices, starts: Indices) -> Paths:
@@ -66,6 +67,8 @@ def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask
 
     Beside them, of which row each is a copy, and whether it is one of its window's own.
     """
+    if not (paths.lengths > most + overlap).any():
+        return paths, np.arange(len(paths)), np.ones(len(paths), dtype=bool)
     rows, own, lengths = [], [], []
     for first, last in zip(paths.starts[:-1].tolist(), paths.starts[1:].tolist(), strict=True):
         cuts = range(first, last, most) if last - first > most + overlap else [first]
@@ -76,6 +79,6 @@ def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask
             rows.append(among)
             own.append((among >= cut) & (among < end))
             lengths.append(high - low)
-    every = np.concatenate(rows) if rows else np.arange(0)
+    every = np.concatenate(rows)
     starts = np.concatenate([[0], np.cumsum(lengths)]).astype(int)
-    return paths.only(every, starts), every, np.concatenate(own) if own else np.zeros(0, dtype=bool)
+    return paths.only(every, starts), every, np.concatenate(own)

@@ -1,24 +1,30 @@
-"""Latitudes and longitudes as positions around the middle of each object's path, and back exactly."""
+"""Latitudes and longitudes as positions around the middle of each object's path, or around a pole, and back exactly."""
 
 from __future__ import annotations
 
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array, Indices
+from vedette.space import Array, Indices, Mask
 
 EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
 """Radius in m, and flattening, of the ellipsoid WGS 84."""
 
-POLE = 89.9
-"""deg: beyond, a degree of longitude is taken to be as long as here."""
+POLAR, DEGREE = 80.0, 111_694.0
+"""deg: the plane of an object that comes nearer to a pole touches the earth there; m: a degree of latitude at a pole."""
 
 
 @frozen(eq=False)
 class Plane:
-    """How long a degree is around the middle (o, 2) of each object's longitudes and latitudes."""
+    """How the paths of objects (o,) lie in a plane: each around the middle (o, 2) of its longitudes and latitudes, in which
+    a degree is as long as there, or around the pole that it comes near: 1 north, -1 south, 0 none.
+
+    wide (o,): whether longitudes go to 360 instead of 180.
+    """
 
     middle: Array
+    pole: Array
+    wide: Mask
 
     @classmethod
     def of(cls, places: Array, starts: Indices) -> tuple[Plane, Array]:
@@ -32,27 +38,43 @@ class Plane:
         turns = np.cumsum(-360.0 * np.rint(turn / 360.0))
         whose = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
         steady[:, 0] += turns - turns[starts[:-1]][whose]
-        middle = (np.minimum.reduceat(steady, starts[:-1]) + np.maximum.reduceat(steady, starts[:-1])) / 2
-        return cls(middle), steady
+        low, high = (extreme.reduceat(steady, starts[:-1]) for extreme in (np.minimum, np.maximum))
+        pole = np.where(high[:, 1] > POLAR, 1.0, np.where(low[:, 1] < -POLAR, -1.0, 0.0))
+        return cls((low + high) / 2, pole, np.maximum.reduceat(longitude, starts[:-1]) > 180.0), steady
 
     def to_plane(self, places: Array, whose: Indices) -> Array:
-        """Return east and north (n, 2) in m of longitudes and latitudes in deg."""
-        return (places - self.middle[whose]) * _lengths(self.middle[:, 1])[whose]
+        """Return east and north (n, 2) in m of longitudes and latitudes in deg, at a pole as seen on its meridian 0."""
+        spots = (places - self.middle[whose]) * _lengths(self.middle[:, 1])[whose]
+        rows = np.flatnonzero(self.pole[whose])
+        pole, (longitude, latitude) = self.pole[whose][rows], np.radians(places[rows]).T
+        distance = (90.0 - pole * np.degrees(latitude)) * DEGREE
+        spots[rows] = np.stack([distance * np.sin(longitude), -pole * distance * np.cos(longitude)], axis=-1)
+        return np.asarray(spots)
 
     def from_plane(self, spots: Array, whose: Indices) -> Array:
-        """Return longitudes, from -180 to 180, and latitudes (n, 2) in deg."""
+        """Return longitudes, from -180 to 180 or from 0 to 360, and latitudes (n, 2) in deg."""
         places = self.middle[whose] + spots / _lengths(self.middle[:, 1])[whose]
-        places[:, 0] = (places[:, 0] + 180.0) % 360.0 - 180.0
+        rows = np.flatnonzero(self.pole[whose])
+        pole, (x, y) = self.pole[whose][rows], spots[rows].T
+        places[rows] = np.stack([np.degrees(np.arctan2(x, -pole * y)), pole * (90.0 - np.hypot(x, y) / DEGREE)], axis=-1)
+        low = np.where(self.wide[whose], 0.0, -180.0)
+        places[:, 0] = (places[:, 0] - low) % 360.0 + low
         return np.asarray(places)
+
+    def turned(self, velocities: Array, longitudes: Array, whose: Indices, back: bool = False) -> Array:
+        """Return velocities (n, 2) to east and north as they are in the plane, or those `back`."""
+        angle = np.where(back, -1.0, 1.0) * self.pole[whose] * np.radians(longitudes)
+        turned = (velocities[:, 0] + 1j * velocities[:, 1]) * np.exp(1j * angle)
+        return np.stack([turned.real, turned.imag], axis=-1)
 
     def stretch(self, latitudes: Array, whose: Indices) -> Array:
         """Return by what (n, 2) the plane is longer than the ground at latitudes in deg, to east and to north."""
-        return np.asarray(_lengths(self.middle[:, 1])[whose] / _lengths(latitudes))
+        return np.where(self.pole[whose, None], 1.0, _lengths(self.middle[:, 1])[whose] / _lengths(latitudes))
 
 
 def _lengths(latitude: Array) -> Array:
     """Return how long a degree is to east and to north, (k, 2) in m."""
-    angle = np.radians(np.clip(latitude, -POLE, POLE))
+    angle = np.radians(np.clip(latitude, -POLAR, POLAR))
     squared = FLATTENING * (2 - FLATTENING)
     w = 1 - squared * np.sin(angle) ** 2
     north = EQUATOR * (1 - squared) / w**1.5

@@ -18,11 +18,11 @@ WINDOW, OVERLAP = 400, 50
 SAMPLE, SAMPLE_ROWS = 200, 200
 """So many objects, and so many rows of each, tell the model."""
 
-HELD_BACK, ENOUGH, MOST_FOLDS = 0.1, 300, 10
+HELD_BACK, ENOUGH, MOST_FOLDS = 0.1, 200, 10
 """Part of a sample's reports by which its model is judged, and again with others until so many were, or so often."""
 
 TELL = 3
-"""So many reports of an object tell errors from motion."""
+"""So many reports of a piece tell errors from motion."""
 
 MOST_GROSS = 0.5
 """If a larger part of a piece's reports is gross, none is: there is nothing that they are gross beside."""
@@ -68,16 +68,14 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
     model, owner = fitted(clean, np.array(whose), speeds(clean), rounding), np.array(whose)
     paced = bool(np.isfinite(clean.velocities).any())
     trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
-    tried = [evolve(trust, swell=swell) for trust in trusts for swell in SWELLS]
     folds = int(np.clip(np.ceil(ENOUGH / (HELD_BACK * len(clean))), 1, MOST_FOLDS))
     tenth = np.random.default_rng(0).permutation(len(clean)) % round(1 / HELD_BACK)
     back = (tenth == np.arange(folds)[:, None]).ravel()
     partly = evolve(_copies(clean, folds), told=~back)
     owners = np.concatenate([owner + i * (owner[-1] + 1) for i in range(folds)])
-    told = [_told(partly, owners, trust) for trust in trusts]
-    likely = [_held_back(partly, back, told[i // len(SWELLS)], one) for i, one in enumerate(tried)]
-    best = tried[int(np.argmax(likely))]
-    return evolve(best, told=bool(np.bincount(owner, clean.lengths).max(initial=0) >= TELL))
+    likely = [_held_back(partly, back, _told(partly, owners, trust)) for trust in trusts]
+    trust, swell = np.unravel_index(int(np.argmax(likely)), (len(trusts), len(SWELLS)))
+    return evolve(trusts[trust], swell=SWELLS[swell], told=bool(clean.lengths.max(initial=0) >= TELL))
 
 
 def _copies(paths: Paths, count: int) -> Paths:
@@ -86,13 +84,18 @@ def _copies(paths: Paths, count: int) -> Paths:
     return paths.only(np.tile(np.arange(len(paths)), count), starts)
 
 
-def _held_back(paths: Paths, back: Mask, told: Told, model: Model) -> float:
-    """Return how likely reports are by the others: Gaussian, but for one in many whose error is larger."""
-    estimates = _over_windows(paths, told, model)
-    sigma = told.sigma[back]
-    S = estimates.spot_variances[back] + sigma**2
-    d2 = ((paths.spots - estimates.spots)[back] ** 2).sum(axis=-1) / S
-    return float(np.sum(log_density(d2, S, paths.spots.shape[1])))
+def _held_back(paths: Paths, back: Mask, told: Told) -> Array:
+    """Return how likely reports are by the others with each of `SWELLS`: Gaussian, but for one in many of larger error.
+
+    No piece is as long as a window.
+    """
+    count = len(SWELLS)
+    accel = np.outer(SWELLS, told.accel).ravel()
+    noises = (np.tile(each, count) for each in (told.sigma, told.sigma_velocity, told.speed))
+    estimates = linear.smoothed(_copies(paths, count), accel, *noises)
+    S = estimates.spot_variances.reshape(count, -1)[:, back] + told.sigma[back] ** 2
+    off = paths.spots[back] - estimates.spots.reshape(count, *paths.spots.shape)[:, back]
+    return np.asarray(np.sum(log_density((off**2).sum(axis=-1) / S, S, paths.spots.shape[1]), axis=-1))
 
 
 def speeds(paths: Paths) -> Array:
@@ -105,7 +108,8 @@ def speeds(paths: Paths) -> Array:
     most = np.zeros(len(paths.lengths))
     total = np.bincount(piece, np.where(dt > 0, fast**2, 0.0), len(most))
     count = np.bincount(piece, dt > 0, len(most))
-    most = np.sqrt(total / np.maximum(count, 1))
+    every = total.sum() / max(count.sum(), 1)  # of a lone report nothing else is known
+    most = np.sqrt(np.where(count > 0, total / np.maximum(count, 1), every))
     return np.maximum(most, 0.1)[piece] if n else np.zeros(0)
 
 

@@ -2,32 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.errors import InputError
 from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
 from vedette_files.columnar import FrameTable, frame_of
 from vedette_files.libraries import needed
+from vedette_tools.smoothing.cells import GROSS, PIECE, as_before, written
 from vedette_tools.smoothing.cleaning import gaps
-from vedette_tools.smoothing.columns import Columns, dated
+from vedette_tools.smoothing.columns import NAMELESS, Column, Columns, check_titles
+from vedette_tools.smoothing.faults import first_fault
 from vedette_tools.smoothing.noises import Model
 from vedette_tools.smoothing.paths import Paths
 from vedette_tools.smoothing.plane import Plane
-from vedette_tools.smoothing.several_objects import check_apart
-from vedette_tools.smoothing.smoother import Smooth, sampled, smoothed
-
-DEVIATIONS = ("position_deviation_m", "speed_deviation_mps", "course_deviation_deg")
-"""The columns of deviations: of a position and of a speed along an axis, and of a course."""
-
-PIECE, GROSS = "piece", "gross"
-"""The columns that number an object's unbroken stretches, and mark positions that were taken to be wrong."""
-
-SPEED, COURSE = "speed_mps", "course_deg"
-"""The columns of speeds and courses in tables that have none."""
+from vedette_tools.smoothing.several_objects import check_apart, mixed
+from vedette_tools.smoothing.smoother import sampled, smoothed
 
 MOST_ROWS = 50_000_000
 """Rows that resampling may make of one table: an interval in the wrong unit would make any number."""
@@ -53,17 +47,18 @@ class Reports:
     @classmethod
     def of(cls, frame: Any, columns: Columns, gap: float | None = None) -> Reports:
         """Read a frame; gap: the longest time in s without a report within a piece, by default each object's own."""
-        pd = needed("pandas", "tables need pandas", "data")
         times = columns.times(frame)
-        names = frame[columns.name] if columns.name else pd.Series(np.zeros(len(frame), dtype=int))
-        codes = np.asarray(pd.factorize(names.astype(str).where(names.notna() & (names.astype(str) != "")), sort=True)[0])
+        codes = _codes(frame[columns.name]) if columns.name else np.zeros(len(frame), dtype=int)
         good = np.flatnonzero(np.isfinite(times) & (codes >= 0) & ~columns.of_others(frame))
         rows = good[np.lexsort((times[good], codes[good]))]
         codes, times = np.unique(codes[rows], return_inverse=True)[1], times[rows]
         frame = frame.iloc[rows]
         places, told = columns.positions(frame)
         velocities = columns.velocities(frame)
-        plane, places = _in_plane(places, told, codes) if columns.geodetic and len(rows) else (None, places)
+        plane = None
+        if columns.geodetic and len(rows):
+            plane, steady = _plane(places, told, codes)
+            places, velocities = plane.to_plane(steady, codes), plane.turned(velocities, steady[:, 0], codes)
         told &= ~_repeated(codes, times, places, velocities)
         places = np.where(told[:, None], places, 0.0)
         return cls(rows, codes, Paths(gaps(times, codes, told, gap), times, places, velocities, told), plane)
@@ -95,8 +90,8 @@ def smooth_positions(
     -------
     pandas.DataFrame
         In the order of the rows given; resampled ones by object and time. Rows without a time or a name are left out, and
-        those of sensors that measure no positions; others without a position get one. Deviations are NaN where no object
-        has three reports.
+        those of sensors that measure no positions; others without a position get one. Deviations are NaN where no piece
+        has three reports, and of an object whose rows seem to be of several.
 
     Raises
     ------
@@ -105,16 +100,27 @@ def smooth_positions(
     """
     frame = frame_of(data)
     named = frame if all(name is None for name in frame.index.names) else frame.reset_index()
-    named = named.set_axis([str(title) for title in named.columns], axis=1)
-    columns = Columns.of(FrameTable(named), by, list(named.columns))
+    named = named.set_axis(titles := [str(title) for title in named.columns], axis=1)
+    check_titles(titles, "the data")
+    table = FrameTable(named)
+    columns = Columns.of(table, by, titles)
     longest = seconds("gap", gap)
-    columns, model, reports, rounding = learned(named, columns, longest)
+    try:
+        columns, model, reports, rounding = learned(named, columns, longest)
+    except InputError as error:
+        raise InputError(first_fault([table], columns) or str(error)) from None
     check_apart(reports.paths, reports.objects, columns.name, rounding, "the data", "by=COLUMN")
-    result, rows = smoothed_frame(named, columns, reports, model, seconds("every", every))
-    if every is None:
-        result = result.iloc[np.argsort(rows, kind="stable")]
-        return result.set_axis(frame.index[np.sort(rows)]) if named.index is frame.index else result
-    return result
+    smooth = smoothed_rows(named, columns, reports, model, rounding, seconds("every", every))
+    result = _with(named.iloc[smooth.rows], smooth.cells)
+    return result.reset_index(drop=True) if every is not None else result.iloc[np.argsort(smooth.rows, kind="stable")]
+
+
+def _with(frame: Any, cells: Mapping[str, Any]) -> Any:
+    """Return a frame with columns exchanged or added, all at once: one by one each takes a tenth of a millisecond."""
+    pd = needed("pandas", "tables need pandas", "data")
+    titles = dict.fromkeys([*frame.columns, *cells])
+    every = {title: cells[title] if title in cells else frame[title].array for title in titles}
+    return pd.DataFrame(every, index=frame.index, copy=False)
 
 
 def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, Model, Reports, float]:
@@ -132,8 +138,10 @@ def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, M
         moved = np.append(np.linalg.norm(np.diff(paths.spots, axis=0), axis=-1), 0.0)
         both = paths.told & np.append(paths.told[1:], False) & (ahead > 0)
         steps = np.where(both, moved / np.where(ahead > 0, ahead, 1.0), np.nan)
+        before = columns.speed.factor
         columns = columns.in_speed_unit(steps, columns.numbers(columns.speed, frame)[reports.rows])
-        reports = Reports.of(frame, columns, gap)
+        factor = (columns.speed or Column("")).factor / before
+        reports = evolve(reports, paths=evolve(paths, velocities=factor * paths.velocities))
     rounding = columns.rounding(frame)
     return columns, sampled(reports.paths, reports.objects, rounding), reports, rounding
 
@@ -149,26 +157,46 @@ def seconds(name: str, value: float | str | None) -> float | None:
     return seconds
 
 
-def smoothed_frame(frame: Any, columns: Columns, reports: Reports, model: Model, every: float | None) -> tuple[Any, Indices]:
-    """Return the smoothed rows, by object and time, and the row of the frame that each comes from."""
+@frozen(eq=False)
+class Smoothed:
+    """What smoothing writes, by object and time: cells by the titles of columns, the row of the frame (n,) that each comes
+    from, whose it is (n,) and in which piece, and the objects that seem to be several, of which nothing is claimed.
+    """
+
+    cells: Mapping[str, Any]
+    rows: Indices
+    codes: Indices
+    piece: Indices
+    mixed: Indices
+
+
+def smoothed_rows(
+    frame: Any, columns: Columns, reports: Reports, model: Model, rounding: float, every: float | None
+) -> Smoothed:
+    """Return the smoothed rows of the reports of a frame, or those every so many s; rounding: as in `sampled`."""
     paths, objects = reports.paths, reports.objects
+    rows = np.arange(len(paths))
+    wider, asked, last = (paths, rows, rows) if every is None else _resampled(paths, every)
+    smooth = smoothed(wider, objects, model)
+    several = mixed(wider, objects, smooth.estimates.spots, rounding)
+    rows, codes, piece = reports.rows[last], reports.codes[last], smooth.piece[asked]
+    piece = piece - np.searchsorted(smooth.objects, codes)
+    claimed = np.isin(codes, several, invert=True) & model.told
+    cells = written(columns, reports.plane, codes, smooth.estimates.only(asked), claimed) | {PIECE: piece}
     if every is None:
-        smooth = smoothed(paths, objects, model)
-        rows, codes, times = reports.rows, reports.codes, None
+        cells[GROSS] = smooth.gross
     else:
-        wider, asked, last = _resampled(paths, every)
-        every_row = smoothed(wider, objects, model)
-        smooth = Smooth(
-            every_row.estimates.only(asked), np.zeros(len(asked), dtype=bool), every_row.piece[asked], every_row.objects
-        )
-        rows, codes, times = reports.rows[last], reports.codes[last], wider.times[asked]
-    result = frame.iloc[rows].copy()
-    first_piece = np.searchsorted(smooth.objects, codes)
-    _write(result, columns, reports.plane, codes, smooth, smooth.piece - first_piece, told=model.told)
-    if times is not None:
-        result[columns.time.title] = _as_before(frame[columns.time.title], times, columns)
-        result = result.reset_index(drop=True).drop(columns=GROSS)
-    return result, rows
+        cells[columns.time.title] = as_before(frame[columns.time.title], wider.times[asked], columns)
+    return Smoothed(cells, rows, codes, piece, several)
+
+
+def _codes(names: Any) -> Indices:
+    """Return a number for each name, in the order of the names as text; -1 for none."""
+    pd = needed("pandas", "tables need pandas", "data")
+    codes, every = pd.factorize(names)
+    text = np.array([str(one) for one in every], dtype=str)
+    number = np.where(np.isin(np.char.lower(text), NAMELESS), -1, np.unique(text, return_inverse=True)[1])
+    return np.asarray(np.append(number, -1)[codes])
 
 
 def _repeated(*columns: Array | Indices) -> Mask:
@@ -181,16 +209,15 @@ def _repeated(*columns: Array | Indices) -> Mask:
     return same
 
 
-def _in_plane(places: Array, told: Mask, codes: Indices) -> tuple[Plane, Array]:
-    """Return the plane of each object and the positions in it; a row without one is where the one before it is."""
+def _plane(places: Array, told: Mask, codes: Indices) -> tuple[Plane, Array]:
+    """Return the plane of each object and its steady positions; a row without one is where the one before it is."""
     last = np.maximum.accumulate(np.where(told, np.arange(len(told)), 0))
     starts = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]]).astype(int)
     first = starts[:-1][codes]
     later = np.minimum.accumulate(np.where(told, np.arange(len(told)), len(told))[::-1])[::-1]
     known = np.where((last >= first) & told[last], last, np.minimum(later, len(told) - 1))
     filled = np.where(told[known][:, None], places[known], 0.0)
-    plane, steady = Plane.of(filled, starts)
-    return plane, plane.to_plane(steady, codes)
+    return Plane.of(filled, starts)
 
 
 def _resampled(paths: Paths, every: float) -> tuple[Paths, Indices, Indices]:
@@ -221,54 +248,3 @@ def _resampled(paths: Paths, every: float) -> tuple[Paths, Indices, Indices]:
     )
     asked = np.flatnonzero(asks[order])
     return wider, asked, np.maximum(before[asked], paths.starts[:-1][piece])
-
-
-def _write(
-    frame: Any, columns: Columns, plane: Plane | None, codes: Indices, smooth: Smooth, piece: Indices, *, told: bool
-) -> None:
-    """Write estimates into a frame's columns, in its units; deviations only if they are told."""
-    estimates = smooth.estimates
-    spots, velocities = estimates.spots, estimates.velocities
-    stretch: Array = np.ones((1, 2))
-    if plane is not None:
-        spots = plane.from_plane(spots, codes)
-        stretch = plane.stretch(spots[:, 1], codes)
-        velocities = velocities / stretch
-    digits = 9 if plane is not None else 6
-    pair = spots[:, ::-1] if columns.north_first else spots
-    for column, values in zip(columns.place, pair.T, strict=True):
-        frame[column.title] = np.round(values / column.factor, digits)
-    speed = np.hypot(velocities[:, 0], velocities[:, 1])
-    if columns.paces is not None:
-        paces = velocities[:, ::-1] if columns.north_first and not columns.geodetic else velocities
-        for column, values in zip(columns.paces, paces.T, strict=True):
-            frame[column.title] = np.round(values / column.factor, 6)
-    for found_column, usual, values in (
-        (columns.speed, SPEED, speed),
-        (columns.course, COURSE, np.degrees(np.arctan2(velocities[:, 0], velocities[:, 1])) % 360.0),
-    ):
-        title, factor = (found_column.title, found_column.factor) if found_column else (usual, 1.0)
-        frame[title] = np.round(values / factor, 6)
-    pace_deviation = np.sqrt(estimates.velocity_variances) / stretch.mean(axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        turned = np.where(speed > 0, np.degrees(np.arctan2(pace_deviation, speed)), 90.0)
-    deviations = np.sqrt(estimates.spot_variances) / stretch.mean(axis=-1), pace_deviation, turned
-    for title, values in zip(DEVIATIONS, deviations, strict=True):
-        frame[title] = np.round(values, 6) if told else np.nan
-    frame[PIECE], frame[GROSS] = piece, smooth.gross
-
-
-def _as_before(cells: Any, times: Array, columns: Columns) -> Any:
-    """Return times in s as a column writes them: numbers in its unit, dates, or dates as text."""
-    pd = needed("pandas", "tables need pandas", "data")
-    if not dated(cells):
-        return times / columns.time.factor
-    when = pd.to_datetime(np.rint(times * 1e6).astype("int64"), unit="us", utc=True)
-    if columns.dates:
-        return when.strftime(columns.dates)
-    if pd.api.types.is_datetime64_any_dtype(cells):
-        return when if cells.dt.tz is not None else when.tz_localize(None)
-    first = next((str(cell) for cell in cells if str(cell).strip()), "")
-    text = when.strftime("%Y-%m-%dT%H:%M:%S.%f" if "T" in first else "%Y-%m-%d %H:%M:%S.%f").str.rstrip("0").str.rstrip(".")
-    zoned = first.endswith(("Z", "z")) or "+" in first
-    return text + "Z" if zoned else text

@@ -8,7 +8,7 @@ import vedette
 from support.paths import recording
 from support.reports import METRES, reports_frame
 from vedette.errors import InputError
-from vedette_tools.smoothing.table import DEVIATIONS, GROSS, PIECE
+from vedette_tools.smoothing.cells import DEVIATIONS, GROSS, PIECE
 
 
 def off(frame, true):
