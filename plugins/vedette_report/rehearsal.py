@@ -62,9 +62,10 @@ def _of_sensor(tracker: Tracker, name: str, plays: list[list[State]], dt: float)
         yield "birth", said, "births with more existence, a smaller spread of velocities, or less clutter"
         return
     most = max(float(np.max(state.existence, initial=0.0)) for play in plays for state in play)
+    height = f"{most:.3g}" if most < 0.999 else f"1 - {1 - most:.2g}"
     said = (
         f"{name}: a target that gives a return in the same place in each of {SCANS} scans is not confirmed; its existence "
-        f"rises to {most:.3g} at most"
+        f"rises to {height} at most"
     )
     yield "lifecycle", said, "a lower threshold, or births with more existence"
 

@@ -40,16 +40,15 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             "out in the first frame, where its track begins?"
         )
     elif intake.tracked >= ENOUGH and intake.hits == 0:
-        yield (
-            f"there were tracks and returns in {intake.tracked:,} scans, and in none of them did a track take a return: "
-            "compare the sensor's noise and the motion's with the units of the data"
+        told = f"there were tracks and returns in {intake.tracked:,} scans, and in none of them did a track take a return"
+        yield from _because(
+            experiment, result, told, "compare the sensor's noise and the motion's with the units of the data"
         )
     elif ENOUGH <= intake.scans <= intake.returns and not score.tracks:
         told = f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns"
-        causes = [f"{place}: {said}" for place, said, _ in rehearsed(experiment.tracker, result.scans)]
-        yield from [f"{told}: {cause}" for cause in causes] or [
-            f"{told}: compare the lifecycle, the sensor's noise and its clutter with the data"
-        ]
+        yield from _because(
+            experiment, result, told, "compare the lifecycle, the sensor's noise and its clutter with the data"
+        )
     if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
         pairs = coalesced(result.tracks)
         if pairs:
@@ -57,7 +56,8 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             kind = experiment.tracker.associator.kind
             yield (
                 f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {scans}): "
-                f"where targets stay close, {kind!r} averages over them; 'jpda_star' and 'k_best' do not"
+                f"where targets stay close, {kind!r} averages over them. Nearer than two of the sensor's deviations that "
+                "places them best; if yours are farther apart, take 'jpda_star'"
             )
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
@@ -70,6 +70,12 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
             "truth and tracks, and judge.cover_radius"
         )
+
+
+def _because(experiment: Experiment, result: Result, told: str, else_: str) -> Iterator[str]:
+    """Yield what was told with each cause that a target played to the tracker shows, and its cure; without one, `else_`."""
+    causes = [f"{place}: {said}; try {better}" for place, said, better in rehearsed(experiment.tracker, result.scans)]
+    yield from (f"{told}: {cause}" for cause in causes or [else_])
 
 
 def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import re
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -51,11 +51,12 @@ POLAR: dict[str, Any] = copy.deepcopy(CONFIG) | {
 
 def recorded(
     path: Path, config: Mapping[str, Any], seed: int, *, detected: float = DETECTED, clutter: float = CLUTTER,
-    alike: float = 0.0, turned: float = 0.0, scans: int = 100,
+    alike: float = 0.0, turned: float = 0.0, beside: float = 0.0, scans: int = 100,
 ) -> dict[str, Any]:  # fmt: skip
     """Write the returns of four targets, drawn from the models of `CONFIG` but for what is stated; return the config on it.
 
-    alike: the correlation of an error with that of the scan before; turned: the angle in rad by which bearings are off.
+    alike: the correlation of an error with that of the scan before; turned: the angle in rad by which bearings are off;
+    beside: how far the second target goes beside the first one, in m, and the fourth beside the third; 0: on its own.
     """
     rng, polar = np.random.default_rng(seed), config["sensors"]["radar"]["kind"] == "range_bearing"
     start = np.array([[1, 1], [1, -1], [-1, 1], [-1, -1]]) * rng.uniform(300.0, 700.0, (4, 2))
@@ -65,6 +66,8 @@ def recorded(
         if k:
             push, shake = rng.normal(0.0, ACCEL, (2, 4, 2))
             x, v = x + v + push / 2 + shake / np.sqrt(12.0), v + push
+            if beside:
+                x[1::2], v[1::2] = x[::2] + [0.0, beside], v[::2]
             error = alike * error + np.sqrt(1.0 - alike**2) * rng.normal(size=(4, 2))
         states.append(np.hstack([x, v]))
         false = rng.uniform(-HALF, HALF, (rng.poisson(clutter), 2))
@@ -98,6 +101,8 @@ def advised(config: Mapping[str, Any], said: str) -> dict[str, Any] | None:
     if told := re.search(r"set (kind = .*?add = \{ (\w+) = (-?[\d.]+) \})", said):
         new["sensors"]["radar"] = {"kind": "displaced", "add": {told[2]: float(told[3])}, "of": radar}
         return new
+    if (proportioned := _proportioned(new, " ".join(said.split()))) is not None:
+        return proportioned
     if proposals := _proposed(said):
         return _correlated(new, proposals)
     if told := re.search(r"states ([\d.e+-]+) false returns a scan[^,]*, and ([\d.e+-]+)[^.]*? come", said):
@@ -122,6 +127,44 @@ def advised(config: Mapping[str, Any], said: str) -> dict[str, Any] | None:
     else:
         radar |= {key: radar[key] * (STEP if "R is too small" in hint else 1 / STEP) for key in noises}
     return new
+
+
+PROPORTIONS: dict[str, Callable[..., dict[str, Any]]] = {
+    r"true objects (?:go )?at (\S+) m/s.*?half the largest speed": lambda speed: {
+        "birth.spread": {"vx": speed / 2, "vy": speed / 2}
+    },
+    r"process noise moves x by (\S+) standard.*?about 1, or less": lambda times: {
+        "*estimator.motion.sigma_accel": 1.0 / times
+    },
+    r"process noise moves a target by (\S+) standard.*?at least 1, reached within some 10 to 100": lambda times: {
+        "*estimator.motion.sigma_accel": (300 / 30) ** 1.5 / times
+    },
+    r"states no clutter.*?however rough": lambda: {"sensors.radar.clutter_density": 1.0 / (2 * HALF) ** 2},
+    r"rarer than a miss. Usual: 0.5 to 0.99": lambda: {"sensors.radar.detection_probability": 0.75},
+    r"a detection probability of 0.99 at most": lambda: {"sensors.radar.detection_probability": 0.99},
+    r"a lifetime of (50) scans or more": lambda scans: {"lifecycle.lifetime": scans},
+    r"a track ends almost at once. Usual: (5) scans": lambda scans: {"lifecycle.max_without_detection": scans},
+    r"own returns out.*?Usual: (0.99) to 0.9999": lambda part: {"gate.probability": part},
+    r"births with more existence, a smaller spread of velocities": lambda: {
+        "birth.initial": 0.3, "*birth.spread.vx": 0.1, "*birth.spread.vy": 0.1
+    },
+    r"rises to .*? at most; try a lower threshold": lambda: {"lifecycle.confirm": 0.9},
+    r"if yours are farther apart, take 'jpda_star'": lambda: {"associator": {"kind": "jpda_star"}},
+}  # fmt: skip
+"""What is told, with the number that it says, and what a reader would set by it; * factors."""
+
+
+def _proportioned(new: dict[str, Any], said: str) -> dict[str, Any] | None:
+    """Return the config with what is out of proportion set as it is said to be usual, None if nothing is."""
+    told = [(found, change) for form, change in PROPORTIONS.items() if (found := re.search(form, said))]
+    for found, change in told:
+        for path, value in change(*map(float, found.groups())).items():
+            *tables, key = path.lstrip("*").split(".")
+            table = new
+            for name in tables:
+                table = table[name]
+            table[key] = table[key] * value if path.startswith("*") else value
+    return new if told else None
 
 
 def _proposed(said: str) -> list[dict[str, Any]]:
