@@ -4,34 +4,10 @@
 
 #include <vector>
 
+#include "triangular.hpp"
 #include "twins.hpp"
 
 namespace vedette {
-
-// Rows (p, q), p >= q, into an upper triangular U in the first q of them, U' U = A' A, by Householder's reflections. The row with
-// the largest entry of each column comes first, or large rows would drown the small ones.
-inline void triangularise(double* A, int p, int q) {
-    for (int j = 0; j < q && j < p; ++j) {
-        int first = j;
-        for (int i = j + 1; i < p; ++i)
-            if (std::fabs(A[i * q + j]) > std::fabs(A[first * q + j])) first = i;
-        if (first != j) std::swap_ranges(A + j * q, A + (j + 1) * q, A + first * q);
-        double squares = 0.0;
-        for (int i = j; i < p; ++i) squares += A[i * q + j] * A[i * q + j];
-        const double end = -std::copysign(std::sqrt(squares), A[j * q + j]), over = end * (A[j * q + j] - end);
-        if (over == 0.0) continue;
-        A[j * q + j] -= end;
-        double steps[kMostMeasured + kMostStates] = {};
-        for (int i = j; i < p; ++i)
-            for (int c = j + 1; c < q; ++c) steps[c] += A[i * q + j] * A[i * q + c];
-        for (int i = j; i < p; ++i) {
-            const double factor = A[i * q + j] / over;
-            for (int c = j + 1; c < q; ++c) A[i * q + c] += factor * steps[c];
-        }
-        A[j * q + j] = end;
-        for (int i = j + 1; i < p; ++i) A[i * q + j] = 0.0;
-    }
-}
 
 // A lower triangular L (n, n) with L L' = R, where a pivot within rounding of nothing has no column: kernels.root.
 inline void lower_root(const double* R, double* L, int n) {
@@ -48,11 +24,6 @@ inline void lower_root(const double* R, double* L, int n) {
             L[i * n + j] = sum / root;
         }
     }
-}
-
-inline void transpose_into(const double* U, int q, int from, int n, double* L) {
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j) L[i * n + j] = j > i ? 0.0 : U[(from + j) * q + from + i];
 }
 
 namespace entries {
@@ -77,7 +48,7 @@ inline PyObject* lower_triangular(Call& call, Args args) {
     for (Problems each(call.batch); each.next();) {
         for (int i = 0; i < p; ++i)
             for (int j = 0; j < n; ++j) rows[static_cast<std::size_t>(i * n + j)] = each.in(0)[j * p + i];
-        triangularise(rows.data(), p, n);
+        triangularise(rows.data(), p, n, n);
         transpose_into(rows.data(), n, 0, n, each.out(0));
     }
     return L;
@@ -105,7 +76,7 @@ inline PyObject* predict_root_twin(Call& call, Args args) {
                     for (int l = 0; l < n; ++l) sum += F[j * n + l] * each.in(1)[l * n + i];
                     rows[i * n + j] = sum, rows[(n + i) * n + j] = noise[j * n + i];
                 }
-            triangularise(rows, 2 * n, n);
+            triangularise(rows, 2 * n, n, n);
             transpose_into(rows, n, 0, n, each.out(1));
         }
     return call.pack(to, root);
@@ -151,7 +122,7 @@ inline PyObject* evaluate_root_twin(Call& call, Args args) {
                         for (int a = 0; a < axes.count; ++a) row[j] += H[j * axes.count + a] * each.in(1)[axes.each[a] * n + i];
                     for (int a = 0; a < d; ++a) row[o + a] = each.in(1)[a * n + i];
                 }
-                triangularise(rows, q, q);
+                triangularise(rows, q, q, q);
                 transpose_into(rows, q, o, d, each.out(4) + h * n * n);
                 double log_root = 0.0;
                 for (int j = 0; j < o; ++j) log_root += std::log(std::fabs(rows[j * q + j]));

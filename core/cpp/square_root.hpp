@@ -3,9 +3,9 @@
 #pragma once
 
 #include <algorithm>
-#include <utility>
 
 #include "algebra.hpp"
+#include "triangular.hpp"
 
 namespace vedette::VEDETTE_ISA {
 
@@ -69,30 +69,6 @@ __attribute__((noinline)) void pivots_exceed(const T* A, double least, const T* 
     }
 }
 
-// A (p, q) into U (q, q), upper triangular with U' U = A' A, by Householder's reflections. The row with the largest entry of each
-// column comes first, or large rows would drown the small ones.
-inline void make_triangular(double (*A)[kMostColumns], int p, int q) {
-    for (int j = 0; j < q && j < p; ++j) {
-        int first = j;
-        for (int i = j + 1; i < p; ++i)
-            if (std::fabs(A[i][j]) > std::fabs(A[first][j])) first = i;
-        double squares = 0.0;
-        for (int c = j; c < q; ++c) std::swap(A[j][c], A[first][c]);
-        for (int i = j; i < p; ++i) squares += A[i][j] * A[i][j];
-        const double end = -std::copysign(std::sqrt(squares), A[j][j]), over = end * (A[j][j] - end);
-        if (over == 0.0) continue;
-        A[j][j] -= end;
-        for (int c = j + 1; c < q; ++c) {
-            double step = 0.0;
-            for (int i = j; i < p; ++i) step += A[i][j] * A[i][c];
-            step /= over;
-            for (int i = j; i < p; ++i) A[i][c] += A[i][j] * step;
-        }
-        A[j][j] = end;
-        for (int i = j + 1; i < p; ++i) A[i][j] = 0.0;
-    }
-}
-
 // Of a prior with P = prior' prior (s, n), and H P = measured' prior (s, m): the inverse of S, the gain transposed (m, n), log |S|
 // and the posterior covariance. The caller fills in the lower rows of `A`: measured and prior side by side, from row m.
 struct SquareRootUpdate {
@@ -104,7 +80,7 @@ struct SquareRootUpdate {
         bounded_root(R, noise, m);
         for (int i = 0; i < m; ++i)
             for (int j = 0; j < m; ++j) A[i][j] = noise[i * m + j];
-        make_triangular(A, m + s, m + n);
+        triangularise(A[0], m + s, m + n, kMostColumns);
         log_det = 0.0;
         for (int j = 0; j < m; ++j) {
             const double pivot = A[j][j] == 0.0 ? std::numeric_limits<double>::quiet_NaN() : A[j][j];

@@ -4,6 +4,7 @@
 #include "biased.hpp"
 #include "inverses.hpp"
 #include "lifecycles.hpp"
+#include "mixed_roots.hpp"
 #include "pairs.hpp"
 #include "products.hpp"
 
@@ -73,7 +74,7 @@ PyObject* all_twins(PyObject*, PyObject*) {
 #define VEDETTE_FAST(function) \
     {#function, reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(function)), METH_FASTCALL, nullptr},
 PyMethodDef methods[] = {
-    VEDETTE_FAST(biased) VEDETTE_FAST(block_diagonal) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(from_polar) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n)
+    VEDETTE_FAST(biased) VEDETTE_FAST(block_diagonal) VEDETTE_FAST(by_existence) VEDETTE_FAST(by_score) VEDETTE_FAST(from_polar) VEDETTE_FAST(limited) VEDETTE_FAST(m_of_n) VEDETTE_FAST(mixed_roots)
     VEDETTE_FAST(product) VEDETTE_FAST(propagated) VEDETTE_FAST(summed)
     {"twins", all_twins, METH_NOARGS, nullptr},
     {nullptr, nullptr, 0, nullptr},

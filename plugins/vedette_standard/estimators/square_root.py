@@ -10,6 +10,7 @@ from attrs import evolve, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
 from vedette.filters import Memo, OverMotion, make_innovation, marginal, noise_over, prepare, without_variance
+from vedette_standard.compiled import fastest
 
 
 @frozen(eq=False)
@@ -103,19 +104,7 @@ class SquareRootKalman(OverMotion[Root]):
     def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
         """Return the moments of the weighted hypotheses, the spread of their means included, with a root covariance."""
         detail: RootHypotheses = innovation.detail
-        miss, w = weights[..., :1], weights[..., 1:]
-        mean = (w[..., None, :] @ detail.shift)[..., 0, :]
-        shared = detail.root.shape[-3] == 1
-        share = np.sqrt(np.sum(w, axis=-1, keepdims=True) if shared else w)
-        posts = np.swapaxes(share[..., None, None] * detail.root, -3, -2)
-        apart = np.sqrt(w)[..., None] * (detail.shift - mean[..., None, :])
-        parts = [
-            np.sqrt(miss)[..., None] * belief.root,
-            posts.reshape(*mean.shape, -1) if posts.size else np.zeros((*mean.shape, 0)),
-            np.swapaxes(apart, -1, -2),
-            (np.sqrt(miss) * mean)[..., None],
-        ]
-        root = kernels.lower_triangular(np.concatenate(parts, axis=-1))
+        mean, root = mixed_roots(belief.root, detail.shift, detail.root, weights)
         if len(self.zero_variance):
             root[..., self.state.locate(self.zero_variance), :] = 0.0
         return Root(self.state.displace(belief.mean, mean), root)
@@ -124,3 +113,23 @@ class SquareRootKalman(OverMotion[Root]):
         """Return mean and covariance L L'."""
         cov = belief.root @ np.swapaxes(belief.root, -1, -2)
         return Gaussian(belief.mean, kernels.symmetric(cov))
+
+
+@fastest
+def mixed_roots(root: Array, shift: Array, roots: Array, weights: Array) -> tuple[Array, Array]:
+    """Return the mean's shift (*b, n) and a root (*b, n, n) of the mixture's covariance, by weights (*b, 1+k).
+
+    root (*b, n, n): the belief's; shift (*b, k, n), roots (*b, 1|k, n, n): those of the hypotheses.
+    """
+    miss, w = weights[..., :1], weights[..., 1:]
+    mean = (w[..., None, :] @ shift)[..., 0, :]
+    shared = roots.shape[-3] == 1
+    share = np.sqrt(np.sum(w, axis=-1, keepdims=True) if shared else w)
+    posts = np.swapaxes(share[..., None, None] * roots, -3, -2)
+    parts = [
+        np.sqrt(miss)[..., None] * root,
+        posts.reshape(*mean.shape, -1) if posts.size else np.zeros((*mean.shape, 0)),
+        np.swapaxes(np.sqrt(w)[..., None] * (shift - mean[..., None, :]), -1, -2),
+        (np.sqrt(miss) * mean)[..., None],
+    ]
+    return mean, kernels.lower_triangular(np.concatenate(parts, axis=-1))

@@ -10,7 +10,7 @@ from support.boats import prior
 from support.rational import rational
 from vedette import Detections, Gaussian, MotionModel, Sensor, Space, kernels
 from vedette_standard.estimators.extended import ExtendedKalman
-from vedette_standard.estimators.square_root import SquareRootKalman
+from vedette_standard.estimators.square_root import SquareRootKalman, mixed_roots
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.sensors.cartesian_position import CartesianPosition
@@ -143,3 +143,24 @@ def test_roots_take_no_tracks_and_no_returns():
         assert innovation.log_volume.shape == (t,)
         weights = np.full((t, 1 + k), 1.0 / (1 + k))
         assert estimator.moments(estimator.update(belief, innovation, weights)).cov.shape == (t, 4, 4)
+
+
+# Mixtures.
+@pytest.mark.parametrize(("shape", "k", "posts"), [((1,), 0, 1), ((3,), 1, 1), ((2, 3), 4, 4), ((2, 1), 4, 1)])
+def test_the_root_of_a_mixture_has_its_covariance(shape, k, posts):
+    rng, n = np.random.default_rng(5), 5
+    root, shift = np.tril(rng.normal(size=(*shape, n, n))), rng.normal(size=(*shape, k, n))
+    roots, weights = np.tril(rng.normal(size=(*shape, posts, n, n))), rng.dirichlet(np.ones(1 + k), size=shape)
+    whole = np.concatenate(
+        [root[..., None, :, :], np.broadcast_to(roots, (*shape, posts if posts > 1 else k, n, n))], axis=-3
+    )
+    at = np.concatenate([np.zeros((*shape, 1, n)), shift], axis=-2)
+    mean = np.einsum("...k,...ka->...a", weights, at)
+    apart = at - mean[..., None, :]
+    second = whole @ np.swapaxes(whole, -1, -2) + apart[..., :, None] * apart[..., None, :]
+    cov = np.einsum("...k,...kab->...ab", weights, second)
+    for mixed in (mixed_roots, getattr(mixed_roots, "__wrapped__", mixed_roots)):
+        found, L = mixed(root, shift, roots, weights)
+        np.testing.assert_allclose(found, mean, rtol=1e-12, atol=1e-14)
+        np.testing.assert_allclose(L @ np.swapaxes(L, -1, -2), cov, rtol=1e-12, atol=1e-13)
+        np.testing.assert_array_equal(np.triu(L, 1), 0.0)
