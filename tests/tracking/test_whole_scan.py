@@ -67,16 +67,26 @@ def calls_of(monkeypatch):
 @pytest.mark.parametrize("k", [0, 1, 4, 5])
 def test_runs_together_are_each_alone(associator, scene, k, monkeypatch):
     taken, tracker = calls_of(monkeypatch), built(associator, scene)
-    state, alone = begun(tracker, slice(None)), [begun(tracker, i) for i in range(RUNS)]
-    for time, z in scans_of(tracker, k):
+    state, scans = begun(tracker, slice(None)), [*scans_of(tracker, k)]
+    for time, z in scans:
         state = tracker.step(state, Scan(time, "radar", Detections.of(z)))
+    assert len(taken) == 5
+    whole = [begun(tracker, i) for i in range(RUNS)]
+    for time, z in scans:
+        whole = [tracker.step(one, Scan(time, "radar", Detections.of(z[i]))) for i, one in enumerate(whole)]
+    assert taken[5:] == np.repeat(taken[:5], RUNS).tolist()
+    monkeypatch.setattr(home, "in_one_call", lambda *given: None)
+    alone = [begun(tracker, i) for i in range(RUNS)]
+    for time, z in scans:
         alone = [tracker.step(one, Scan(time, "radar", Detections.of(z[i]))) for i, one in enumerate(alone)]
     # more returns than an associator promises to solve exactly, and a scan at the time of the one before, go the long way
     has_twins = scene != "polar" or kernels.RUNNING.startswith("compiled")
-    assert taken == [has_twins and k <= 4 and i != 3 for i in range(5)]
+    assert taken[:5] == [has_twins and k <= 4 and i != 3 for i in range(5)]
     shown = tracker.estimate(state)
-    for i, one in enumerate(alone):
+    for i, (one, other) in enumerate(zip(alone, whole, strict=True)):
         found = tracker.estimate(one)
+        np.testing.assert_allclose(tracker.estimate(other).cov, found.cov, rtol=1e-11, atol=1e-11)
+        np.testing.assert_allclose(other.distances, one.distances, rtol=1e-10, atol=1e-12)
         np.testing.assert_allclose(shown.mean[i], found.mean, rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(shown.cov[i], found.cov, rtol=1e-11, atol=1e-11)
         np.testing.assert_allclose(state.weights[i], one.weights, rtol=1e-11, atol=1e-14)
@@ -102,10 +112,10 @@ def test_what_returns_state_of_their_own_goes_the_long_way(own, monkeypatch):
     assert taken == [not own]
 
 
-def test_one_run_alone_and_tracks_side_by_side_go_the_long_way(monkeypatch):
+def test_one_run_is_one_call_and_tracks_side_by_side_go_the_long_way(monkeypatch):
     taken, tracker = calls_of(monkeypatch), built()
     tracker.step(begun(tracker, 0), Scan(1.0, "radar", Detections.of(np.zeros((1, 2)))))
-    assert taken == []
+    assert taken.pop()
     two = tracker.start(Gaussian(np.zeros((RUNS, 2, 4)), np.broadcast_to(np.eye(4), (RUNS, 2, 4, 4))), 0.0)
     tracker.step(two, Scan(1.0, "radar", Detections.of(np.zeros((RUNS, 1, 2)))))
     assert taken == [False]

@@ -84,7 +84,7 @@ def evaluate_linearised(
         constants = memo.constants(state, sensor, belief.mean)
     returns: Detections = observed  # type: ignore[assignment]  # a frame has gone its way above
     if constants.plain is not None and returns.noise is None and returns.missing is None:
-        H, R, p_detect = constants.plain
+        H, R, p_detect, _ = constants.plain
         return kernels.evaluate_returns(belief.cov, returns.z, belief.mean, H, R, p_detect, p_gate, constants.periods)
     if constants.twin is not None and returns.missing is None:
         mean, (twin, axes), stated = belief.mean, constants.twin, returns.noise
@@ -129,13 +129,13 @@ def scan_step_linearised(
     x, P = belief.mean, belief.cov
     if not motion.linear or motion.reframes or motion.zero_variance:
         return None
-    F, Q, periods = memo.step(motion, x, scan.dt)
+    F, Q, periods = memo.steps.get(scan.dt) or memo.step(motion, x, scan.dt)
     if periods or F.ndim > 2 or Q.ndim > 2:
         return None
     seen, numbers = memo.constants(motion.state, scan.sensor, x), (scan.p_gate, scan.limit, scan.log_density, scan.best)
     if seen.plain is not None:
-        H, R, p_detect = seen.plain
-        return kernels.scan_step(x, P, F, Q, scan.z, H, R[0, 0], p_detect, *numbers, seen.periods)
+        H, _, p_detect, R = seen.plain
+        return kernels.scan_step(x, P, F, Q, scan.z, H, R, p_detect, *numbers, seen.periods)
     if seen.twin is not None:
         twin, axes = seen.twin
         return kernels.scan_step_twin(x, P, F, Q, scan.z, twin.function, twin.numbers(x), axes, *numbers, seen.periods)

@@ -20,8 +20,8 @@ class SensorConstants:
     """How one sensor observes a state; None where that depends on the state.
 
     where: index of the sensor's axes into states (*b, n); H (m, n) over the whole state, R (1, 1, m, m), detection
-    probability; periods: index and period of measured axes that wrap. plain: H, R and the detection probability, if none
-    depends on the state and the sensor measures its first axes as they are. twin: the sensor's, and the axes observed.
+    probability; periods: index and period of measured axes that wrap. plain: H, R, detection probability, R (m, m), if
+    none depends on the state and the sensor measures its first axes as they are. twin: the sensor's, and the axes observed.
     """
 
     sensor: Sensor
@@ -30,7 +30,7 @@ class SensorConstants:
     R: Array | None
     p_detect: float | None
     periods: Periods
-    plain: tuple[Array, Array, float] | None
+    plain: tuple[Array, Array, float, Array] | None
     twin: tuple[Twin, tuple[int, ...]] | None
 
     @classmethod
@@ -50,7 +50,7 @@ class SensorConstants:
         plain = None
         if slope is not None and H is not None and constant is not None and p_detect is not None:
             as_they_are = axes == slice(0, m) and np.array_equal(slope, np.eye(m)) and sensor.measure(x) is x
-            plain = (H, constant, p_detect) if as_they_are else None
+            plain = (H, constant, p_detect, R) if as_they_are else None
         return cls(sensor, where, H, constant, p_detect, periods, plain, None)
 
 

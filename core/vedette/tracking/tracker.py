@@ -181,7 +181,7 @@ class Tracker:
             check_state(state)
             raise
         try:
-            if plan.whole and state.existence.ndim > 1 and (after := in_one_call(plan, state, scan, observed)) is not None:
+            if plan.whole and (after := in_one_call(plan, state, scan, observed)) is not None:
                 return after
             expected = expect(plan, state, scan, observed)
             met = meet(expected)
