@@ -106,7 +106,8 @@ class Number:
                 other = (
                     f"; if these are degrees and minutes, say so by a letter: {cell.lstrip('-')}{letter}" if minutes else ""
                 )
-                other = "; --units latitude='1e-7 deg',longitude='1e-7 deg' reads it" if abs(number) > 1e6 else other
+                units = "--units latitude='1e-7 deg',longitude='1e-7 deg' reads it, or 1.6666667e-6 deg if AIS sent it"
+                other = f"; {units}" if abs(number) > 1e6 else other
             raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}{other}")
         if number < self.least:
             raise ValueError(f"{self.title} must be >= {self.least:g}, got {shown(cell)}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from itertools import islice
+from itertools import islice, pairwise
 from pathlib import Path
 
 from vedette.errors import InputError
@@ -87,7 +87,11 @@ def _is_row(cells: list[str]) -> bool:
 def _no_titles(path: object, number: int, line: str, delimiter: str) -> str:
     """Say that a row has no titles above it, and what to type."""
     cells = cells_of(line, delimiter) or []
-    named = ("time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1))
+    named = ["time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1)]
+    for i, (first, second) in enumerate(pairwise(cells)):
+        if all(re.fullmatch(r"-?\d{1,3}\.\d{5,}", cell) for cell in (first, second)) and abs(float(first)) <= 90:
+            named[i : i + 2] = ["latitude", "longitude"]
+            break
     typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
     wanted = "must be a header line with the titles of the columns, as time,x,y; got"
     return f"{wanted} {shown(line)}; write one above it, with the columns' own names: {typed}"

@@ -18,6 +18,9 @@ MANY = 20
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
 
+ASTERIX = {"sac", "sic"}
+"""Titles of radar plots that are decoded from ASTERIX, whose ranges are in NM."""
+
 FAR_OFF = 50.0
 """So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
 
@@ -38,6 +41,9 @@ def add_unit(
         largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
         assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
+    elif not unit and axis == "range" and ASTERIX <= {title.lower() for title in columns}:
+        unit = "NM"
+        assumed.append(f"{given.title} is in NM, as ASTERIX sends it")
     elif not unit and axis == "altitude" and (most := float(np.max(numbers(columns[given.title]), initial=0.0))) > CEILING:
         unit = "ft"
         assumed.append(f"{given.title} is in ft: it goes up to {most:,.0f}{_unknown(given)}")
@@ -94,17 +100,20 @@ def joined(times: Array) -> str:
     return ""
 
 
-def in_degrees(x: Sequence[str], y: Sequence[str]) -> bool:
+def in_degrees(x: Sequence[str], y: Sequence[str], *, sent: bool = False) -> bool:
     """Return whether positions of unstated unit are longitudes and latitudes.
 
-    They are in range, have the digits for a metre, and lie far from the origin for what they cover.
+    They are in range, have the digits for a metre, and lie far from the origin for what they cover, unless objects `sent`
+    them with their codes.
     """
     if min(sum(len(cell.partition(".")[2]) >= len("12345") for cell in cells) for cells in (x, y)) < 0.5 * max(len(x), 1):
         return False
     longitude, latitude = numbers(x), numbers(y)
     if not len(longitude) or np.max(np.abs(longitude)) > 180 or np.max(np.abs(latitude)) > 90:
         return False
-    return any(abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) for each in (longitude, latitude))
+    return sent or any(
+        abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) for each in (longitude, latitude)
+    )
 
 
 def numbers(cells: Sequence[str]) -> Array:

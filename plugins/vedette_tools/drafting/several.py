@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -69,12 +70,31 @@ def is_angle(cell: str) -> bool:
         return False
 
 
-def check_together(path: object, pair_of: Mapping[str, Pair]) -> None:
-    """Raise InputError for sensors whose positions no source reads beside one another."""
+def check_together(path: object, pair_of: Mapping[str, Pair], read: Mapping[str, str], titles: Sequence[str]) -> None:
+    """Raise InputError for sensors whose positions no source reads beside one another, and for a row of several positions.
+
+    read: the columns of axes that were found, not stated, among `titles`.
+    """
+    for pair in pair_of.values():
+        if set(pair) <= set(read):
+            _check_one_a_row(path, [read[axis] for axis in pair], titles)
     pairs = {pair: name for name, pair in pair_of.items() if pair != POLAR}
     if len(pairs) > 1:
         told = " and ".join(f"{name} gives {' and '.join(pair)}" for pair, name in pairs.items())
         raise InputError(f"{path}: {told}: give the positions of all sensors in the same two columns")
+
+
+def _check_one_a_row(path: object, pair: Sequence[str], titles: Sequence[str]) -> None:
+    """Raise InputError for a row of several positions, as x1, y1, x2, y2: of objects side by side, or corners of a box."""
+    found = [re.fullmatch(r"(\D*)(\d+)(\D*)", title) for title in pair]
+    if not all(found) or len({each[2] for each in found if each}) > 1:
+        return
+    kinds = [re.compile(re.escape(each[1]) + r"(\d+)" + re.escape(each[3])) for each in found if each]
+    held = [{match[1] for title in titles if (match := kind.fullmatch(title))} for kind in kinds]
+    if others := sorted((held[0] & held[1]) - {each[2] for each in found if each}):
+        another = ", ".join(f"{each[1]}{others[0]}{each[3]}" for each in found if each)
+        told = f"a row holds {', '.join(pair)} and {another}: write a row for each position, with the name of its object"
+        raise InputError(f"{path}: {told}; or read one alone: --columns x={pair[0]},y={pair[1]}")
 
 
 def stand(reports: Sequence[Chain], times: Array, spots: Sequence[Array], width: float) -> tuple[Array, float] | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from itertools import compress
 from pathlib import Path
 from typing import Any
@@ -154,8 +155,9 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     below_header, own = chosen(titles, below)
     measured = wishes.measured(path, titles, below_header)
     time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
+    geodetic_pair = partial(in_degrees, sent=any(map(_is_sent, by_words(titles))))
     if not any(set(pair) <= set(measured) for pair in PAIRS):
-        measured |= position_of(columns, in_degrees)
+        measured |= position_of(columns, geodetic_pair)
     measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
     measured |= {"time": time} if time is not None else {}
     columns = with_made(columns, measured)
@@ -173,7 +175,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         bool(flat)
         and not set(GEODETIC) <= set(measured)
         and not any(each.unit for each in flat)
-        and in_degrees(*(columns[each.title] for each in flat))
+        and geodetic_pair(*(columns[each.title] for each in flat))
     )
     if geodetic:
         x, y = measured.pop("x"), measured.pop("y")
@@ -184,7 +186,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         wanted = "range and bearing, latitude and longitude, or x and y"
         told = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
         raise InputError(f"{path}: {told}{of_header(titles, below or next(iter(rows), []))}")
-    check_together(path, found_by)
+    found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
+    check_together(path, found_by, found, titles)
     lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
     assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
     sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
@@ -224,6 +227,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     unit = time_unit(time, times, assumed)
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = measured["scan"].title if "scan" in measured else ""
+    if scan and len(rows) >= MANY and len(set(columns[scan])) == 1:
+        scan = ""  # as the name of a frame of reference, the same in all rows
     if scan and _timed(columns[scan], columns[time.title]):
         assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
     name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
@@ -276,13 +281,18 @@ def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
 
 def _reports(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
     """Return the sensors whose returns are positions on the earth that objects report of themselves."""
-    told = [columns[title] for plain, title in by_words(columns).items() if plain in OF_REPORTS or plain.endswith(SENT)]
+    told = [columns[title] for plain, title in by_words(columns).items() if _is_sent(plain)]
 
     def sent(sensor: str) -> bool:
         rows = np.array(columns[who]) == sensor if who else slice(None)
         return len(pairs) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
 
     return tuple(sensor or "sensor" for sensor, pair in pairs.items() if pair == GEODETIC and told and sent(sensor))
+
+
+def _is_sent(plain: str) -> bool:
+    """Return whether a title, by its words alone, is of what objects report of themselves."""
+    return plain in OF_REPORTS or plain.endswith(SENT)
 
 
 def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, Meaning], dict[str, list[str]]] | None:

@@ -18,6 +18,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("ft", "feet"), "ft"),
         **dict.fromkeys(("yd", "yds", "yards"), "0.9144 m"),
         "cm": "0.01 m",
+        "mm": "0.001 m",
     },
     "rad": {
         **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), "deg"),
@@ -25,6 +26,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("gon", "grad", "grads"), "0.9 deg"),
         "mrad": "mrad",
         "e7": "1e-7 deg",
+        **dict.fromkeys(("semicircle", "semicircles"), "8.381903171539307e-8 deg"),
     },
     "s": {
         **dict.fromkeys(("s", "sec", "secs", "seconds"), "s"),
@@ -39,6 +41,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), "kn"),
         **dict.fromkeys(("mps", "m/s", "ms"), "m/s"),
         **dict.fromkeys(("kmh", "kph", "km/h"), "km/h"),
+        "mph": "0.44704 m/s",
     },
 }
 """Units as titles write them, by the SI unit of what they measure."""
@@ -84,6 +87,10 @@ PROPERTIES = "properties."
 CENTRES = ("pos", "position", "center", "centre", "p", "utm")
 """Words before an axis of a position, as of the middle of a box."""
 
+PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
+MOVING = ("v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration")
+"""Axes of places, and words of titles that name none, whatever else they say: vrel_lat is a lateral speed."""
+
 AXES: dict[str, tuple[str, ...]] = {
     "time": (
         "time",
@@ -95,6 +102,8 @@ AXES: dict[str, tuple[str, ...]] = {
         "ts",
         "epoch",
         "stamp",
+        "tstamp",
+        "tod",
         "when",
         "clock",
         "zeitstempel",
@@ -243,6 +252,8 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
     for axis, names in AXES.items():
         if axis == "sensor" and len(words) > 2:
             continue  # the type of a device is no sensor's name
+        if axis in PLACES and any(word in MOVING for word in words):
+            continue
         if any(re.search(rf"(^|_){name}(_|$)", whole) for name in names if len(name) > 2):
             return axis, own, False
     return "", own, False

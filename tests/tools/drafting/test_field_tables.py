@@ -42,6 +42,11 @@ def clock(time, x, y):
     )
 
 
+def asterix(time, x, y):
+    time, rho, theta = polar(1, 180 / math.pi)(time, x, y)
+    return time, 25, 10, rho / 1852, theta
+
+
 PLAIN = table("time,x,y", plain)
 READ = {
     "blanks between columns": table("time x y", plain, " "),
@@ -73,6 +78,11 @@ READ = {
     "hours, yards and degrees": table(
         "time_h,Range (yd),Bearing (deg T)", lambda time, x, y: (time / 3600, *polar(1 / 0.9144, 180 / math.pi)(0, x, y)[1:])
     ),
+    "a frame of reference, as ROS prints it": table(
+        "%time,header.frame_id,pose.position.x,pose.position.y", lambda time, x, y: (10**18 + int(1e9 * time), "odom", x, y)
+    ),
+    "millimetres": table("Timestamp(ms),X(mm),Y(mm)", lambda *look: (int(1000 * each) for each in look)),
+    "plots of ASTERIX, in NM": table("TOD,SAC,SIC,RHO,THETA", lambda *look: asterix(*look)),
     "an index without a title": table(",time,x,y", lambda *look: (int(look[0]) % 8, *plain(*look))),
 }
 
@@ -145,16 +155,40 @@ REFUSED = {
     ),
     "lines above rows without titles, as GeoLife writes them": (
         "Geolife trajectory\nWGS 84\nAltitude is in Feet\nReserved 3\n0,2,255,My Track,0,0,2,8421376\n0\n"
-        + "\n".join(f"39.9{k:02d},116.3{k:02d},0,492,39744.12,2008-10-23,02:53:{k:02d}" for k in range(20)),
-        r"d.csv:7: must be a header line .*\(echo 'c1,c2,c3,c4,c5,date,time'; tail -n \+7 ",
+        + "\n".join(f"39.9{k:02d}123,116.3{k:02d}456,0,492,39744.12,2008-10-23,02:53:{k:02d}" for k in range(20)),
+        r"d.csv:7: must be a header line .*\(echo 'latitude,longitude,c3,c4,c5,date,time'; tail -n \+7 ",
     ),
     "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
     "letters after latitudes": (
         table("time,lat,lon", lambda *look: (look[0], "59.4Q", "10.5E")),
         r"lat must be a number, got '59.4Q'; write degrees with decimals, or as 59 25.955 N",
     ),
+    "objects side by side": (
+        table("t,x1,y1,x2,y2", lambda time, x, y: (time, x, y, -x, -y)),
+        r"d.csv: a row holds x1, y1 and x2, y2: write a row .* or read one alone: --columns x=x1,y=y1",
+    ),
+    "speeds in place of places": (
+        table("t_ms;id;vrel_long;vrel_lat", lambda time, x, y: (int(1000 * time), 1, -3.0, 0.2), ";"),
+        r"d.csv: no columns look like range .*; say --columns x=COLUMN,y=COLUMN",
+    ),
     "negative ranges": (table("time,range,bearing", polar(-1, 1)), r"d.csv:2: range must be >= 0, got '-316"),
 }
+
+
+def test_one_of_several_positions_in_a_row_is_read_if_stated(tmp_path):
+    (tmp_path / "d.csv").write_text(table("t,x1,y1,x2,y2", lambda time, x, y: (time, x, y, -x, -y)))
+    read = read_table(tmp_path / "d.csv", wishes=Wishes(columns={"x": "x2", "y": "y2"}))
+    assert read.measured == {"x": "x2", "y": "y2"}
+
+
+def test_positions_that_objects_send_are_degrees_however_far_they_fly(tmp_path):
+    """As of a flight of 600 km across the meridian of Greenwich."""
+    (tmp_path / "d.csv").write_text(
+        table(
+            "Timestamp,Callsign,Position", lambda time, x, y: (time, "BAW1", f'"{51 + time / 40:.6f},{1 - time / 20:.6f}"')
+        )
+    )
+    assert read_table(tmp_path / "d.csv").measured == {"latitude": "Position.x", "longitude": "Position.y"}
 
 
 @pytest.mark.parametrize("name", REFUSED)

@@ -33,6 +33,8 @@ from vedette_tools.drafting.titles import meaning
         ("SOG_knots", "speed", "kn", False),
         ("sensor_id", "sensor", "", False),
         ("Scan No", "scan", "", False),
+        ("position_lat[semicircles]", "latitude", "8.381903171539307e-8 deg", False),
+        ("lat_speed", "speed", "", False),
         ("power_db", "", "", False),
         ("", "", "", False),
     ],
