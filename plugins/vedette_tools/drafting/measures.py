@@ -41,7 +41,7 @@ def add_unit(
         largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
         assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
-    elif not unit and axis == "range" and ASTERIX <= {title.lower() for title in columns}:
+    elif not unit and axis == "range" and {title.lower() for title in columns} >= ASTERIX:
         unit = "NM"
         assumed.append(f"{given.title} is in NM, as ASTERIX sends it")
     elif not unit and axis == "altitude" and (most := float(np.max(numbers(columns[given.title]), initial=0.0))) > CEILING:
