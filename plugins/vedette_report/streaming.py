@@ -19,7 +19,7 @@ from vedette.metrics import Score
 from vedette.progress import Progress, silent
 from vedette.space import Array
 from vedette.tracking import State, Tracker, check_again
-from vedette.types import Gaussian, Scan
+from vedette.types import Detections, Gaussian, Scan
 from vedette_files import FrameFiles, Tables, recording_head, scan_line
 from vedette_files.writing import NOTHING_READ, Inputs, Results, results_in
 from vedette_report.figures import figures, length_unit
@@ -30,6 +30,7 @@ from vedette_report.series import Recorder
 from vedette_report.smoothed import smoothed_figures, smoothed_summary
 from vedette_report.summary import summary
 from vedette_report.track_files import TrackFiles
+from vedette_report.turned import SAMPLED
 
 T = TypeVar("T")
 
@@ -97,6 +98,7 @@ def _written(
     frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
     recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
     extra = () if steps.state.links is None else ("link",)
+    looked = Excerpt()
     smoothed = None if lag is None else SmoothedFiles(folder, experiment, steps.recording, steps.state, lag)
     with (
         smoothed or nullcontext(),
@@ -127,6 +129,7 @@ def _written(
             told_later = None if smoothed is None else former.smoothed_rows(smoothed.none)
             for scan, rows in former.play(steps, recording_head(described, spaces), spaces, recorder.none):
                 recording.write(scan_line(scan, spaces, frames))
+                looked.add(scan)
                 recorder.again(scan, rows)
                 if smoothed is not None and told_later is not None:
                     smoothed.again(scan, steps.state, told_later)
@@ -141,6 +144,7 @@ def _written(
         try:
             for scan, state in held.apart(steps):
                 recording.write(scan_line(scan, spaces, frames))
+                looked.add(scan)
                 estimate, modes = estimates(tracker, state)
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
@@ -175,7 +179,8 @@ def _written(
     )
     score = recorder.judge.score()
     told = figures(experiment, result, score)
-    text, brief = (summary(experiment, result, score, recorder.bands, brief=short) for short in (False, True))
+    seen = evolve(result, scans=tuple(looked.scans))
+    text, brief = (summary(experiment, seen, score, recorder.bands, brief=short) for short in (False, True))
     further: list[str] = []
     if smoothed is not None and lag is not None:
         later = smoothed.score()
@@ -186,6 +191,19 @@ def _written(
     written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:], *further)
     of_plugins, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
     return Streamed(result, score, text, brief, told, (*written, *of_plugins), tuple(problems))
+
+
+@final
+class Excerpt:
+    """The first scans of returns, by which what looks wrong is told."""
+
+    def __init__(self) -> None:
+        self.scans: list[Scan] = []
+
+    def add(self, scan: Scan) -> None:
+        """Keep a scan, if there are not enough."""
+        if len(self.scans) < SAMPLED and isinstance(scan.detections, Detections):
+            self.scans.append(scan)
 
 
 @final

@@ -9,6 +9,7 @@ import pytest
 from attrs import evolve, frozen
 
 import vedette
+from support import registration
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
@@ -169,3 +170,11 @@ def test_memory_is_flat_and_no_id_comes_twice():
     for times in seen.values():
         assert np.all(np.diff(times) == 1.0), "an id that was used again, or a moment told twice"
         assert len(times) < 60
+
+
+def test_a_radar_that_is_turned_is_told_of(tmp_path):
+    drawn = {"kind": "displaced", "of": registration.RADAR, "add": {"bearing": 0.05}}
+    looks = {"radar": {"interval": 2.5, "clutter": registration.CLUTTER}}
+    told = vedette.load(registration.config({"radar": registration.RADAR}, looks, {"radar": drawn}, {}, []))
+    text = " ".join(stream(told, tmp_path).text.split())
+    assert "radar: its returns lie +2.9 +- 0.1 degrees in bearing from 6 targets" in text

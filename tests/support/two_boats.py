@@ -31,7 +31,7 @@ def tracker(associator, *, coarse):
         {
             "sensors": {"radar": sensor},
             "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.03}},
-            "associator": {"kind": associator},
+            "associator": associator if isinstance(associator, dict) else {"kind": associator},
             "birth": {"kind": "from_returns", "initial": 0.2, "spread": {"vx": 4.0, "vy": 4.0}},
             "lifecycle": {"kind": "existence", "lifetime": "5 min", "confirm": 0.999, "delete": 0.05},
         }
@@ -72,3 +72,52 @@ def run(associator, *, coarse, seed):
             apart += [float(np.linalg.norm(at[pairs[0]] - at[pairs[1]]))] if resolved and len(pairs) == 2 else []
     same = None not in ids[False] and ids[False] == ids[True]
     return Kept(float(np.mean(covered)), float(np.mean(apart)) if apart else np.nan, same)
+
+
+def posterior(seed, *, hypotheses, least=1e-5):
+    """Whether two boats were sure before 30 s by all hypotheses, and the probability that they kept their order."""
+    made = tracker({"kind": "k_best", "hypotheses": hypotheses, "least": least}, coarse=True)
+    state, sure, states = made.start(seed=seed), False, []
+    for scan, x, _ in scene(seed):
+        state = made.step(state, scan)
+        at = made.estimator.moments(state.leaves.belief).mean[:, :2]
+        near = np.min(np.linalg.norm(at[:, None] - x, axis=-1), axis=1) < RADIUS
+        if scan.time < SETTLED:
+            sure |= _at_least_two(state.leaves, near) >= 0.999
+            states = []
+        states.append((state.leaves, at))
+    kept = all_of_it = 0.0
+    for weight, rows in _hypotheses(state.leaves.hypotheses):
+        two = rows[near[rows]]
+        before = two
+        for leaves, _ in states[:0:-1]:
+            before = leaves.parent[before]
+        if len(two) == 2 and np.all(before >= 0):
+            all_of_it += weight
+            kept += weight * (np.diff(at[two, 1]) * np.diff(states[0][1][before, 1]) > 0)[0]
+    return bool(sure), kept / all_of_it if all_of_it else 0.0
+
+
+def _hypotheses(of):
+    for weight, begin, end in zip(of.weights.tolist(), of.starts[:-1], of.starts[1:], strict=True):
+        yield weight, of.leaves[begin:end]
+
+
+def _at_least_two(leaves, near):
+    number = np.ones(1)
+    for cluster in np.unique(leaves.hypotheses.cluster):
+        own = np.zeros(len(near) + 1)
+        for h, (weight, rows) in enumerate(_hypotheses(leaves.hypotheses)):
+            if leaves.hypotheses.cluster[h] == cluster:
+                count = np.ones(1)
+                for exists in leaves.existence[rows[near[rows]]]:
+                    count = np.convolve(count, [1 - exists, exists])
+                own[: len(count)] += weight * count
+        number = np.convolve(number, np.trim_zeros(own, "b"))
+    return 1.0 - np.sum(number[:2])
+
+
+if __name__ == "__main__":
+    told = [posterior(seed, hypotheses=500) for seed in range(40)]
+    both = np.array([sure and order > 0.5 for sure, order in told])
+    print(f"sure {np.mean([sure for sure, _ in told]):.3f}, ids kept {both.mean():.3f} +- {both.std() / np.sqrt(39):.3f}")
