@@ -34,6 +34,8 @@ from vedette_report.turned import SAMPLED
 
 T = TypeVar("T")
 
+MOST_RETURNS = 100_000
+"""Returns of an excerpt: more are not kept."""
 _BLOCKS = 10
 """So many blocks that are judged are written into the series at a time at most: a killed run can be seen up to there."""
 
@@ -195,15 +197,17 @@ def _written(
 
 @final
 class Excerpt:
-    """The first scans of returns, by which what looks wrong is told."""
+    """The first scans of returns, by which what looks wrong is told; they take a few MB."""
 
     def __init__(self) -> None:
         self.scans: list[Scan] = []
+        self._left = MOST_RETURNS
 
     def add(self, scan: Scan) -> None:
-        """Keep a scan, if there are not enough."""
-        if len(self.scans) < SAMPLED and isinstance(scan.detections, Detections):
+        """Keep a scan, if there is room."""
+        if len(self.scans) < SAMPLED and isinstance(scan.detections, Detections) and len(scan.detections.z) <= self._left:
             self.scans.append(scan)
+            self._left -= len(scan.detections.z)
 
 
 @final
