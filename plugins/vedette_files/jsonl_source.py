@@ -59,7 +59,8 @@ class JsonLinesSource(Source):
             first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
             names = ", ".join(shown(name) for name in spaces if name not in sensors) or ("" if spaces else "no sensor")
             others = f", but of {names}" if names else ""
-            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}{others}{first}")
+            empty = "" if first or recording.scans else ": there is nothing below its header"
+            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}{others}{first}{empty}")
         seen = {scan.sensor for scan in kept if scan.frame is not None}
         for name in spaces:
             if isinstance(sensors.get(name), ImagingSensor) and name not in made and name not in seen:

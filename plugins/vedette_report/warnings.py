@@ -92,6 +92,13 @@ def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]
         yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
 
 
+def left_out(intake: Intake, recording: Recording) -> Iterator[str]:
+    """Yield how much of the input was left out, and why the first part was; nothing where all of it was taken."""
+    if intake.refused.count:
+        first = next((f", the first: {problem}" for problem in (*recording.refused, *intake.refused.first)), "")
+        yield f"{count(intake.refused.count, 'part')} of the input left out{first}"
+
+
 def of_recording(experiment: Experiment) -> Iterator[str]:
     """Yield what looks wrong with the input of an experiment that reads a recording, opened for that; no frame is read."""
     if experiment.source is None or experiment.source.draws:
@@ -113,7 +120,7 @@ def _refused(intake: Intake) -> str | None:
         return None
     told = f"most of the input was left out: {count(refused.count, 'part')}, and {count(intake.scans, 'scan')} taken"
     if refused.late > MOST * refused.count:
-        return f"{told}; {refused.late:,} of them go back in time: sort the recording by time"
+        return f"{told}; {refused.late:,} of them go back in time: sort the recording, or state `sort = true`"
     return f"{told}; what is wrong with the first is said below"
 
 

@@ -15,6 +15,7 @@ from vedette_report.errors_in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.progress import on_terminal
 from vedette_report.recorded import Recorded, pooled, recorded, table
 from vedette_report.turned import turned
+from vedette_report.warnings import left_out
 
 
 def run(arguments: Namespace) -> int:
@@ -35,6 +36,7 @@ def run(arguments: Namespace) -> int:
             f"LOOKS WRONG: {said}"
             for said in (
                 *warnings_of(result.intake, result.recording, tracker.sensors),
+                *left_out(result.intake, result.recording),
                 *turned(tracker, result.scans, result.recording.truth),
             )
         ]

@@ -56,7 +56,7 @@ def check_apart(paths: Paths, objects: Indices, name: str, rounding: float, data
 def mixed(paths: Paths, objects: Indices, smooth: Array, rounding: float) -> Indices:
     """Return the objects whose rows seem to be of several: they jump, or lie in two places beside the smooth ones (n, d)."""
     told, ends, counts = _told(paths, objects)
-    many = np.flatnonzero(counts >= LEAST)
+    many = np.flatnonzero((counts >= LEAST) & (len(counts) > 1))  # of one `check_apart` has looked at more rows
     first = ends[many] - counts[many]
     parts = _jumping(paths, told, first, counts[many], FEW, rounding)
     doubted = np.flatnonzero(parts > PART / 2)
@@ -83,10 +83,12 @@ def _jumping(paths: Paths, told: Indices, first: Indices, counts: Indices, most:
     for low in range(0, len(first), CHUNK):
         begin, count = first[low : low + CHUNK, None], counts[low : low + CHUNK, None]
         looked = begin + 1 + (np.linspace(0, 1, min(most, int(count.max()) - 2)) * (count - 3)).astype(int)
-        before = looked[..., None] - np.arange(1, EARLIER[-1] + 1)
+        reach = min(int(EARLIER[-1]), int(count.max()))
+        before = looked[..., None] - np.arange(1, reach + 1)
         here = paths.spots[told[looked]]
         apart = ((here[..., None, :] - paths.spots[told[np.maximum(before, 0)]]) ** 2).sum(axis=-1)
-        nearest = np.minimum.accumulate(np.where(before < begin[..., None], np.inf, apart), axis=-1)[..., EARLIER - 1]
+        nearest = np.minimum.accumulate(np.where(before < begin[..., None], np.inf, apart), axis=-1)
+        nearest = nearest[..., np.minimum(EARLIER, reach) - 1]
         step = apart[..., :1]
         aside = off_line(paths, told[looked - 1], told[looked], told[looked + 1])[..., None] > ASIDE * np.sqrt(step)
         found.append(np.mean(aside & (step > NEARER * EARLIER * (nearest + 4 * rounding**2)), axis=1).max(axis=-1))

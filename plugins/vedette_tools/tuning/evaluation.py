@@ -19,6 +19,7 @@ from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
 from vedette.types import LazyScans, Recording, Scan
 from vedette_report.errors_in_tracks import Told, in_tracks
+from vedette_report.warnings import left_out
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive
@@ -124,7 +125,7 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     scans = [evolve(scan, frame=None) if framed else scan for scan, _ in steps]
     times = np.array([scan.time for scan in scans])
     tuned = len(scans) if part == 1 else int(np.searchsorted(times, times[int(part * len(times))])) if len(times) else 0
-    odd = tuple(warnings_of(steps.intake, recording, tracker.sensors))
+    odd = (*warnings_of(steps.intake, recording, tracker.sensors), *left_out(steps.intake, recording))
     if tuned < LEAST or (part < 1 and len(scans) - tuned < LEAST):
         told = f"gives {len(scans)} scan{'' if len(scans) == 1 else 's'}, of which {tuned} are to tune on"
         text = "; ".join([f"{told}: at least {LEAST} are needed there and in the rest", *odd])

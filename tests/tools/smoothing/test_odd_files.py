@@ -157,3 +157,19 @@ def test_columns_and_counts_that_are_stated_are_smoothed_by(folder, capsys):
     columns = ("east_of", "up", "speed_mps"), ("x", "y", "speed_mps")
     found, plain = (pd.read_csv(name)[list(titles)] for name, titles in zip(("s.csv", "t.csv"), columns, strict=True))
     np.testing.assert_allclose(found * [1000.0, 1000.0, 1.0], plain, rtol=1e-4)
+
+
+@pytest.mark.parametrize(
+    "command", [["consistency"], ["tune", "--free", "sensors.radar.sigma", "--starts", "1", "--out", "o"]]
+)
+def test_what_is_left_out_of_a_recording_is_told_with_its_place(command, folder, capsys):
+    """It was so by `run` alone."""
+    (folder / "d.csv").write_text(changed(PLAIN, 9, "14.0,north,977.75"))
+    detections = {"time": "time", "columns": {"x": "x", "y": "y"}}
+    config = CONFIG | {"source": {"kind": "csv", "path": "d.csv", "detections": detections}}
+    (folder / "c.json").write_text(json.dumps(config))
+    assert main([command[0], "c.json", *command[1:]]) == DONE
+    assert "1 part of the input left out, the first: d.csv:9: x must be a number, got 'north'" in capsys.readouterr().out
+    (folder / "d.csv").write_text("\n".join([PLAIN.splitlines()[0], *PLAIN.splitlines()[:0:-1]]) + "\n")
+    assert main([command[0], "c.json", *command[1:]]) != DONE
+    assert "state `sort = true`" in capsys.readouterr().err
