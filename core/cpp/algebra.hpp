@@ -237,48 +237,39 @@ using Rectangle = Matrix<T, kMostMeasured * kMostStates>;
 
 constexpr std::integral_constant<int, 1> kOne{};
 
-// Which of a product's two matrices is symmetric.
-enum Side { kNeither, kLeft, kRight };
-
-// C (p, q) = A (p, s) B (s, q)
-template <Side which = kNeither, class T, class L, class R, class M, class S, class N>
-VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, M p, S s, N q) {
-    once_unless_constant<M, S, N>([=]() VEDETTE_INLINED {
-        if constexpr (std::is_same_v<T, double>)
-            if (is_by_rows<T>(q))
-                return with_vectors(q, [=](auto vectors) {
-                    for (int i = 0; i < p; ++i) {
-                        Rows<vectors> sum(q);
-                        for (int l = 0; l < s; ++l) sum.add(A[i * s + l], B + q * l);
-                        sum.store(C + q * i);
-                    }
-                });
-        for (int i = 0; i < p; ++i)
-            for (int j = 0; j < q; ++j) {
-                T sum = T{} + entry<which == kLeft>(A, i, 0, s) * entry<which == kRight>(B, 0, j, q);
-                for (int l = 1; l < s; ++l) sum += entry<which == kLeft>(A, i, l, s) * entry<which == kRight>(B, l, j, q);
-                C[i * q + j] = sum;
-            }
+// C (p, q) by rows: of each what it begins as, and `factor(i, l)` times row l of B (s, q).
+template <class M, class S, class N, class Begin, class Factor>
+VEDETTE_INLINE void add_rows(const Begin& begin, const Factor& factor, const double* B, double* C, M p, S s, N q) {
+    with_vectors(q, [&](auto vectors) VEDETTE_INLINED {
+        for (int i = 0; i < p; ++i) {
+            Rows<vectors> sum(q);
+            begin(sum, i);
+            for (int l = 0; l < s; ++l) sum.add(factor(i, l), B + q * l);
+            sum.store(C + q * i);
+        }
     });
 }
+constexpr auto kFromNothing = [](auto&, int) VEDETTE_INLINED {};
 
-// C (p, q) = A' B with A (s, p), B (s, q)
-template <class T, class L, class R, class M, class S, class N>
-VEDETTE_INLINE void multiply_transposed(const L* A, const R* B, T* C, M p, S s, N q) {
+// Which of a product's two matrices is symmetric; or the left one is given transposed.
+enum Side { kNeither, kLeft, kRight, kTransposed };
+
+// C (p, q) = A B with B (s, q), and A (p, s), or A' (s, p) if that is given.
+template <Side which = kNeither, class T, class L, class R, class M, class S, class N>
+VEDETTE_INLINE void multiply(const L* A, const R* B, T* C, M p, S s, N q) {
+    const auto left = [=](int i, int l) VEDETTE_INLINED -> const L& {
+        return which == kTransposed ? A[l * p + i] : entry<which == kLeft>(A, i, l, s);
+    };
     once_unless_constant<M, S, N>([=]() VEDETTE_INLINED {
         if constexpr (std::is_same_v<T, double>)
-            if (is_by_rows<T>(q))
-                return with_vectors(q, [=](auto vectors) {
-                    for (int i = 0; i < p; ++i) {
-                        Rows<vectors> sum(q);
-                        for (int l = 0; l < s; ++l) sum.add(A[l * p + i], B + q * l);
-                        sum.store(C + q * i);
-                    }
-                });
+            if (is_by_rows<T>(q)) {
+                const auto factor = [=](int i, int l) VEDETTE_INLINED { return which == kTransposed ? A[l * p + i] : A[i * s + l]; };
+                return add_rows(kFromNothing, factor, B, C, p, s, q);
+            }
         for (int i = 0; i < p; ++i)
             for (int j = 0; j < q; ++j) {
-                T sum = T{} + A[i] * B[j];
-                for (int l = 1; l < s; ++l) sum += A[l * p + i] * B[l * q + j];
+                T sum = T{} + left(i, 0) * entry<which == kRight>(B, 0, j, q);
+                for (int l = 1; l < s; ++l) sum += left(i, l) * entry<which == kRight>(B, l, j, q);
                 C[i * q + j] = sum;
             }
     });
@@ -290,14 +281,8 @@ VEDETTE_INLINE void add_transposed_product(const C* D, const L* A, const R* B, T
     once_unless_constant<N, S>([=]() VEDETTE_INLINED {
         if constexpr (std::is_same_v<T, double>)
             if (is_by_rows<T>(p)) {
-                with_vectors(p, [=](auto vectors) {
-                    for (int i = 0; i < p; ++i) {
-                        Rows<vectors> sum(p);
-                        sum.load(D + p * i);
-                        for (int l = 0; l < s; ++l) sum.add(sign * A[l * p + i], B + p * l);
-                        sum.store(to + p * i);
-                    }
-                });
+                add_rows([=](auto& sum, int i) VEDETTE_INLINED { sum.load(D + p * i); },
+                         [=](int i, int l) VEDETTE_INLINED { return sign * A[l * p + i]; }, B, to, p, s, p);
                 return copy_upper_to_lower(to, p);
             }
         for (int i = 0; i < p; ++i)
@@ -332,14 +317,8 @@ VEDETTE_INLINE void congruence(const C* A, const T* P, const C* D, T* AP, T* to,
             if (is_by_rows<T>(n) && is_by_rows<T>(p)) {
                 double transposed[kStates2];
                 transpose_blocks(A, transposed, p, n);
-                with_vectors(p, [&](auto vectors) {
-                    for (int i = 0; i < p; ++i) {
-                        Rows<vectors> sum(p);
-                        sum.load(D + p * i);
-                        for (int l = 0; l < n; ++l) sum.add(AP[n * i + l], transposed + p * l);
-                        sum.store(to + p * i);
-                    }
-                });
+                add_rows([=](auto& sum, int i) VEDETTE_INLINED { sum.load(D + p * i); },
+                         [=](int i, int l) VEDETTE_INLINED { return AP[n * i + l]; }, transposed, to, p, n, p);
                 return copy_upper_to_lower(to, p);
             }
         for (int i = 0; i < p; ++i)

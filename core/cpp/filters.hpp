@@ -105,7 +105,7 @@ struct Correction {
     template <class C, class V, class N, class M>
     VEDETTE_INLINE void joseph_form(const T* P, const C* H, const V* R, T* post, N n, M m, Mask<T>& kept) const {
         T keep[kStates2], narrowed[kStates2], noisy[kMostMeasured * kMostStates], within[kStates2];  // keep: (I - K H)'
-        multiply_transposed(H, gain, keep, n, m, n);
+        multiply<kTransposed>(H, gain, keep, n, m, n);
         for (int i = 0; i < n * n; ++i) keep[i] = (i % (n + 1) == 0 ? 1.0 : 0.0) - keep[i];
         multiply<kLeft>(P, keep, narrowed, n, n, n);
         multiply<kLeft>(R, gain, noisy, m, m, n);
