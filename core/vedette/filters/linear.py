@@ -126,13 +126,16 @@ def scan_step_linearised(
         None unless the motion is linear, alike for all tracks, and without angles among its axes, and the sensor either has
         a twin or is linear, alike everywhere, and measures its first axes as they are.
     """
-    x, P = belief.mean, belief.cov
-    if not motion.linear or motion.reframes or motion.zero_variance:
+    x, P, (periods, fixed) = belief.mean, belief.cov, memo.frame or memo.framed(motion)
+    if periods or fixed or not motion.linear or motion.reframes:
         return None
-    F, Q, periods = memo.steps.get(scan.dt) or memo.step(motion, x, scan.dt)
-    if periods or F.ndim > 2 or Q.ndim > 2:
+    F, Q, _ = memo.steps.get(scan.dt) or memo.step(motion, x, scan.dt)
+    if F.ndim > 2 or Q.ndim > 2:
         return None
-    seen, numbers = memo.constants(motion.state, scan.sensor, x), (scan.p_gate, scan.limit, scan.log_density, scan.best)
+    seen = memo.last
+    if seen is None or seen.sensor is not scan.sensor:
+        seen = memo.constants(motion.state, scan.sensor, x)
+    numbers = (scan.p_gate, scan.limit, scan.log_density, scan.best)
     if seen.plain is not None:
         H, _, p_detect, R = seen.plain
         return kernels.scan_step(x, P, F, Q, scan.z, H, R, p_detect, *numbers, seen.periods)
