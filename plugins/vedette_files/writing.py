@@ -147,18 +147,17 @@ def _locked(path: Path, refusal: Problem) -> Iterator[None]:
     """Hold a lock, in which our number stands; ConfigError that another process, whose number is told, does what is said."""
     from filelock import FileLock, Timeout
 
-    lock = FileLock(path)
     try:
-        lock.acquire(timeout=_PATIENCE)
+        held = FileLock(path).acquire(timeout=_PATIENCE)
     except Timeout:
         told = f"another process{_holder(path) or ''} {refusal.text}"
         raise ConfigError([Problem(refusal.place, told)]) from None
-    try:
-        path.write_text(f" {os.getpid()}", encoding="utf-8")
-        yield
-    finally:
-        path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
-        lock.release()
+    with held:
+        try:
+            path.write_text(f" {os.getpid()}", encoding="utf-8")
+            yield
+        finally:
+            path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
 
 
 @contextmanager

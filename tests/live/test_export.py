@@ -6,6 +6,7 @@ import csv
 import json
 import sqlite3
 from collections.abc import Mapping
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
@@ -85,7 +86,7 @@ def test_the_database_is_not_written_over_and_another_one_is_refused(
     twin.hardlink_to(base)
     assert main(["export", str(base), "--to", str(twin)]) == 2
     other = tmp_path / "other.sqlite"
-    with sqlite3.connect(other) as direct:
+    with closing(sqlite3.connect(other)) as direct, direct:
         direct.execute("CREATE TABLE a (b)")
     assert main(["export", str(other), "--to", str(tmp_path / "x.csv")]) == 2
     assert str(other) in capsys.readouterr().err
@@ -94,7 +95,7 @@ def test_the_database_is_not_written_over_and_another_one_is_refused(
 def test_what_was_tampered_with_is_refused(base: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     for i, (column, value) in enumerate([("mean", "[1.0]"), ("cov", "{}"), ("mean", "[[["), ("cov", "[[1, null]]")]):
         path = tmp_path / f"{i}.sqlite"
-        with sqlite3.connect(base) as old, sqlite3.connect(path) as new:
+        with closing(sqlite3.connect(base)) as old, closing(sqlite3.connect(path)) as new, new:
             old.backup(new)
             new.execute(f"UPDATE tracks SET {column} = ?", (value,))
         assert main(["export", str(path), "--to", str(tmp_path / "x.csv")]) == 2

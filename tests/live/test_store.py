@@ -8,6 +8,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
+from contextlib import closing
 from io import FileIO
 from pathlib import Path
 from typing import Any
@@ -141,7 +142,7 @@ def test_a_damaged_state_is_told_and_the_one_before_it_used(tmp_path: Path) -> N
     for i in range(3):
         opened.save(Saved("digest", {"i": i}, {}, {}), [])
     opened.close()
-    with sqlite3.connect(tmp_path / "state.sqlite") as direct:
+    with closing(sqlite3.connect(tmp_path / "state.sqlite")) as direct, direct:
         assert direct.execute("SELECT COUNT(*) FROM states").fetchone() == (2,)
         direct.execute("UPDATE states SET content = replace(content, '2', '7') WHERE id = (SELECT MAX(id) FROM states)")
     again = store.open()
@@ -228,7 +229,7 @@ def test_tracks_are_rows_and_old_ones_are_pruned(tmp_path: Path) -> None:
     given["service"] = {**given["service"], "store": {**given["service"]["store"], "keep": "30 s"}}  # type: ignore[dict-item, index]
     with served(given):
         send(port, lines(60), 60)
-    with sqlite3.connect(tmp_path / "state.sqlite") as direct:
+    with closing(sqlite3.connect(tmp_path / "state.sqlite")) as direct, direct:
         rows = direct.execute("SELECT time, id, x, y, confirmed FROM tracks ORDER BY time").fetchall()
     expected, tracker = undisturbed(lines(60)), vedette.build(TRACKER)
     assert rows[0][0] >= expected.time - 30.0
