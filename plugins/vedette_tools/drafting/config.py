@@ -21,7 +21,7 @@ from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, LESS, proved
 from vedette_tools.drafting.reading import JUMP, Reading, Seen, opened, usual_speed
 from vedette_tools.drafting.reports import longest_waits
-from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
+from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import tried
 from vedette_tools.drafting.wishes import Wishes
@@ -31,10 +31,6 @@ UNREAD = 0.5
 
 SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""
-
-SURER, REPORTED = 0.1, 5.0
-"""m: the least and the largest deviation along an axis of positions which objects report of themselves; a jitter of their
-times, which would look like a larger one, is taken for motion. Chosen by hand, seen on one recording of aircraft."""
 
 TRUE = 0.999
 """The part of the positions that objects report of themselves which are of an object: nothing else sends any. By hand,
@@ -97,7 +93,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=opened(resting))
     best, lost = stood(best)
-    sigmas = {name: _believed(table.of(name), plausible(noise.sensor)) for name, noise in best.noise.items()}
+    sigmas = {name: plausible(noise.sensor) for name, noise in best.noise.items()}
     facts = {name: _facts(seen, sigmas[name], table.of(name).reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
@@ -191,11 +187,6 @@ def _vague(seen: Seen, sigma: float) -> float:
     """Return the error of a position, in m, if it is absurd; else 0."""
     spread = float(np.max(np.std(np.concatenate(seen.spots), axis=0), initial=0.0))
     return sigma if sigma > max(ABSURD, spread / 3) else 0.0
-
-
-def _believed(table: Table, sigmas: tuple[float, ...]) -> tuple[float, ...]:
-    """Return the errors of a sensor; positions that objects report of themselves are as good as satellites tell them."""
-    return tuple(min(max(sigma, SURER), REPORTED) for sigma in sigmas) if table.reported else sigmas
 
 
 def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:

@@ -38,6 +38,10 @@ LOOSE = 0.1
 NOISELESS = 0.1
 """Velocities are told by returns of which the errors make less than this part of their mean square."""
 
+SURER, REPORTED = 0.1, 5.0
+"""m: the least and the largest deviation along an axis of positions which objects report of themselves; what would look like
+a larger one, as a jitter of their times, is motion. Chosen by hand, seen on one recording of aircraft."""
+
 FORGETTING = 100
 """A target whose course is as good as straight is still drafted with process noise that is felt after so many scans."""
 
@@ -276,8 +280,10 @@ def _noise(table: Table, seen: Seen) -> Noise:
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
     windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)])
-    start = (*guess, 0.05 * speed / seen.period)
-    return estimated(windows, start, speed, lambda sigmas: _along_lines(table, sigmas))
+    least, most = (SURER, REPORTED) if table.reported else (0.0, np.inf)
+    start = (*np.clip(guess, 2 * least, most / 2).tolist(), 0.05 * speed / seen.period)  # where both ways change something
+    noise = estimated(windows, start, speed, lambda sigmas: _along_lines(table, np.clip(sigmas, least, most)))
+    return evolve(noise, sensor=tuple(np.clip(noise.sensor, least, most).tolist()))
 
 
 def _windows(table: Table, seen: Seen, pieces: Sequence[Chain]) -> Windows:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vedette_tools.drafting.config import drafted
-from vedette_tools.drafting.reading import Reading, opened
+from vedette_tools.drafting.reading import REPORTED, Reading, opened
 from vedette_tools.drafting.reports import LEAST, in_turn, longest_waits
 from vedette_tools.drafting.table import read_table
 
@@ -68,3 +68,24 @@ def test_the_longest_wait_of_each_name_that_comes_often():
     named = [[4, 7] if i in seven else [4] if i < LEAST + 4 else [-1] for i in range(20)]
     named[19] = [5]
     assert longest_waits([np.array(codes) for codes in named]).tolist() == [4.0, 6.0]
+
+
+def test_what_reports_are_not_wrong_by_is_motion(tmp_path):
+    """Aircraft whose places are up to a second old: as a sensor's returns they are wrong by more than 5 m."""
+    rng = np.random.default_rng(12)
+    start, course = rng.uniform(-5e4, 5e4, (8, 2)), rng.uniform(0, 2 * np.pi, 8)
+    rows = []
+    for i in range(60):
+        age = rng.uniform(0, 1, 8)
+        spots = start + 200 * (10 * i - age)[:, None] * np.stack([np.cos(course), np.sin(course)], axis=-1)
+        places = enumerate(spots.tolist())
+        rows += [f"{10 * i},a{name},{47 + x / 111_195:.6f},{8 + y / 75_000:.6f}" for name, (x, y) in places]
+
+    def found(title):
+        (tmp_path / "d.csv").write_text("\n".join([f"time,{title},lat,lon", *rows]) + "\n")
+        table = read_table(tmp_path / "d.csv")
+        return Reading.of(table, opened(table)).noise["sensor"]
+
+    reported, measured = found("icao24"), found("id")
+    assert reported.sensor[0] <= REPORTED < measured.sensor[0]
+    assert reported.accel > 1.2 * measured.accel
