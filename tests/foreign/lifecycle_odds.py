@@ -48,7 +48,7 @@ class Odds:
 class HitOdds(vedette.Lifecycle):
     """Wald's test of a track that is hit as detection says against one that is hit a `share` as often; doubt grows in time.
 
-    log += hit log(1 / share) + (1 - hit) log((1 - p) / (1 - share p)) - dt / patience, p = min(P_D, .99).
+    log += hit log(1 / share) + (1 - hit) [log((1 - p) / (1 - share p)) - dt / patience], p = min(P_D, .99).
     Wald, Sequential Analysis, 1947.
     """
 
@@ -65,7 +65,7 @@ class HitOdds(vedette.Lifecycle):
     def review(self, memory, scan):
         p = np.clip(scan.p_detect, 0.0, 0.99)
         step = scan.hit * np.log(1 / self.share) + (1 - scan.hit) * np.log((1 - p) / (1 - self.share * p))
-        log = np.clip(memory.log + step - scan.dt / self.patience, -20.0, 8.0)
+        log = np.clip(memory.log + step - (1 - scan.hit) * scan.dt / self.patience, -20.0, 8.0)
         confirmed = memory.confirmed | (log >= self.confirm)
         return Odds(log, confirmed), confirmed, log > -self.end
 

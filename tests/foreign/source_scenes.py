@@ -79,7 +79,7 @@ class Roundabout(vedette.Source):
 
 @frozen
 class AtAnchor(vedette.Source):
-    """Vessels that do not move; false returns by the sensor's own density within a square around them.
+    """Vessels that do not move; false returns by the sensor's own density in a square, no more than 36 in a scan.
 
     Streit, Poisson Point Processes, 2010.
     """
@@ -98,7 +98,9 @@ class AtAnchor(vedette.Source):
         scans = []
         for name, sensor in sensors.items():
             plain = set(sensor.measurement.names) == {"x", "y"}
-            region = {"x": Bounds(-3000.0, 3000.0), "y": Bounds(-3000.0, 3000.0)} if plain else None
+            dense = float(np.max(sensor.clutter(np.zeros((1, 2))))) if plain else 0.0
+            side = min(3000.0, 3.0 / np.sqrt(max(dense, 1e-12)))  # no more than 36 in a scan
+            region = dict.fromkeys("xy", Bounds(-side, side)) if plain else None
             scans += seen(name, sensor, paths, times, rng, region)
         return vedette.Recording(in_order(scans), tuple(paths))
 

@@ -30,6 +30,7 @@ DRAWS = {
     37: {"associator": 30, "lifecycle": 20},
     38: {"camera": 20, "associator": 30, "preprocessor": 20, "source": 20},
     39: {"camera": 15, "preprocessor": 15, "source": 20},
+    40: {"camera": 20, "preprocessor": 20, "source": 25},
 }  # fmt: skip
 """By seed, how many of a role; cameras apart from the other sensors, as their laws are."""
 
