@@ -126,7 +126,8 @@ def test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats(tmp_path: P
         finally:
             service.send_signal(signal.SIGTERM if last else signal.SIGKILL)
             service.wait(PATIENCE)
-    saved = SqliteStore(path=str(tmp_path / "state.sqlite")).open().load()
+    with closing(SqliteStore(path=str(tmp_path / "state.sqlite")).open()) as store:
+        saved = store.load()
     assert saved is not None
     tracker = vedette.build(TRACKER)
     state = tracker.state_from(saved.states["before"])
