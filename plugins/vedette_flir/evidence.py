@@ -2,7 +2,7 @@
 
 Their weights are those of logistic regressions of held against lost frames, of `ir_clips` and the odd clips of
 `ir_clips_more`, with losses planted in them: a frame's features in places where the target was, and in those where it was
-not. Steps and limits beside them were chosen on the same clips.
+not. Steps and limits beside them were chosen on the same clips, and so was the constant of `held_ratio` (8.1 by regression).
 """
 
 from __future__ import annotations
@@ -21,17 +21,14 @@ RING = (0.9, 3.0)
 LEAST = 12
 """Pixels of half a ring from which on it says what is around."""
 
-CORRELATED, MOST_A_FRAME = 3.0, 1.5
-"""Successive frames that say as much as one, as they show the same mismatch; the largest log-ratio of one frame."""
+CORRELATED = 3.0
+"""Successive frames that say as much as one, as they show the same mismatch."""
 
 CUT = 7.0
 """What a change of scene says against a target's being where it was, in logarithms."""
 
 COMMON = 8.0
 """Contrast over the spread around that may be asked of a target in another scene, at most."""
-
-ALONE = 0.15
-"""Margin of likeness below which another place is as good: a lost track's median is .07, a held one's .7."""
 
 UNLIKE = 0.05
 """Mean of 1 less the likeness of a target in a frame to what it was."""
@@ -59,10 +56,8 @@ UNMOVED = 0.15
 logarithms: it is given up after about a second.
 """
 
-ENOUGH, PULL, JUMP = 0.5, 1.5, 1.0
-"""Log-odds from which another place is taken; what it must be better by than the place expected; what is kept back of its
-odds, as the place was the best of several.
-"""
+PULL = 1.5
+"""Log-odds by which a lost target is rather where it is expected than in another place."""
 
 
 def clearness(image: Array, at: Array, cells: int, size: Array) -> float:
@@ -124,20 +119,12 @@ def rival(likeness: Array, j: int, i: int, size: Array) -> float:
     return max(float(part.max(initial=0.0)) for part in parts)
 
 
-def held_ratio(margin: float, usual: float, clear: float, first: float) -> float:
+def held_ratio(likeness: float, margin: float) -> float:
     """Return the log-likelihood ratio that a target that was held is still there.
 
-    `margin`: by how much the place is more like it than others around, and what that is as a rule (`usual`); `clear`: its
-    contrast over the spread around, over the usual one; `first`: its likeness to the first template.
+    `likeness`: of the place to the target, with its contrast; `margin`: by how much it is more like it than others around.
     """
-    return (
-        3.5 * margin
-        - 2.5 * float(np.clip(1.0 - margin / ALONE, 0.0, 1.0))
-        + 3.3 * float(np.clip(margin - max(usual, 0.2), -0.6, 0.2))
-        + 1.2 * float(np.clip(np.log(max(clear, 1e-3)), -2.0, 0.5))
-        + 3.5 * first
-        - 1.3
-    )
+    return 10.2 * likeness + 2.5 * margin - 7.2
 
 
 def standing_ratio(travelled: float, first: float, usual: float) -> float:
@@ -158,29 +145,29 @@ def found_ratio(likeness: float, margin: float, clear: float, again: float) -> f
     contrast over the spread around, over the usual one: less than half of that speaks against it.
     """
     return (
-        2.6 * likeness
-        + 4.4 * margin
-        + 0.58 * float(np.log(max(clear, 3.0) / 3.0))
-        + 1.2 * float(np.clip(np.log(max(2.0 * again, 1e-3)), -2.0, 0.0))
-        - 3.9
+        3.3 * likeness
+        + 3.5 * margin
+        + 1.2 * float(np.log(max(clear, 3.0) / 3.0))
+        + 2.5 * float(np.clip(np.log(max(2.0 * again, 1e-3)), -2.0, 0.0))
+        - 5.3
     )
 
 
-def presence_ratio(ratio: float, existence: float, *, cut: bool, elsewhere: bool) -> float:
+def presence_ratio(ratio: float, existence: float, *, cut: bool, anew: bool) -> float:
     """Return the log-ratio by which a frame changes the odds of a target of `existence`.
 
-    A place found elsewhere has the odds that the frame gives it, whatever was believed of the place before.
+    What is found `anew` in the whole frame has the odds that this gives it, whatever was believed before.
     """
-    if elsewhere:
-        return ratio - JUMP - _log_odds(existence)
-    return float(np.clip(ratio / CORRELATED, -MOST_A_FRAME, MOST_A_FRAME)) - CUT * cut
+    if anew:
+        return ratio - log_odds(existence)
+    return ratio / CORRELATED - CUT * cut
 
 
 def learned(ratio: float, existence: float, place: float) -> float:
     """Return the share of a frame's appearance that is learned: how likely it is the target's, and at this place."""
-    return float(1.0 / (1.0 + np.exp(-min(_log_odds(existence), 2.0) - ratio)) / (1.0 + np.exp(-place)))
+    return float(1.0 / (1.0 + np.exp(-min(log_odds(existence), 2.0) - ratio)) / (1.0 + np.exp(-place)))
 
 
-def _log_odds(existence: float) -> float:
+def log_odds(existence: float) -> float:
     e = float(np.clip(existence, 1e-9, 1.0 - 1e-9))
     return float(np.log(e / (1.0 - e)))

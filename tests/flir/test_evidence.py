@@ -155,9 +155,8 @@ def test_the_ring_is_robust_to_what_stands_on_one_side():
 def test_evidence_rises_with_each_of_its_parts():
     grid = np.linspace(0.0, 1.0, 11)
     for rising in (
-        [held_ratio(margin, 0.7, 1.0, 0.9) for margin in grid],
-        [held_ratio(0.5, 0.7, clear, 0.9) for clear in grid + 0.2],
-        [held_ratio(0.5, 0.7, 1.0, first) for first in grid],
+        [held_ratio(0.8, margin) for margin in grid],
+        [held_ratio(likeness, 0.4) for likeness in grid],
         [found_ratio(likeness, 0.4, 10.0, 1.0) for likeness in grid],
         [found_ratio(0.8, margin, 10.0, 1.0) for margin in grid],
         [found_ratio(0.8, 0.4, clear, 1.0) for clear in 3.0 + 20.0 * grid],
@@ -165,31 +164,27 @@ def test_evidence_rises_with_each_of_its_parts():
     ):
         assert np.all(np.diff(rising) >= 0)
         assert rising[-1] > rising[0]
-    assert held_ratio(0.6, 0.7, 1.0, 0.9) > 0 > held_ratio(0.05, 0.7, 0.3, 0.5)
+    assert held_ratio(0.9, 0.6) > 0 > held_ratio(0.5, 0.05)
 
 
 def test_ratios_are_those_of_the_page():
     """The equations of docs/measured/flir.md, written again."""
     for m, usual, c, f, d, e in np.random.default_rng(5).uniform(0.0, 1.0, (200, 6)):
         m, c, d = 1.4 * m - 0.2, 3.0 * c, 20.0 * d
-        held = 3.5 * m - 2.5 * min(max(1.0 - m / 0.15, 0.0), 1.0) + 3.5 * f - 1.3
-        held += 3.3 * min(max(m - max(usual, 0.2), -0.6), 0.2) + 1.2 * min(max(np.log(c), -2.0), 0.5)
-        assert held_ratio(m, usual, c, f) == pytest.approx(held)
-        found = 2.6 * f + 4.4 * m + 0.58 * np.log(max(d, 3.0) / 3.0) + 1.2 * min(max(np.log(2.0 * c), -2.0), 0.0) - 3.9
+        held = 10.2 * f + 2.5 * m - 7.2
+        assert held_ratio(f, m) == pytest.approx(held)
+        found = 3.3 * f + 3.5 * m + 1.2 * np.log(max(d, 3.0) / 3.0) + 2.5 * min(max(np.log(2.0 * c), -2.0), 0.0) - 5.3
         assert found_ratio(f, m, d, c) == pytest.approx(found)
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
         assert standing_ratio(0.2, f, usual) == pytest.approx(standing)
-        frame = min(max(held / 3.0, -1.5), 1.5)
-        assert presence_ratio(held, e, cut=False, elsewhere=False) == pytest.approx(frame)
-        assert presence_ratio(held, e, cut=True, elsewhere=False) == pytest.approx(frame - 7.0)
-        odds = e / (1.0 - e)
-        share = 1.0 / (1.0 + np.exp(-min(np.log(odds), 2.0) - held)) / (1.0 + np.exp(-10.0 * m))
+        assert presence_ratio(held, e, cut=False, anew=False) == pytest.approx(held / 3.0)
+        assert presence_ratio(held, e, cut=True, anew=False) == pytest.approx(held / 3.0 - 7.0)
+        share = 1.0 / (1.0 + np.exp(-min(np.log(e / (1.0 - e)), 2.0) - held)) / (1.0 + np.exp(-10.0 * m))
         assert learned(held, e, 10.0 * m) == pytest.approx(share)
 
 
-def test_a_place_found_elsewhere_has_the_odds_of_its_frame():
+def test_what_is_found_anew_has_the_odds_of_its_frame():
     for existence in (0.01, 0.3, 0.9):
-        ratio = presence_ratio(2.0, existence, cut=False, elsewhere=True)
+        ratio = presence_ratio(2.0, existence, cut=False, anew=True)
         odds = existence / (1.0 - existence) * np.exp(ratio)
-        assert odds == pytest.approx(np.exp(1.0))
-    assert presence_ratio(9.0, 0.9, cut=True, elsewhere=False) < -5.0
+        assert odds == pytest.approx(np.exp(2.0))

@@ -26,12 +26,14 @@ from vedette_flir.evidence import (
     COMMON,
     LOST,
     MOVED,
+    PULL,
     STANDING,
     TURNED,
     UNKNOWN,
     UNMOVED,
     held_ratio,
     learned,
+    log_odds,
     presence_ratio,
     standing_ratio,
 )
@@ -110,7 +112,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
         beside = np.zeros((*tracks, CELLS, CELLS))
         return TemplateAppearance(
-            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, none, *(scene, none, beside, pair, none, none)
+            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, *(scene, none, beside, pair, none, none)
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -122,11 +124,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
-        values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, none, one)
+        values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
         made = TemplateAppearance(*values, outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
         look = by.look(pixels, where + found.offset, NEAR, made)
-        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)), usual_margin=np.asarray(look.margin))
+        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
         if not self.centred:
             return Match(np.zeros(2), MOST, made, 0.0)
         return Match(found.offset, MOST, evolve(made, offset=np.zeros(2)), 0.0)
@@ -149,8 +151,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         here = by.look(pixels, np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0), near, appearance, where, W)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        ratio = held_ratio(here.margin, float(appearance.usual_margin), here.clear / float(appearance.usual), here.first)
-        best, ratio = here, ratio + standing_ratio(travelled, here.first, float(appearance.usual_first))
+        standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
+        ratio = held_ratio(here.likeness, here.margin) + standing
+        best, anew = here, False
         new = self.moves and not np.isfinite(travelled)
         if new:
             ratio = float(np.clip(ratio, -UNKNOWN, 0.0))  # whether it moves is not known yet
@@ -161,21 +164,17 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             off = gone(appearance.around, pixels, here.place, origin, appearance.size)
             least = MOVED + TURNED * np.hypot(*(origin - appearance.seen_at))
             ratio = ratio if min(left, np.hypot(*off)) >= least else min(ratio, -UNMOVED)
-        if cut or existence < LOST:
-            best, odds = sought(by, pixels, here, appearance)
-            ratio = ratio if best is here else odds
-            if odds > 0:  # it need not stand out as before to be held from now on
-                usual, margin = max(best.clear, 1.0), best.margin
-                appearance = evolve(
-                    appearance,
-                    usual=np.minimum(appearance.usual, usual),
-                    usual_margin=np.minimum(appearance.usual_margin, margin),
-                )
-        appearance = by.scaled(appearance, best.scale)
-        elsewhere = best is not here and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
+        if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
+            other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
+            apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
+            if other is not here and odds > 0 and (apart or standing == 0):
+                # it need not stand out as before to be held from now on
+                usual = np.minimum(appearance.usual, max(other.clear, 1.0))
+                best, ratio, appearance, anew = other, odds, evolve(other.known, usual=usual), apart
+        elsewhere = anew and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
         likely = match_ratio(max(best.likeness, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
-        presence = presence_ratio(ratio, existence, cut=cut and not new, elsewhere=elsewhere)
+        presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
         return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness)
@@ -199,7 +198,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             patch=appearance.patch + share * self.smoothing * (kept(shown, amplitude) - appearance.patch),
             amplitude=np.asarray(amplitude + share * self.brighten * (bright - amplitude)),
             usual=self._usual(appearance.usual, best.clear, share),
-            usual_margin=self._usual(appearance.usual_margin, best.margin, share),
             usual_first=self._usual(appearance.usual_first, best.first, share, SLOWEST),
         )
         return renewed, place

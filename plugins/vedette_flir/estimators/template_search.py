@@ -9,8 +9,8 @@ from attrs import evolve, frozen
 
 from vedette import Array
 from vedette_flir.estimators.matches import Appearance
-from vedette_flir.evidence import ENOUGH, PULL, clearness, found_ratio, rival
-from vedette_flir.patches import blurred, isolated, mask_of, peak, sample, similarity
+from vedette_flir.evidence import clearness, found_ratio, rival
+from vedette_flir.patches import blurred, contrast, isolated, mask_of, peak, sample, similarity
 from vedette_flir.spots_in_frame import spots
 
 BRIGHTEST = 1.5
@@ -25,6 +25,9 @@ CANDIDATES, NEAR = 2, 3
 SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
 """Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
 
+FAINT = 0.25
+"""Part of a target's brightness below which it is not found again: what is left of another that was taken out. By hand."""
+
 SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 """Limits of the scale at which a target is found again, and scales that count as 1."""
 
@@ -33,7 +36,7 @@ SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 class TemplateAppearance(Appearance):
     """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
     centre and its size (*b, t, 2) in px; how far it stands out as a rule, by its contrast over the spread of what is around
-    it, by its likeness over that of other places, and by that to the first template (*b, t); the outline of the last frame
+    it, and its likeness to the first template (*b, t); the outline of the last frame
     (*b, t, 16, 16) and its recent changes (*b, t) in count; what was around it where it was first found (*b, t, 32, 32) in
     count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
     is known, and the logarithm of its growth (*b, t).
@@ -45,7 +48,6 @@ class TemplateAppearance(Appearance):
     offset: Array
     size: Array
     usual: Array
-    usual_margin: Array
     usual_first: Array
     scene: Array
     recent: Array
@@ -58,7 +60,7 @@ class TemplateAppearance(Appearance):
 @frozen(eq=False)
 class Look:
     """The best place (2,) in px of a part of a frame: its likeness to the templates and to the first of them, the likeness
-    of the best other place, its contrast over the spread of what is around it, its patch, and the scale of the template.
+    of the best other place, its contrast over the spread of what is around it, its patch, and the appearance sought there.
     """
 
     place: Array
@@ -67,7 +69,7 @@ class Look:
     rival: float
     clear: float
     shown: Array
-    scale: float = 1.0
+    known: TemplateAppearance
 
     @property
     def margin(self) -> float:
@@ -138,6 +140,7 @@ class Matcher:
             rival(likeness, j, i, inner),
             clearness(sign * plain, np.array([j, i]), self.cells, inner),
             plain[j : j + self.cells, i : i + self.cells],
+            appearance,
         )
 
     def places(self, pixels: Array, appearance: TemplateAppearance) -> list[Array]:
@@ -176,6 +179,13 @@ class Matcher:
         rest[low[1] : high[1], low[0] : high[0]] -= image[top:bottom, left:right]
         return rest
 
+    def lit(self, appearance: TemplateAppearance, pixels: Array, place: Array) -> TemplateAppearance:
+        """Return the appearance of a target that is as bright as what stands at a place."""
+        step, inner, _ = self.grid(appearance.size)
+        sign = float(np.sign(appearance.amplitude))
+        bright = contrast(sign * self.apart(pixels, place, appearance.size, step, self.cells, sign), inner)
+        return evolve(appearance, amplitude=np.asarray(sign * max(bright, FAINT * abs(float(appearance.amplitude)), 1.0)))
+
     def scaled(self, appearance: TemplateAppearance, scale: float) -> TemplateAppearance:
         """Return the appearance of a target that is so many times larger in the image."""
         if scale == 1.0:
@@ -188,26 +198,29 @@ class Matcher:
         return evolve(appearance, patch=patch, first_patch=first, size=size, offset=scale * appearance.offset, growth=growth)
 
 
-def sought(by: Matcher, pixels: Array, here: Look, appearance: TemplateAppearance) -> tuple[Look, float]:
-    """Return the place of the whole frame that is likeliest the target's, and its log-odds.
+def sought(by: Matcher, pixels: Array, here: Look, expected: float) -> tuple[Look, float]:
+    """Return the place of the whole frame that is likeliest the target's, and the log-odds that it is.
 
     Looked at are where the target is expected (`here`), spots that stand out, at the scale of their size, and places that
-    are like the template.
+    are like the template, each at its own brightness: a camera that shows another scene sets its gain anew. The target is
+    in one of these places, or in none; `expected`: the log-odds of `here` against any other place before the frame is seen.
     """
-    size, sign, usual = appearance.size, float(np.sign(appearance.amplitude)), float(appearance.usual)
-    seen = spots(pixels, sign, SIDES, LEAST, MOST)
-    found = [here]
-    for place, extent in zip(seen.place, seen.size, strict=True):
-        scale = float(np.clip(np.sqrt(np.prod(extent + 1.0) / np.prod(size)), *SCALES))
-        scale = 1.0 if SAME[0] < scale < SAME[1] else scale
-        found.append(evolve(by.look(pixels, place, NEAR, by.scaled(appearance, scale)), scale=scale))
-    found += [by.look(pixels, place, NEAR, appearance) for place in by.places(pixels, appearance)]
-    odds = []
-    for look in found:
-        near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.scale * size, 2.0), axis=1)
-        odds.append(found_ratio(look.likeness, look.margin, float(seen.clear[near].max(initial=0.0)), look.clear / usual))
-    best = max(range(len(found)), key=lambda i: (i == 0 or odds[i] > ENOUGH, odds[i] - PULL * (i > 0)))
-    return found[best], odds[best]
+    known, usual = here.known, float(here.known.usual)
+    sign = float(np.sign(known.amplitude))
+    seen, found = spots(pixels, sign, SIDES, LEAST, MOST), [here]
+    scales = np.clip(np.sqrt(np.prod(seen.size + 1.0, axis=1) / np.prod(known.size)), *SCALES)
+    places = [*zip(seen.place, scales, strict=True), *((place, 1.0) for place in by.places(pixels, known))]
+    for place, scale in places:
+        sized = known if SAME[0] < scale < SAME[1] else by.scaled(known, float(scale))
+        found.append(by.look(pixels, place, NEAR, by.lit(sized, pixels, place)))
+    odds = np.zeros(len(found))
+    for i, look in enumerate(found):
+        near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.known.size, 2.0), axis=1)
+        odds[i] = found_ratio(look.likeness, look.margin, float(seen.clear[near].max(initial=0.0)), look.clear / usual)
+    odds[0] += expected
+    best = found[int(np.argmax(odds))]
+    apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
+    return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))
 
 
 def kept(image: Array, amplitude: float) -> Array:
