@@ -102,6 +102,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     if not _shows_images(path):
         return None
     boxes = _picked(path) if wishes.get("pick") else _box(wishes.get("box"))
+    first_frame(path)  # what cannot be read is refused before a config is written
     start, about = AUTOMATIC, "targets are found where they stand out and move"
     if boxes:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"

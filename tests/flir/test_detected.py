@@ -139,6 +139,14 @@ def test_a_frame_is_counted_once():
             np.testing.assert_allclose(tracker.estimate(state).mean, tracker.estimate(before).mean)
 
 
+def test_no_config_is_drafted_for_what_is_no_video(tmp_path, monkeypatch, capsys):
+    (tmp_path / "clip.mp4").write_text("not a video\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "config", "clip.mp4"]) == 2
+    assert "clip.mp4: is no video that OpenCV can read" in capsys.readouterr().err
+    assert not (tmp_path / "clip.toml").exists()
+
+
 def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     folder_of(tmp_path / "clip", count=25)
     monkeypatch.chdir(tmp_path)
