@@ -58,6 +58,7 @@ def true_first(self, sensors, rng):
 SOURCES = [
     ("the seed ignored", Simulation, "the_seed_decides", {"open": fresh_seed}, SCENE),
     ("draws that are not declared", Simulation, "draws_as_declared", {"draws": False}, SCENE),
+    ("no scan", Simulation, "scans_come_in_time_order", rescanned(lambda scans: scans[:0]), SCENE),
     ("scans out of order", Simulation, "scans_come_in_time_order", rescanned(lambda scans: scans[::-1]), SCENE),
     ("a sensor that nobody has", Simulation, "scans_are_the_sensors",
      rescanned(lambda scans: [evolve(scan, sensor="sonar") for scan in scans]), SCENE),

@@ -131,14 +131,14 @@ def draws_as_declared(source: Source, drawn: Opened) -> None:
 
 
 def scans_come_in_time_order(source: Source, drawn: Opened) -> None:
-    """No scan lies before the one that came before it, whichever sensor's it is, nor in lock-step if it `open_together`s."""
+    """It gives scans, and none lies before the last one, whichever sensor's it is, nor in lock-step by `open_together`."""
     recordings, together = [], getattr(source, "open_together", lambda *_: None)
     for names in ((SENSOR,), (OTHER, SENSOR)):
         sensors, rng = dict.fromkeys(names, drawn.sensor), np.random.default_rng(drawn.seed)
         with suppress(ConfigError, InputError):  # it may know one sensor only, or ask for both
             recordings += [each for each in (source.open(sensors, rng), together(sensors, [rng])) if each is not None]
-    if not recordings:
-        drawn.open(source)
+    recordings = recordings or [drawn.open(source)]
+    demand(any(len(each.scans) for each in recordings), "scans: there are none; one that finds none must raise InputError")
     for recording in recordings:
         times = np.array([scan.time for scan in recording.scans])
         finite("times", times)
