@@ -9,7 +9,7 @@ from vedette_tools.drafting.chains import Chain, unbroken
 from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.reading import Seen, _noise
 
-FLAT = SimpleNamespace(polar=False)
+FLAT = SimpleNamespace(polar=False, reported=False)
 
 
 def file_of(path, turn_after, seed=3):
