@@ -49,14 +49,14 @@ HEADER = {"format": "vedette", "version": 1, "sensors": {"radar": {"x": "m", "y"
 @pytest.mark.parametrize(
     ("header", "lines", "told"),
     [
-        (HEADER, [], "holds no usable scan of 'radar': there is nothing below its header$"),
+        (HEADER, [], "of 'radar': there is nothing"),
         (
             HEADER,
             [{"truth": "a", "time": 0, "state": [1]}],
             r"'radar'; the first problem: .*truth must be",
         ),
         (HEADER | {"sensors": {}}, [{"time": 0, "sensor": "b", "z": []}], "of 'radar', but of no sensor"),
-        (HEADER | {"sensors": {"sonar": {"x": "m"}}}, [], "of 'radar', but of 'sonar': there is nothing below its header$"),
+        (HEADER | {"sensors": {"sonar": {"x": "m"}}}, [], "of 'radar', but of 'sonar': there is nothing"),
     ],
 )
 def test_a_recording_without_scans_is_not_told_to_hold_what_it_lacks(tmp_path, header, lines, told):
