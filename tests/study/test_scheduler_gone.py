@@ -39,5 +39,6 @@ def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
     (line,) = str(error.value).splitlines()
     assert "the scheduler went away" in line
     assert "--resume continues" in line
-    assert capfd.readouterr().err == ""
+    # on a busy machine the worker may be lost for a while before, which is told, too; distributed itself must tell nothing
+    assert all(line.startswith("vedette: note: there is no worker") for line in capfd.readouterr().err.splitlines())
     assert list((tmp_path / "out" / "chunks").iterdir())
