@@ -72,10 +72,10 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
         )
 
 
-def _because(experiment: Experiment, result: Result, told: str, else_: str) -> Iterator[str]:
-    """Yield what was told with each cause that a target played to the tracker shows, and its cure; without one, `else_`."""
+def _because(experiment: Experiment, result: Result, told: str, otherwise: str) -> Iterator[str]:
+    """Yield what was told with each cause that a target played to the tracker shows, and its cure; without, `otherwise`."""
     causes = [f"{place}: {said}; try {better}" for place, said, better in rehearsed(experiment.tracker, result.scans)]
-    yield from (f"{told}: {cause}" for cause in causes or [else_])
+    yield from (f"{told}: {cause}" for cause in causes or [otherwise])
 
 
 def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:

@@ -13,6 +13,7 @@ from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette_files.columnar import SUFFIX
 from vedette_files.writing import Inputs
+from vedette_report.figures import count
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client
 from vedette_tools.drafting.wishes import Wishes
@@ -44,7 +45,7 @@ def run(arguments: Namespace) -> int:
     on = dask_client(arguments.scheduler) if arguments.scheduler else processes(workers)
     with on as executor, on_terminal() as progress:
         told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
-    parts = f"{told.objects:,} object{'s' * (told.objects != 1)} in {told.pieces:,} piece{'s' * (told.pieces != 1)}"
+    parts = f"{count(told.objects, 'object')} in {count(told.pieces, 'piece')}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""
     left_out = told.left_out - told.elsewhere
     lost = f"; {left_out:,} rows left out: {why or 'no time, no name or other columns'}" if left_out else ""
@@ -52,8 +53,10 @@ def run(arguments: Namespace) -> int:
     if told.gross > MANY_GROSS * told.rows:
         print("so many gross positions may be of several objects taken for one: --by names the column that tells them apart")
     if told.mixed:
-        of = f"{told.mixed:,} object{'s' * (told.mixed != 1)}"
-        print(f"rows of {of} seem to be of several under one name: no deviation is claimed of them, their cells are empty")
+        mixed = count(told.mixed, "object")
+        print(
+            f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells are empty"
+        )
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:
         print(json.dumps({"out": str(out), **asdict(told)}))
