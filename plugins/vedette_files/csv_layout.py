@@ -11,7 +11,8 @@ from attrs import frozen
 from vedette.errors import ConfigError, Problem
 from vedette.space import Axis, Space
 from vedette_files.columnar import TablePath
-from vedette_files.csv_table import COMMAS, Dialect, Number, Row, numbers, rows
+from vedette_files.csv_numbers import Number, Row, numbers
+from vedette_files.csv_table import COMMAS, Dialect, rows
 from vedette_files.csv_times import NUMBER, Form, Times, form_of
 from vedette_files.geodesy import COURSE, GEODETIC, Origin, axes_read
 from vedette_files.readers import FRAMES

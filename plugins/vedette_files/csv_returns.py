@@ -18,7 +18,8 @@ from vedette.space import Space, SpaceError
 from vedette_files.codes import code
 from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Column, Layout, with_altitude
-from vedette_files.csv_table import Row, rows
+from vedette_files.csv_numbers import Row
+from vedette_files.csv_table import rows
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order

@@ -12,7 +12,7 @@ from typing import final
 
 from attrs import frozen
 
-from vedette_files.csv_table import Number, Row, plain_number
+from vedette_files.csv_numbers import Number, Row, plain_number
 from vedette_files.input_files import shown
 
 NUMBER, ZONED, UNZONED, OF_DAY = "a number", "a date and time with a zone", "a date and time without a zone", "a time of day"

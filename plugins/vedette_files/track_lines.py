@@ -14,7 +14,8 @@ import numpy as np
 from vedette.space import Array, Space
 from vedette_files.codes import labels
 from vedette_files.georeference import PLAIN, Terms
-from vedette_files.jsonl import identity_value, line, units
+from vedette_files.jsonl import line, units
+from vedette_files.jsonl_scans import identity_value
 from vedette_files.track_rows import WITHIN, TrackRows, triangles
 from vedette_files.track_table import columns_of
 

@@ -15,7 +15,8 @@ from vedette.types import Track
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short
-from vedette_files.jsonl import identity_code, space_of
+from vedette_files.jsonl import space_of
+from vedette_files.jsonl_scans import identity_code
 from vedette_files.track_lines import FORMAT, VERSION, chunks, csv_head, jsonl_head
 from vedette_files.track_rows import EXTRA, TrackRows
 from vedette_files.writing import whole_file

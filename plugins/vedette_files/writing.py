@@ -14,9 +14,9 @@ from typing import Any, BinaryIO, TextIO, final
 from uuid import uuid4
 
 import numpy as np
-from attrs import frozen
 
 from vedette.errors import ConfigError, InputError, Problem
+from vedette_files.files_read import NOTHING_READ, Inputs
 
 LOCK, UNFINISHED, WHOLE = ".lock", ".run-", ".whole"
 """What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number.
@@ -40,75 +40,6 @@ def check_folder(folder: Path) -> None:
         raise ConfigError([Problem("--out", f"{str(existing)!r} is a file, and results need a folder")])
     if not os.access(existing, os.W_OK | os.X_OK):
         raise ConfigError([Problem("--out", f"the folder {str(existing)!r} cannot be written to")])
-
-
-@final
-@frozen(eq=False)
-class Inputs:
-    """The files that a command reads, by device and number, each as the user knows it."""
-
-    names: Mapping[tuple[int, int], str]
-
-    @classmethod
-    def of(cls, *given: Any) -> Inputs:
-        """Find the files that texts and paths name, also inside lists and the tables of a config.
-
-        A table's `path` may be a folder: then its files count, and those that other texts of the table name in it.
-        """
-        names: dict[tuple[int, int], str] = {}
-        for path, in_full in _paths(given):
-            with suppress(OSError, ValueError, RuntimeError):  # a text that is no path
-                known = path.expanduser()
-                if known.is_file():
-                    status = known.stat()
-                    names.setdefault((status.st_dev, status.st_ino), str(path))
-                elif in_full and known.is_dir():  # by their numbers in the folder: one of frames holds very many
-                    device = known.stat().st_dev
-                    with os.scandir(known) as entries:
-                        names |= {(device, entry.inode()): entry.path for entry in entries if not entry.is_symlink()}
-        return cls(names)
-
-    def check(self, path: Path, option: str = "--out") -> None:
-        """Raise ConfigError if `path` is a file that is read, or a link: what it points to is not ours to write."""
-        if path.is_symlink():
-            raise ConfigError([Problem(option, f"{str(path)!r} is a link, and results are not written through links")])
-        number = _number(path)
-        if number is not None and number in self.names:
-            told = f"{str(path)!r} would be written, and is read: it is {self.names[number]!r}; name another place"
-            raise ConfigError([Problem(option, told)])
-
-
-NOTHING_READ = Inputs({})
-
-
-def _paths(given: Any, folder: Path | None = None) -> Iterator[tuple[Path, bool]]:
-    """Yield the paths that may be meant, and whether a folder means all that is in it."""
-    if isinstance(given, Path):
-        yield given, True
-    elif isinstance(given, str):
-        if given:
-            yield Path(given), False
-            if folder is not None:
-                yield folder / given, False
-    elif isinstance(given, Mapping):
-        at = given.get("path")
-        if isinstance(at, str) and at:
-            folder = Path(at)
-            yield folder, True
-        for value in given.values():
-            yield from _paths(value, folder)
-    elif isinstance(given, Iterable):
-        for value in given:
-            yield from _paths(value, folder)
-
-
-def _number(path: Path) -> tuple[int, int] | None:
-    """Return device and number of the file that a path leads to; None if there is none."""
-    try:
-        status = path.stat()
-    except OSError:
-        return None
-    return status.st_dev, status.st_ino
 
 
 @contextmanager

@@ -17,8 +17,8 @@ from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
 from vedette.tracking import check_smoothing, raw_sensors
 from vedette_files import Origin
+from vedette_files.files_read import Inputs
 from vedette_files.input_files import user_path
-from vedette_files.writing import Inputs
 from vedette_live.grouping import Grouping
 
 FULL = ("drop", "wait")

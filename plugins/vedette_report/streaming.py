@@ -21,7 +21,8 @@ from vedette.space import Array
 from vedette.tracking import State, Tracker, check_again
 from vedette.types import Detections, Gaussian, Scan
 from vedette_files import FrameFiles, Tables, recording_head, scan_line
-from vedette_files.writing import NOTHING_READ, Inputs, Results, results_in
+from vedette_files.files_read import NOTHING_READ, Inputs
+from vedette_files.writing import Results, results_in
 from vedette_report.figures import figures, length_unit
 from vedette_report.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
 from vedette_report.lagging import SmoothedFiles

@@ -17,7 +17,8 @@ from support.results import config
 from vedette.cli import main
 from vedette.errors import ConfigError
 from vedette_files import read_recording, read_series, read_tracks
-from vedette_files.writing import LOCK, UNFINISHED, Inputs, locked, unfinished_runs
+from vedette_files.files_read import Inputs
+from vedette_files.writing import LOCK, UNFINISHED, locked, unfinished_runs
 from vedette_report import series, streaming, track_files
 from vedette_report.commands import run as running
 

@@ -9,7 +9,8 @@ from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import load, to_config, warnings_of
-from vedette_files.writing import Inputs, check_folder, locked, whole_file
+from vedette_files.files_read import Inputs
+from vedette_files.writing import check_folder, locked, whole_file
 from vedette_report.drawing import Drawing, drawing
 from vedette_report.errors_in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.progress import on_terminal

@@ -14,7 +14,7 @@ from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette.units import in_unit
 from vedette_files import Part, is_database, read_series
-from vedette_files.writing import Inputs
+from vedette_files.files_read import Inputs
 from vedette_report.exporting.geojson import write_geojson
 from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch

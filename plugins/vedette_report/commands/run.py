@@ -17,7 +17,8 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Result, Steps
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
-from vedette_files.writing import Inputs, check_folder, locked, results_in, settle, unfinished_runs
+from vedette_files.files_read import Inputs
+from vedette_files.writing import check_folder, locked, results_in, settle, unfinished_runs
 from vedette_report.drawing import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.files import NAMES, write_config, write_files, write_of_plugins

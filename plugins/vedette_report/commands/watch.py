@@ -12,7 +12,8 @@ from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load, to_config, warnings_of
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Steps, Watch
-from vedette_files.writing import Inputs, check_folder
+from vedette_files.files_read import Inputs
+from vedette_files.writing import check_folder
 from vedette_report.streaming import stream
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace, read_speed

@@ -2,8 +2,8 @@
 
 from vedette_report.recorded.objects import Pooled as Pooled
 from vedette_report.recorded.objects import pooled as pooled
-from vedette_report.recorded.tracks import Innovations as Innovations
 from vedette_report.recorded.tracks import Recorded as Recorded
 from vedette_report.recorded.tracks import recorded as recorded
 from vedette_report.recorded.tracks import recorded_consistency as recorded_consistency
 from vedette_report.recorded.tracks import table as table
+from vedette_report.recorded.used import Innovations as Innovations

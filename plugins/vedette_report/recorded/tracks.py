@@ -13,12 +13,11 @@ from attrs import evolve, field, frozen
 from vedette.config import warnings_of
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics import autocorrelation, free_axes, nees
+from vedette.metrics import free_axes, nees
 from vedette.progress import Progress, silent
-from vedette.space import Array, Indices, Mask, Space
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Expected, State, Tracker
-from vedette.types import Gaussian, Track, Trajectory
+from vedette.space import Array, Mask, Space
+from vedette.tracking import Tracker
+from vedette.types import Track, Trajectory
 from vedette.units import say
 from vedette_report.columns import aligned
 from vedette_report.figures import figures_html
@@ -26,41 +25,20 @@ from vedette_report.noises import at_fault
 from vedette_report.recorded.credibility import Credibility, noncredibility
 from vedette_report.recorded.pairing import Followed, followed
 from vedette_report.recorded.pooled import pooled_nis
+from vedette_report.recorded.used import Entry, Innovations, entries_of, gathered
 
-Entry = tuple[str, float, float, float, float, Array, Array]
-"""What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
 TITLES = ("object", "track", "scans", "ANEES", "NIS", "correlation", "detected", "noncr. [dB]", "incl. [dB]", "lost at")
 HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation of innovations and inclination: 0"
 SIGMAS, OFF, LARGE = 4.0, 0.15, 1.1
 """Detections tell of P_D if they are off by so many deviations of their number and by such a part, and before they do,
 innovations so large tell of Q and R: by hand.
 """
-LAGS = 10
-"""Number of scans over which innovations are correlated."""
 
 
 def table(told: Sequence[Recorded]) -> list[str]:
     """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
     lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
     return lines + [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint]
-
-
-@frozen(eq=False)
-class Innovations:
-    """What a track used of each scan that it lived through.
-
-    nis (s,) weighted squared distances, hit (s,) the probability of having been detected and `declared` (s,) what it was to
-    be, axes (s,) that were measured; `correlation` (l,) of the innovations of its most used sensor at lag 1 ..., from
-    `pairs` (l,) of numbers: none if they are fewer than three scans.
-    """
-
-    times: Array
-    nis: Array
-    hit: Array
-    declared: Array
-    axes: Array
-    correlation: Array
-    pairs: Array
 
 
 @frozen(eq=False)
@@ -174,7 +152,7 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
 
 def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
     """Report the tracks of a run that has kept its states, as `recorded_consistency` does."""
-    tracker, entries = experiment.tracker, _entries(experiment.tracker, result)
+    tracker, entries = experiment.tracker, entries_of(experiment.tracker, result)
     known = {track.id: track for track in result.tracks if track.id in entries}
     records: list[Recorded | None] = []
     for path, own in zip(result.recording.truth, followed(experiment, result), strict=True):
@@ -182,14 +160,14 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
         for track, at in zip(own.tracks, own.scans, strict=True):
             if track.id in known and np.any(at & _shared(track, path)):
                 covered = True
-                records.append(_told(tracker, track, _gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
+                records.append(_told(tracker, track, gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
         if not covered:
             near = [(float(np.mean(_distance(one, path))), i) for i, one in known.items() if _shared(one, path).any()]
             if near:
                 _, best = min(near)
-                records.append(_told(tracker, known[best], _gathered(tracker, entries[best]), path))
+                records.append(_told(tracker, known[best], gathered(tracker, entries[best]), path))
     if not result.recording.truth:
-        records = [_told(tracker, track, _gathered(tracker, entries[track.id])) for track in known.values()]
+        records = [_told(tracker, track, gathered(tracker, entries[track.id])) for track in known.values()]
     told = tuple(one for one in records if one is not None)
     if not told and 0 < result.intake.frames == result.intake.scans:
         raise InputError(
@@ -269,59 +247,3 @@ def _told(
         axes=round(float(np.median(free_axes(cov)))),
         target=target,
     )
-
-
-def _entries(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
-    """Return by track id what it used of each scan of returns after the one in which it began."""
-    rows: dict[int, list[Entry]] = {}
-    for before, state, scan in zip(result.states, result.states[1:], result.scans[1:], strict=False):
-        if isinstance(tracker.sensors[scan.sensor], ImagingSensor) or not len(before.ids):
-            continue
-        it = tracker.expect(before, scan)
-        predicted = it.tracks
-        at = {track: row for row, track in enumerate(before.ids.tolist())}
-        for row, track in enumerate(state.ids.tolist()):
-            if track in at:
-                then, ahead = it, predicted
-                if scan.detections.time is not None and state.hit[row] > 0:
-                    then = it.at(int(_returns(state, row)[np.argmax(state.weights[row, 1:])]))
-                    ahead = then.tracks
-                prior = Gaussian(ahead.mean[at[track]], ahead.cov[at[track]])
-                pooled, S, declared = _used(then, prior, state, row)
-                entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
-                rows.setdefault(track, []).append(entry)
-    return rows
-
-
-def _returns(state: State, row: int) -> Indices:
-    """Return which return each of a track's columns is of."""
-    return np.arange(state.weights.shape[-1] - 1) if state.returns is None else state.returns[row]
-
-
-def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array, Array, float]:
-    """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
-    weights = state.weights[row, 1:]
-    used = np.flatnonzero(weights)
-    used_returns = _returns(state, row)[used]
-    sensor, seen = it.sensor, it.scan.detections
-    noise = seen.noise[used_returns[np.argmax(weights[used])]] if len(used_returns) and seen.noise is not None else None
-    expected, S, _ = it.returns_of(prior, noise)
-    residual = sensor.measurement.difference(seen.z[used_returns], expected)
-    if seen.missing is not None:
-        residual = np.where(seen.missing[used_returns], 0.0, residual)
-    declared = float(sensor.detects(prior.mean[it.plan.state.locate(sensor.observes)])) * it.plan.p_gate
-    return np.sum(weights[used][:, None] * residual, axis=0), S, declared
-
-
-def _gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
-    names = [entry[0] for entry in entries]
-    most = max(set(names), key=lambda name: (sum(e[3] > 0 for e in entries if e[0] == name), name))
-    alike = [entry for entry in entries if entry[0] == most]
-    lags, valid = min(LAGS, len(alike) - 1), np.array([entry[3] > 0 for entry in alike])
-    correlation: Array = np.zeros(0)
-    pairs: Array = np.zeros(0)
-    if lags > 0 and valid.sum() >= 3:
-        correlation, pairs = autocorrelation(np.array([e[5] for e in alike]), np.array([e[6] for e in alike]), lags, valid)
-    times, nis, hit, declared = (np.array([entry[i] for entry in entries], dtype=float) for i in range(1, 5))
-    axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
-    return Innovations(times, nis, hit, declared, axes, correlation, pairs)

@@ -13,7 +13,8 @@ from vedette import Reproduction
 from vedette.commands import options
 from vedette.config import Registry
 from vedette.errors import ConfigError, Problem
-from vedette_files.writing import Inputs, check_folder, locked
+from vedette_files.files_read import Inputs
+from vedette_files.writing import check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.files import write_texts

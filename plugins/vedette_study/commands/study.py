@@ -14,7 +14,8 @@ import attrs
 
 from vedette.commands import DONE, FAILED, INTERRUPTED, options
 from vedette.errors import ConfigError, Problem
-from vedette_files.writing import Inputs, check_folder, locked
+from vedette_files.files_read import Inputs
+from vedette_files.writing import check_folder, locked
 from vedette_report.canvas import Look
 from vedette_report.drawing import drawing
 from vedette_report.output import can_write, write_charts

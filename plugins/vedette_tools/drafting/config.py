@@ -19,8 +19,9 @@ from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out
 from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, LESS, proved
-from vedette_tools.drafting.reading import JUMP, Reading, Seen, opened, usual_speed
+from vedette_tools.drafting.reading import JUMP, Reading, opened
 from vedette_tools.drafting.reports import longest_waits
+from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import tried

@@ -13,15 +13,16 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import InputError
 from vedette_files import NORTH_EAST
-from vedette_files.columnar import FrameTable, TablePath, is_columnar
+from vedette_files.columnar import FrameTable, TablePath
 from vedette_files.composed import made_of
-from vedette_files.csv_table import COMMAS, Dialect, listed
+from vedette_files.csv_table import Dialect, listed
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, states_units
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
 from vedette_tools.drafting.naming import by_words, named_by
+from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
 from vedette_tools.drafting.titles import OF_REPORTS, SENT, Meaning, chosen, words_of
@@ -209,10 +210,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     for axis, name in every.items():
         add_unit(axis, axis, measured[name], columns, units, assumed)
     lost_units = [unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
-    aside = _aside(path, wishes.platform)
-    platform = _platform(aside[1]) if aside else _platform(own) if axes == POLAR else {}
-    if aside and not platform:
-        raise InputError(f"{wishes.platform}: no columns look like a position of the platform")
+    aside = file_beside(path, wishes.platform)
+    platform = platform_of(aside[1]) if aside else platform_of(own) if axes == POLAR else {}
     if "range_rate" in names and platform:
         platform |= own_velocity(own, platform, columns, compass)
     for axis, given in platform.items():
@@ -293,34 +292,6 @@ def _reports(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[st
 def _is_sent(plain: str) -> bool:
     """Return whether a title, by its words alone, is of what objects report of themselves."""
     return plain in OF_REPORTS or plain.endswith(SENT)
-
-
-def _aside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[str, Meaning], dict[str, list[str]]] | None:
-    """Return the time, the columns by axis and the cells of a file of the own platform, None without one."""
-    if platform is None:
-        return None
-    if not isinstance(path, Path) or platform.resolve().parent != path.resolve().parent:
-        raise InputError(f"{platform}: must lie in the folder of the returns, for a config names one folder: copy it there")
-    titles, rows, dialect = first_rows(platform)
-    if dialect != (COMMAS if is_columnar(path) else first_rows(path)[2]):
-        raise InputError(f"{platform}: must have the delimiter and the decimal sign of {path.name}")
-    measured, own = chosen(titles)
-    if "time" not in measured:
-        raise InputError(f"{platform}: no column looks like a time among {listed(titles)}")
-    return measured["time"], measured | own, {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-
-
-def _platform(own: Mapping[str, Meaning]) -> dict[str, Meaning]:
-    """Return the platform's columns: its position, and its heading if there is one."""
-    if set(GEODETIC) <= set(own):
-        pair = {axis: own[axis] for axis in GEODETIC}
-    elif {"east", "north"} <= set(own):
-        pair = {"x": own["north"], "y": own["east"]}
-    elif set(FLAT) <= set(own):
-        pair = {axis: own[axis] for axis in FLAT}
-    else:
-        return {}
-    return pair | ({"heading": own["heading"]} if "heading" in own else {})
 
 
 def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:

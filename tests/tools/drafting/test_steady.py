@@ -7,7 +7,8 @@ import pytest
 
 from vedette_tools.drafting.chains import Chain, unbroken
 from vedette_tools.drafting.config import draft_config
-from vedette_tools.drafting.reading import Seen, _noise
+from vedette_tools.drafting.reading import _noise
+from vedette_tools.drafting.seen import Seen
 
 FLAT = SimpleNamespace(polar=False, reported=False)
 
