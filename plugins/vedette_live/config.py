@@ -16,7 +16,7 @@ from vedette.roles import Sensor
 from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
 from vedette.tracking import check_smoothing, raw_sensors
-from vedette_files import Origin
+from vedette_files import DATED, Origin
 from vedette_files.files_read import Inputs
 from vedette_files.input_files import user_path
 from vedette_live.grouping import Grouping
@@ -102,6 +102,12 @@ class Service:
 
     experiment: Experiment
     parts: Parts
+
+    @property
+    def notes(self) -> dict[str, str]:
+        """What x, y and times mean, as a recording's notes say it."""
+        notes = {} if self.parts.service.origin is None else {"origin": str(self.parts.service.origin)}
+        return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in self.parts.inputs) else {})
 
 
 APART = ("inputs", "outputs", "service")

@@ -72,7 +72,7 @@ def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Pat
             second.sendall(b"".join(todo))
             wait_for(lambda: running.counters.counts["messages_total"] == 70)
             wait_for(lambda: running.counters.counts["scans_taken_total"] == 40)
-            running._save()
+            running.kept.save(running._window)
             with second.makefile("rb") as told:
                 answers = [json.loads(told.readline()) for _ in range(2)]
     assert {answer["sensor"]: answer["ack"] for answer in answers} == {"north": 39, "south": 38}
@@ -86,7 +86,7 @@ def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> Non
     with served(config(tmp_path, port, record=str(record))) as running:
         counts = running.counters.counts
         send(port, todo[:20], 20)
-        direct, recorder = running._store.connection, running._recorder  # type: ignore[union-attr]
+        direct, recorder = running.kept.store.connection, running.kept.recorder  # type: ignore[union-attr]
         assert recorder is not None
         direct.execute(f"PRAGMA max_page_count = {direct.execute('PRAGMA page_count').fetchone()[0]}")
         file, recorder.file = recorder.file, FullFile(recorder.file.fileno(), "r+b", closefd=False)
@@ -186,9 +186,9 @@ def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:
 def goes_on(config: dict[str, object]) -> float | None:
     """Return the time of the state that a service begins with."""
     running = Running(load_service(config))
-    running._restore()
-    running._close()
-    return None if running.state is None else running.state.time
+    window = running.kept.open()
+    running.kept.close()
+    return None if window is None else window.state.time
 
 
 def test_a_state_of_another_config_is_used_where_it_fits_and_what_changed_is_told(

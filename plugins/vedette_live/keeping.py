@@ -1,0 +1,149 @@
+"""What a service keeps while it runs: a record of its scans, and in a store its state and its tracks, for a restart."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Any, final
+
+from attrs import define, field
+
+from vedette.errors import VedetteError
+from vedette.streams import Saved, Storage, TrackReport
+from vedette_live import saving
+from vedette_live.config import Service
+from vedette_live.counters import Counters
+from vedette_live.listening import Listening
+from vedette_live.log import LOG
+from vedette_live.recorder import Recorder
+from vedette_live.reports import chosen, report_of
+from vedette_live.window import Taken, Window
+
+TOGETHER = 64
+"""Scans that are taken, and written, at once if so many wait."""
+_UNSAVED = 10_000
+"""Reports that wait for a store that cannot be written, as on a full disk; the oldest are dropped."""
+
+
+@final
+@define(eq=False)
+class Keeping:
+    """Keeps what a service took; a full disk does not end the service, and is told."""
+
+    service: Service
+    counters: Counters
+    ails: dict[str, str]
+    listening: Listening
+    store: Storage | None = None
+    recorder: Recorder | None = None
+    made: dict[str, Any] = field(factory=dict)
+    _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
+
+    def open(self) -> Window | None:
+        """Open store and record, and return what was saved, to go on from; None if nothing that fits was."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        self.made = saving.made_by(experiment)
+        if conduct.record:
+            self.recorder = Recorder.append(conduct.record, experiment)
+        if conduct.store is None:
+            return None
+        self.store = conduct.store.open()
+        for told in getattr(self.store, "told", ()):
+            LOG.error("store", extra={"why": told})
+        saved = self.store.load()
+        if saved is None:
+            return None
+        try:
+            window = self._window_of(saved)
+        except VedetteError as error:
+            LOG.error("the saved state does not fit, and is left out", extra={"why": str(error)[:300]})
+            return None
+        places, code = saving.changed(saved.states["made"], self.made)
+        if places:
+            LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
+        if code:
+            LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
+        feeds = zip(self.listening.groupers, saved.states["clocks"], self.service.parts.inputs, strict=False)
+        for grouper, clocks, feed in feeds:
+            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
+        self.listening.numbers.kept = dict(saved.acknowledged)
+        if self.recorder is not None and "recorded" in saved.states:
+            self.recorder.cut(saved.states["recorded"])
+        for name, count in saved.counters.items():
+            if name in self.counters.counts:
+                self.counters.add(name, count)
+        LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
+        return window
+
+    def _window_of(self, saved: Saved) -> Window:
+        """Return the states that were saved; InputError if they are of another kind of tracker."""
+        conduct, experiment = self.service.parts.service, self.service.experiment
+        before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
+        window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
+        window.take(saving.formed_from(given) for given in saved.states["scans"])
+        return window
+
+    def save(self, window: Window | None) -> None:
+        """Keep the state and the tracks since the last time; then acknowledge what they hold."""
+        if self.recorder is not None:
+            self._write_record(self.recorder)
+        if self.store is None or window is None:
+            return
+        numbers = self.listening.numbers.taken()
+        clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
+        states: dict[str, Any] = {
+            "made": self.made,
+            "before": window.before.to_data(),
+            "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
+            "clocks": clocks,
+        }
+        if self.recorder is not None:
+            states["recorded"] = self.recorder.end
+        try:
+            if self.recorder is not None and self.recorder.waiting:
+                raise OSError("the record cannot be written")
+            saved = Saved(saving.digest_of(self.made), states, dict(self.counters.counts), numbers, self.service.notes)
+            self.store.save(saved, list(self._unsaved))
+        except OSError as error:
+            self.counters.add("saves_failed_total")
+            self.ails["store"] = str(error)
+            LOG.error("not saved", extra={"why": str(error)})
+            return
+        self.ails.pop("store", None)
+        self.counters.add("saves_total")
+        self._unsaved.clear()
+        self.listening.numbers.keep(numbers)
+
+    def take(self, taken: Taken) -> None:
+        """Keep a scan and the tracks after it, which no late scan can change any more."""
+        if self.recorder is not None:
+            self.recorder.write(taken)
+        if self.store is not None:
+            report = report_of(self.service, taken.state)
+            if report.confirmed.any():
+                self._unsaved.append(chosen(report, report.confirmed))
+
+    def record(self, *, all_of_it: bool) -> None:
+        """Write the record once enough waits, or `all_of_it`."""
+        if self.recorder is None:
+            return
+        while self.listening.left_out:
+            self.recorder.leave_out(*self.listening.left_out.popleft())
+        if all_of_it or len(self.recorder.waiting) >= TOGETHER:
+            self._write_record(self.recorder)
+
+    def _write_record(self, recorder: Recorder) -> None:
+        """Write what waits of the record; a full disk does not end the service, and is told."""
+        try:
+            recorder.flush()
+            self.ails.pop("record", None)
+        except OSError as error:
+            if "record" not in self.ails:
+                LOG.error("not recorded", extra={"why": str(error)})
+            self.ails["record"] = str(error)
+
+    def close(self) -> None:
+        """Close record and store."""
+        if self.recorder is not None:
+            self.recorder.close()
+        if self.store is not None:
+            self.store.close()
