@@ -137,6 +137,8 @@ def cell(value: Any) -> str:
 
     A duration is a number of s.
     """
+    if type(value) is float:
+        return repr(value) if value == value else ""
     if value is None or isinstance(value, float | date | time):
         if value is None or value != value:  # NaN and NaT
             return ""

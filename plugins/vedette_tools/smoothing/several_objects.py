@@ -85,8 +85,8 @@ def _jumping(paths: Paths, told: Indices, first: Indices, counts: Indices, most:
         looked = begin + 1 + (np.linspace(0, 1, min(most, int(count.max()) - 2)) * (count - 3)).astype(int)
         reach = min(int(EARLIER[-1]), int(count.max()))
         before = looked[..., None] - np.arange(1, reach + 1)
-        here = paths.spots[told[looked]]
-        apart = ((here[..., None, :] - paths.spots[told[np.maximum(before, 0)]]) ** 2).sum(axis=-1)
+        earlier = told[np.maximum(before, 0)]
+        apart = sum((axis[told[looked]][..., None] - axis[earlier]) ** 2 for axis in paths.spots.T)
         nearest = np.minimum.accumulate(np.where(before < begin[..., None], np.inf, apart), axis=-1)
         nearest = nearest[..., np.minimum(EARLIER, reach) - 1]
         step = apart[..., :1]

@@ -73,7 +73,8 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
     back = (tenth == np.arange(folds)[:, None]).ravel()
     partly = evolve(_copies(clean, folds), told=~back)
     owners = np.concatenate([owner + i * (owner[-1] + 1) for i in range(folds)])
-    likely = [_held_back(partly, back, _told(partly, owners, trust)) for trust in trusts]
+    cleaned = _Cleaned.of(partly)
+    likely = [_held_back(partly, back, _told(partly, owners, trust, cleaned)) for trust in trusts]
     trust, swell = np.unravel_index(int(np.argmax(likely)), (len(trusts), len(SWELLS)))
     return evolve(trusts[trust], swell=SWELLS[swell], told=bool(clean.lengths.max(initial=0) >= TELL))
 
@@ -114,6 +115,24 @@ def speeds(paths: Paths) -> Array:
 
 
 @frozen(eq=False)
+class _Cleaned:
+    """Reports before any model is known: the rows that tell, which of these are gross, the others as paths, their speeds."""
+
+    rows: Indices
+    wrong: Mask
+    clean: Paths
+    speed: Array
+
+    @classmethod
+    def of(cls, paths: Paths) -> _Cleaned:
+        rows = np.flatnonzero(paths.told)
+        reported = paths.only(rows, np.searchsorted(rows, paths.starts))
+        wrong = gross(reported)
+        clean = reported.without(wrong)
+        return cls(rows, wrong, clean, speeds(clean))
+
+
+@frozen(eq=False)
 class Told:
     """What a path's own reports tell of each row: its acceleration, noises and first speed, as `linear.smoothed` takes them,
     which reports are gross, and where the object is all at once elsewhere.
@@ -129,7 +148,7 @@ class Told:
 
 def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
     """Return the paths smoothed by a model; objects (p,): whose each piece is, in order. Jumps begin further pieces."""
-    told = _told(paths, objects, model)
+    told = _told(paths, objects, model, _Cleaned.of(paths))
     if told.jumps.any():
         starts = np.union1d(paths.starts, np.flatnonzero(told.jumps))
         objects = objects[np.searchsorted(paths.starts, starts[:-1], side="right") - 1]
@@ -155,13 +174,10 @@ def _used(paths: Paths, wrong: Mask) -> Mask:
     return paths.told & ~(wrong & (bad <= MOST_GROSS * all_told)[piece])
 
 
-def _told(paths: Paths, objects: Indices, model: Model) -> Told:
-    rows = np.flatnonzero(paths.told)
-    reported = paths.only(rows, np.searchsorted(rows, paths.starts))
-    wrong = gross(reported)
+def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned) -> Told:
+    rows, wrong = cleaned.rows, cleaned.wrong.copy()
     kept = np.flatnonzero(~wrong)
-    clean = reported.only(kept, np.searchsorted(kept, reported.starts))
-    accel, noise, off = _agility(clean, objects, model)
+    accel, noise, off = _agility(cleaned.clean, cleaned.speed, objects, model)
     short, begun = _runs(off)
     wrong[kept] |= short
     bad, jumps = np.zeros((2, len(paths)), dtype=bool)
@@ -173,7 +189,7 @@ def _told(paths: Paths, objects: Indices, model: Model) -> Told:
     last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
     after = np.maximum(np.minimum(after, last), 0)
     return Told(
-        accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], speeds(clean)[after], bad, jumps
+        accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], cleaned.speed[after], bad, jumps
     )
 
 
@@ -202,11 +218,11 @@ def _outlying(paths: Paths, estimates: linear.Estimates, sigma: Array) -> Mask:
     return np.asarray(paths.told & (left > 1e-6 * sigma**2) & (off > GATE * np.maximum(left, 1e-300)))
 
 
-def _agility(paths: Paths, objects: Indices, model: Model) -> tuple[Array, Indices, Mask]:
+def _agility(paths: Paths, speed: Array, objects: Indices, model: Model) -> tuple[Array, Indices, Mask]:
     """Return for each row the density's root of its acceleration, which noise its object has, and whether it is gross."""
     n = len(paths)
     again, rows, inner = windows(paths, WINDOW, OVERLAP)
-    banked = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speeds(paths)[rows])
+    banked = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed[rows])
     whose = np.repeat(objects, paths.lengths)
     loglik = np.zeros((int(objects.max(initial=0)) + 1, len(model.sigmas)))
     np.add.at(loglik, whose[rows[inner]], banked.loglik[inner])

@@ -52,7 +52,7 @@ class Reports:
         good = np.flatnonzero(np.isfinite(times) & (codes >= 0) & ~columns.of_others(frame))
         rows = good[np.lexsort((times[good], codes[good]))]
         codes, times = np.unique(codes[rows], return_inverse=True)[1], times[rows]
-        frame = frame.iloc[rows]
+        frame = _in_order(frame, rows)
         places, told = columns.positions(frame)
         velocities = columns.velocities(frame)
         plane = None
@@ -100,7 +100,8 @@ def smooth_positions(
     """
     frame = frame_of(data)
     named = frame if all(name is None for name in frame.index.names) else frame.reset_index()
-    named = named.set_axis(titles := [str(title) for title in named.columns], axis=1)
+    titles = [str(title) for title in named.columns]
+    named = named if titles == list(named.columns) else named.set_axis(titles, axis=1)
     check_titles(titles, "the data")
     table = FrameTable(named)
     columns = Columns.of(table, by, titles)
@@ -111,15 +112,20 @@ def smooth_positions(
         raise InputError(first_fault([table], columns) or str(error)) from None
     check_apart(reports.paths, reports.objects, columns.name, rounding, "the data", "by=COLUMN")
     smooth = smoothed_rows(named, columns, reports, model, rounding, seconds("every", every))
-    result = _with(named.iloc[smooth.rows], smooth.cells)
-    return result.reset_index(drop=True) if every is not None else result.iloc[np.argsort(smooth.rows, kind="stable")]
+    result = _with(_in_order(named, smooth.rows), smooth.cells)
+    return result.reset_index(drop=True) if every is not None else _in_order(result, np.argsort(smooth.rows, kind="stable"))
+
+
+def _in_order(frame: Any, rows: Indices) -> Any:
+    """Return rows of a frame, itself if these are all as they stand: pandas copies them for some time."""
+    return frame if np.array_equal(rows, np.arange(len(frame))) else frame.iloc[rows]
 
 
 def _with(frame: Any, cells: Mapping[str, Any]) -> Any:
     """Return a frame with columns exchanged or added, all at once: one by one each takes a tenth of a millisecond."""
     pd = needed("pandas", "tables need pandas", "data")
     titles = dict.fromkeys([*frame.columns, *cells])
-    every = {title: cells[title] if title in cells else frame[title].array for title in titles}
+    every = {title: cells[title] if title in cells else frame[title].array.copy() for title in titles}
     return pd.DataFrame(every, index=frame.index, copy=False)
 
 

@@ -22,6 +22,7 @@ def test_positions_come_nearer_the_truth_with_deviations_that_say_how_near():
     assert list(smooth.columns) == [*frame.columns, "speed_mps", "course_deg", *DEVIATIONS, PIECE, GROSS]
     assert smooth.index.equals(frame.index)
     assert smooth[["time", "id"]].equals(frame[["time", "id"]])
+    assert not any(np.shares_memory(frame[title], smooth[title]) for title in ("time", "x", "y"))
     before, after = off(frame, true), off(smooth, true)
     assert np.sqrt(np.mean(after**2)) < 0.75 * np.sqrt(np.mean(before**2))
     assert 0.7 < np.mean(after**2 / (2 * smooth.position_deviation_m**2)) < 1.4
