@@ -3,6 +3,7 @@
 #include "imm.hpp"
 #include "particles.hpp"
 #include "points.hpp"
+#include "scan_step.hpp"
 #include "scores.hpp"
 
 #include <cstdint>

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "twins.hpp"
+#include "twin_entries.hpp"
 
 namespace vedette {
 

@@ -13,6 +13,7 @@
 #include "mode_entries.hpp"
 #include "roots.hpp"
 #include "streams.hpp"
+#include "twin_entries.hpp"
 
 namespace vedette {
 

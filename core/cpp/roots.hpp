@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "triangular.hpp"
-#include "twins.hpp"
+#include "twin_entries.hpp"
 
 namespace vedette {
 
