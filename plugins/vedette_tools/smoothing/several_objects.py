@@ -8,6 +8,8 @@ from vedette.errors import InputError
 from vedette.space import Array, Indices
 from vedette_tools.smoothing.cleaning import off_line
 from vedette_tools.smoothing.paths import Paths
+from vedette_tools.smoothing.smoother import Smooth
+from vedette_tools.smoothing.two_chains import two_chains
 
 EARLIER = 2 ** np.arange(1, 8)
 """Among so many rows before a row, one is looked for that lies near it."""
@@ -53,8 +55,8 @@ def check_apart(paths: Paths, objects: Indices, name: str, rounding: float, data
         raise InputError(f"{data}: {far}: these are several objects; {cure}")
 
 
-def mixed(paths: Paths, objects: Indices, smooth: Array, rounding: float) -> Indices:
-    """Return the objects whose rows seem to be of several: they jump, or lie in two places beside the smooth ones (n, d)."""
+def mixed(paths: Paths, objects: Indices, smooth: Smooth, rounding: float) -> Indices:
+    """Return the objects whose rows seem to be of several: they jump, lie in two places beside the path, or on two paths."""
     told, ends, counts = _told(paths, objects)
     many = np.flatnonzero((counts >= LEAST) & (len(counts) > 1))  # of one `check_apart` has looked at more rows
     first = ends[many] - counts[many]
@@ -62,10 +64,10 @@ def mixed(paths: Paths, objects: Indices, smooth: Array, rounding: float) -> Ind
     doubted = np.flatnonzero(parts > PART / 2)
     parts[doubted] = _jumping(paths, told, first[doubted], counts[many][doubted], ROWS, rounding)
     whose = np.repeat(np.arange(len(counts)), counts)
-    squared = np.nan_to_num(((paths.spots - smooth)[told] ** 2).sum(axis=-1))
+    squared = np.nan_to_num(((paths.spots - smooth.estimates.spots)[told] ** 2).sum(axis=-1))
     second, fourth = (np.bincount(whose, squared**power, len(counts)) / np.maximum(counts, 1) for power in (1, 2))
     two = (fourth < TWO * second**2) & (second > 8.0 * rounding**2) & (counts >= ENOUGH)
-    return np.union1d(many[parts > PART], np.flatnonzero(two))
+    return np.union1d(np.union1d(many[parts > PART], np.flatnonzero(two)), two_chains(paths, smooth, rounding))
 
 
 def _told(paths: Paths, objects: Indices) -> tuple[Indices, Indices, Indices]:

@@ -184,7 +184,7 @@ def smoothed_rows(
     rows = np.arange(len(paths))
     wider, asked, last = (paths, rows, rows) if every is None else _resampled(paths, every)
     smooth = smoothed(wider, objects, model)
-    several = mixed(wider, objects, smooth.estimates.spots, rounding)
+    several = mixed(wider, objects, smooth, rounding)
     rows, codes, piece = reports.rows[last], reports.codes[last], smooth.piece[asked]
     piece = piece - np.searchsorted(smooth.objects, codes)
     claimed = np.isin(codes, several, invert=True) & model.told

@@ -12,7 +12,7 @@ import pytest
 import vedette
 from support.reports import METRES, reports_frame
 from vedette.cli import main
-from vedette_tools.smoothing import files, several_objects
+from vedette_tools.smoothing import files, several_objects, two_chains
 from vedette_tools.smoothing.cells import DEVIATIONS, PIECE
 
 STILL = ["x", "y", DEVIATIONS[0]]
@@ -107,10 +107,10 @@ def test_a_lone_report_claims_no_speed_and_pieces_of_one_no_errors(frame):
     assert apart[list(DEVIATIONS)].isna().all(axis=None)
 
 
-def pair(rng, apart, *, in_turn):
-    """Two objects side by side under one name, that report in turn at random or at the same times."""
+def pair(rng, apart, *, in_turn, share=0.5):
+    """Two objects side by side under one name, that report in turn at random or at the same times; share: of the second."""
     times = 10.0 * np.arange(240) if in_turn else np.repeat(10.0 * np.arange(120), 2)
-    second = rng.random(240) < 0.5 if in_turn else np.arange(240) % 2 == 1
+    second = rng.random(240) < share if in_turn else np.arange(240) % 2 == 1
     x, y = 5.0 * times + rng.normal(0, 3, 240), 3.0 * times + apart * second + rng.normal(0, 3, 240)
     return pd.DataFrame({"time": times, "id": "shared", "x": x, "y": y})
 
@@ -129,6 +129,18 @@ def test_of_several_objects_under_one_name_nothing_is_claimed(apart, in_turn, fr
     out = capsys.readouterr().out
     assert "rows of 1 object seem to be of several" in out
     assert json.loads(out.splitlines()[-1])["mixed"] == 1
+
+
+@pytest.mark.parametrize(("apart", "share"), [(1000.0, 0.3), (1000.0, 0.15), (24.0, 0.3), (15.0, 0.5), (15.0, 0.3)])
+def test_of_two_objects_that_are_near_or_unlike_often_nothing_is_claimed(apart, share, frame, monkeypatch):
+    """By five to eight deviations of 3 m, too; the mutant asks for no likelihood, and finds two in one."""
+    shared = pair(np.random.default_rng(1), apart, in_turn=True, share=share)
+    mixture = pd.concat([frame, shared], ignore_index=True)
+    smooth = vedette.smooth_positions(mixture)
+    claimed = smooth[DEVIATIONS[0]].notna()
+    assert claimed.equals(smooth.id != "shared")
+    monkeypatch.setattr(two_chains, "SURE", -np.inf)
+    assert vedette.smooth_positions(pd.concat([frame, shared.assign(y=0.0)]))[DEVIATIONS[0]].isna().any()
 
 
 def test_an_object_that_comes_by_again_is_one(monkeypatch):
