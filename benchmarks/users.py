@@ -17,32 +17,21 @@ import resource
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
 from time import process_time
 from typing import Any
 
 import numpy as np
 
-import vedette
-from benchmarks.problems import MODES, POLAR, Array, make, noise, switching, transition
 from benchmarks.table import digits, grid, quotient, verdict
-from vedette import Detections, Gaussian, Scan
+from benchmarks.whole_jobs import EKF, IMM, UKF, Run, five_vessels, one_object, one_track
+from benchmarks.whole_jobs.five_vessels import SCANS, watch
 
 ROOT = Path(__file__).parent.parent
 BEGIN, END = "<!-- users: begin -->", "<!-- users: end -->"
 AGREE = 1e-6
-CV = {"kind": "constant_velocity", "sigma_accel": MODES[0][0]}
-EKF = {"kind": "ekf", "motion": CV}
-TWO = [EKF, {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": MODES[1][0]}}]
-IMM = {"kind": "imm", "modes": TWO, "transition": switching(2).tolist()}
-UKF = {"kind": "ukf", "motion": CV}
-POSITIONS, SCANS = 1_000, 100
-
-Run = Callable[[], Any]
-"""Does a job once, and returns what it found: a position (2,), or None where none is compared."""
 
 
 @dataclass(frozen=True)
@@ -60,269 +49,6 @@ class Job:
     runs: int = 1
 
 
-def built(estimator: Any, sensor: Any, associator: str = "pda", **parts: Any) -> vedette.Tracker:
-    """Return a tracker of these parts; of a given track unless `parts` say otherwise."""
-    start = {name: [0.0, 1.0] for name in ("x", "y", "vx", "vy")}
-    usual = {"birth": {"kind": "given", "start": start}, "lifecycle": {"kind": "single_target"}}
-    whole = {"estimator": estimator, "sensors": {"radar": sensor}, "associator": {"kind": associator}}
-    return vedette.build(whole | usual | parts)
-
-
-# One object at uneven times
-
-
-@cache
-def uneven() -> tuple[Array, Array, Array, Array]:
-    """Return the times (s,) of an object, positions as measured (s, 2), and its prior."""
-    rng = np.random.default_rng(1)
-    times = np.cumsum(rng.uniform(0.5, 1.5, POSITIONS))
-    z = np.outer(times, [12.0, -5.0]) + 5.0 * rng.standard_normal((POSITIONS, 2))
-    return times, z, np.array([0.0, 0.0, 12.0, -5.0]), np.diag([100.0, 100.0, 25.0, 25.0])
-
-
-def smoothing_by_vedette() -> Run:
-    times, z, x, P = uneven()
-    tracker = built({"kind": "kalman", "motion": CV}, {"kind": "cartesian_position", "sigma": 5.0})
-    scans = [Scan(float(time), "radar", Detections.of(row[None])) for time, row in zip(times, z, strict=True)]
-
-    def states() -> Iterator[Any]:
-        state = tracker.start(Gaussian(x[None], P[None]), 0.0)
-        for scan in scans:
-            state = tracker.step(state, scan)
-            yield state
-
-    def run() -> Array:
-        whole = [tracker.estimate(state) for state in vedette.smoothed(tracker, states())]
-        return whole[0].mean[0, :2]
-
-    return run
-
-
-def smoothing_by_filterpy() -> Run:
-    from filterpy.kalman import KalmanFilter
-
-    times, z, x, P = uneven()
-    made = KalmanFilter(dim_x=4, dim_z=2)
-    made.H, made.R = np.eye(2, 4), 25.0 * np.eye(2)
-
-    def run() -> Array:
-        made.x, made.P = x.copy(), P.copy()
-        xs, Ps, Fs, Qs, before = [], [], [], [], 0.0
-        for time, row in zip(times.tolist(), z, strict=True):
-            dt, before = time - before, time
-            q = MODES[0][0] ** 2
-            F = np.array([[1, 0, dt, 0], [0, 1, 0, dt], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=float)
-            a, b, c = q * dt**3 / 3, q * dt**2 / 2, q * dt
-            Q = np.array([[a, 0, b, 0], [0, a, 0, b], [b, 0, c, 0], [0, b, 0, c]])
-            made.predict(F=F, Q=Q)
-            made.update(row)
-            xs.append(made.x.copy()), Ps.append(made.P.copy()), Fs.append(F), Qs.append(Q)
-        # step k of rts_smoother moves from k to k + 1 by the matrices of k + 1
-        smooth, _, _, _ = made.rts_smoother(np.array(xs), np.array(Ps), Fs=Fs, Qs=Qs)
-        found: Array = smooth[0, :2]
-        return found
-
-    return run
-
-
-def smoothing_by_stonesoup() -> Run:
-    from datetime import timedelta
-
-    from stonesoup.smoother.kalman import KalmanSmoother
-    from stonesoup.types.hypothesis import SingleHypothesis
-    from stonesoup.types.track import Track
-
-    from benchmarks.contenders import stonesoup as peer
-
-    problem = make("kf")
-    motion, sensor = peer.parts(problem)
-    predictor, updater, smoother = peer.KalmanPredictor(motion), peer.KalmanUpdater(sensor), KalmanSmoother(motion)
-    times, z, x, P = uneven()
-    seen = [
-        peer.detection(problem, sensor, row, peer.BEGIN + timedelta(seconds=time))
-        for time, row in zip(times.tolist(), z, strict=True)
-    ]
-
-    def run() -> Array:
-        state, track = peer.start(x, P), Track()
-        for one in seen:
-            state = updater.update(SingleHypothesis(predictor.predict(state, timestamp=one.timestamp), one))
-            track.append(state)
-        return peer.gaussian([smoother.smooth(track)[0]])[0][0, :2]
-
-    return run
-
-
-# One track by range and bearing
-
-
-def _fly(estimator: Any) -> Run:
-    problem = make("ekf")
-    tracker = built(estimator, {"kind": "range_bearing", "sigma_range": POLAR[0], "sigma_bearing": POLAR[1]})
-    begin = tracker.start(Gaussian(problem.x0[None], problem.P0[None]), 0.0)
-    scans = [Scan(i + 1.0, "radar", Detections.of(z)) for i, z in enumerate(problem.z)]
-
-    def run() -> Array:
-        state = begin
-        for scan in scans:
-            state = tracker.step(state, scan)
-        return tracker.estimate(state).mean[0, :2]
-
-    return run
-
-
-def _peer(name: str, family: str) -> Run:
-    from importlib import import_module
-
-    job = import_module(f"benchmarks.contenders.{name}").ENTRIES[family][""](make("ekf"))
-    return lambda: job.answer(job.run())[0][0, :2]
-
-
-def imm_by_filterpy() -> Run:
-    from filterpy.kalman import ExtendedKalmanFilter, IMMEstimator
-
-    from benchmarks.contenders.textbook import polar, polar_slope, wrapped
-
-    class Bound(ExtendedKalmanFilter):
-        """An EKF whose update knows its sensor, as the IMM calls it without."""
-
-        def predict(self, u: Any = None) -> None:
-            super().predict()
-
-        def update(self, z: Any) -> None:
-            super().update(z, polar_slope, polar, residual=lambda a, b: wrapped(a - b))
-
-    problem, bank = make("ekf"), []
-    for accel, _ in MODES[:2]:
-        one = Bound(dim_x=4, dim_z=2)
-        one.F, one.Q, one.R = transition(1.0), noise(1.0, accel), problem.R
-        bank.append(one)
-    for one in bank:
-        one.x, one.P = problem.x0.copy(), problem.P0.copy()
-    made = IMMEstimator(bank, np.full(2, 0.5), switching(2))
-
-    def run() -> Array:
-        for one in bank:
-            one.x, one.P = problem.x0.copy(), problem.P0.copy()
-        made.mu = np.full(2, 0.5)
-        made._compute_mixing_probabilities()
-        for z in problem.z[:, 0]:
-            made.predict()
-            made.update(z)
-        found: Array = made.x[:2].copy()
-        return found
-
-    return run
-
-
-def particles_by_vedette() -> Run:
-    run = _fly({"kind": "bootstrap_particles", "motion": CV, "particles": 1000})
-
-    def loose() -> None:
-        run()
-
-    return loose
-
-
-def particles_by_stonesoup() -> Run:
-    from datetime import timedelta
-
-    from stonesoup.predictor.particle import ParticlePredictor
-    from stonesoup.resampler.particle import SystematicResampler
-    from stonesoup.types.array import StateVectors
-    from stonesoup.types.hypothesis import SingleHypothesis
-    from stonesoup.types.numeric import Probability
-    from stonesoup.types.state import ParticleState
-    from stonesoup.updater.particle import ParticleUpdater
-
-    from benchmarks.contenders import stonesoup as peer
-
-    problem = make("ekf")
-    motion, sensor = peer.parts(problem)
-    predictor, updater = ParticlePredictor(motion), ParticleUpdater(sensor, SystematicResampler())
-    drawn = np.random.default_rng(1).multivariate_normal(problem.x0, problem.P0, 1000)[:, peer.ORDER].T
-    weight = np.array([Probability(1 / 1000)] * 1000)
-    seen = [peer.detection(problem, sensor, z[0], peer.BEGIN + timedelta(seconds=i + 1)) for i, z in enumerate(problem.z)]
-
-    def run() -> None:
-        state: Any = ParticleState(state_vector=StateVectors(drawn), weight=weight, timestamp=peer.BEGIN)
-        for one in seen:
-            state = updater.update(SingleHypothesis(predictor.predict(state, timestamp=one.timestamp), one))
-
-    return run
-
-
-# Five vessels, a radar with clutter
-
-
-@cache
-def harbour() -> list[Array]:
-    """Return ranges and bearings (k, 2) of each scan, every 2 s: five vessels, nine looks in ten, and 20 false returns."""
-    rng, scans = np.random.default_rng(1), []
-    x, v = rng.uniform(-3000, 3000, (5, 2)), rng.uniform(-8, 8, (5, 2))
-    for _ in range(SCANS):
-        x = x + 2.0 * v
-        seen, k = x[rng.random(5) < 0.9], rng.poisson(20)
-        polar = np.stack([np.hypot(*seen.T), np.arctan2(seen[:, 1], seen[:, 0])], axis=-1)
-        polar = polar + rng.standard_normal(polar.shape) * POLAR
-        false = np.stack([5000 * np.sqrt(rng.random(k)), rng.uniform(-np.pi, np.pi, k)], axis=-1)
-        scans.append(rng.permutation(np.concatenate([polar, false])))
-    return scans
-
-
-def _watch(estimator: Any, associator: str) -> Run:
-    sensor = {"kind": "range_bearing", "sigma_range": POLAR[0], "sigma_bearing": POLAR[1], "detection_probability": 0.9}
-    birth = {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}}
-    limits = {"max_range": 5000.0, "clutter_per_scan": 20.0}
-    tracker = built(estimator, sensor | limits, associator, birth=birth, lifecycle={"kind": "existence"})
-    scans = [Scan(2.0 * i, "radar", Detections.of(z)) for i, z in enumerate(harbour())]
-
-    def run() -> None:
-        state = tracker.start(seed=0)
-        for scan in scans:
-            state = tracker.step(state, scan)
-
-    return run
-
-
-def harbour_by_stonesoup() -> Run:
-    """Run its GNN, starting a track at each return that is left over; ten scans stand for all."""
-    from datetime import timedelta
-
-    from stonesoup.deleter.time import UpdateTimeStepsDeleter
-    from stonesoup.initiator.simple import SimpleMeasurementInitiator
-
-    from benchmarks.contenders import stonesoup as peer
-
-    problem = make("ekf")
-    motion, sensor = peer.parts(problem)
-    predictor, updater = peer.ExtendedKalmanPredictor(motion), peer.ExtendedKalmanUpdater(sensor)
-    hypotheses = peer.DistanceHypothesiser(predictor, updater, peer.Mahalanobis(), missed_distance=3)
-    associator = peer.GNNWith2DAssignment(hypotheses)
-    prior = peer.start(np.zeros(4), np.diag([1e-9, 1e-9, 100.0, 100.0]))
-    initiator, deleter = SimpleMeasurementInitiator(prior, sensor), UpdateTimeStepsDeleter(3)
-    scans = [
-        (time, {peer.detection(problem, sensor, row, time) for row in z})
-        for i, z in enumerate(harbour()[: SCANS // 10])
-        for time in [peer.BEGIN + timedelta(seconds=2 * i)]
-    ]
-
-    def run() -> None:
-        tracks: set[Any] = set()
-        for time, scan in scans:
-            found, used = associator.associate(tracks, scan, time), set()
-            for track, one in found.items():
-                if one:
-                    track.append(updater.update(one))
-                    used.add(one.measurement)
-                else:
-                    track.append(one.prediction)
-            tracks -= deleter.delete_tracks(tracks)
-            tracks |= initiator.initiate(scan - used, time)
-
-    return run
-
-
 def command() -> Run:
     """Return the run of the whole command, from file to tracks; its CPU time is that of a process of its own."""
 
@@ -338,8 +64,8 @@ JOBS = (
     Job(
         "filter and smooth one object at uneven times",
         "a position",
-        POSITIONS,
-        {"vedette": smoothing_by_vedette, "filterpy": smoothing_by_filterpy, "stonesoup": smoothing_by_stonesoup},
+        one_object.POSITIONS,
+        {"vedette": one_object.by_vedette, "filterpy": one_object.by_filterpy, "stonesoup": one_object.by_stonesoup},
         {"filterpy": 1 / 3},
     ),
     Job(
@@ -347,9 +73,9 @@ JOBS = (
         "a scan",
         50,
         {
-            "vedette": lambda: _fly(EKF),
-            "filterpy": lambda: _peer("filterpy", "ekf"),
-            "stonesoup": lambda: _peer("stonesoup", "ekf"),
+            "vedette": lambda: one_track.fly(EKF),
+            "filterpy": lambda: one_track.by_peer("filterpy", "ekf"),
+            "stonesoup": lambda: one_track.by_peer("stonesoup", "ekf"),
         },
         {"filterpy": 1 / 5, "stonesoup": 1 / 80},
         10,
@@ -358,7 +84,7 @@ JOBS = (
         "UKF, range and bearing",
         "a scan",
         50,
-        {"vedette": lambda: _fly(UKF | {"kappa": 1.0}), "filterpy": lambda: _peer("filterpy", "ukf")},
+        {"vedette": lambda: one_track.fly(UKF | {"kappa": 1.0}), "filterpy": lambda: one_track.by_peer("filterpy", "ukf")},
         {"filterpy": 1 / 15},
         10,
     ),
@@ -366,7 +92,7 @@ JOBS = (
         "IMM of two EKFs, range and bearing",
         "a scan",
         50,
-        {"vedette": lambda: _fly(IMM), "filterpy": imm_by_filterpy},
+        {"vedette": lambda: one_track.fly(IMM), "filterpy": one_track.imm_by_filterpy},
         {"filterpy": 1 / 20},
         10,
     ),
@@ -374,19 +100,19 @@ JOBS = (
         "1,000 particles, range and bearing",
         "a scan",
         50,
-        {"vedette": particles_by_vedette, "stonesoup": particles_by_stonesoup},
+        {"vedette": one_track.particles_by_vedette, "stonesoup": one_track.particles_by_stonesoup},
         {"stonesoup": 1 / 5},
     ),
     Job(
         "five vessels, 25 returns a scan, births and deaths: gnn",
         "a scan",
         SCANS,
-        {"vedette": lambda: _watch(EKF, "gnn"), "stonesoup": harbour_by_stonesoup},
+        {"vedette": lambda: watch(EKF, "gnn"), "stonesoup": five_vessels.by_stonesoup},
         {"stonesoup": 1 / 100},
     ),
-    Job("the same: jpda", "a scan", SCANS, {"vedette": lambda: _watch(EKF, "jpda")}, {}),
-    Job("the same: IMM of two EKFs, jpda", "a scan", SCANS, {"vedette": lambda: _watch(IMM, "jpda")}, {}),
-    Job("the same: UKF, gnn", "a scan", SCANS, {"vedette": lambda: _watch(UKF, "gnn")}, {}),
+    Job("the same: jpda", "a scan", SCANS, {"vedette": lambda: watch(EKF, "jpda")}, {}),
+    Job("the same: IMM of two EKFs, jpda", "a scan", SCANS, {"vedette": lambda: watch(IMM, "jpda")}, {}),
+    Job("the same: UKF, gnn", "a scan", SCANS, {"vedette": lambda: watch(UKF, "gnn")}, {}),
     Job("`vedette run examples/harbour.toml`, from file to tracks", "a run", 1, {"vedette": command}, {}),
 )
 SHORTER = {("stonesoup", "gnn"): 10}
