@@ -21,6 +21,7 @@ def drawn():
     return set(re.findall(r'<g id="(\w+)\.(\w+)"', DRAWING.PICTURE.read_text(encoding="utf-8")))
 
 
+@pytest.mark.costly
 def test_the_arrows_in_the_picture_are_the_imports_in_the_code():
     assert drawn() == DRAWING.arrows() | DRAWING.arrows_of_plugins() | OUTSIDE, (
         "the imports have changed: run `python docs/draw_architecture.py`"

@@ -122,6 +122,7 @@ def drafted(rows, tmp_path):
     return draft_config(file)
 
 
+@pytest.mark.costly
 def test_a_rate_that_falls_where_ranges_grow_is_left_out(tmp_path):
     text = drafted(rates(sign=-1.0)[0], tmp_path)
     assert "doppler_mps is left out: it falls where ranges grow, and a range rate must rise; turn its sign" in text
@@ -137,6 +138,7 @@ def test_a_rate_on_a_moving_platform_is_left_out(tmp_path):
     assert "doppler_mps is left out: it needs the velocity of the platform, which no column tells" in text
 
 
+@pytest.mark.costly
 def test_a_height_that_never_changes_or_is_not_always_there_is_not_read(tmp_path):
     rows = heights()[0]
     flat = [rows[0], *(f"{row.rpartition(',')[0]},0.0" for row in rows[1:])]

@@ -101,6 +101,7 @@ def test_a_moving_doppler_radar_is_drafted_as_by_a_hand(share, tmp_path, monkeyp
 
 
 @BY_NIGHT
+@pytest.mark.costly
 def test_without_velocity_columns_rates_over_ground_are_kept_and_others_left_out(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     for share, kind in ((0.0, "range_bearing_rate"), (1.0, "range_bearing")):
@@ -110,6 +111,7 @@ def test_without_velocity_columns_rates_over_ground_are_kept_and_others_left_out
         assert ("it needs the velocity of the platform, which no column tells" in text) == (share == 1.0)
 
 
+@pytest.mark.costly
 def test_a_velocity_with_a_gap_is_not_read(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows, _ = rows_of(1.0)
@@ -117,6 +119,7 @@ def test_a_velocity_with_a_gap_is_not_read(tmp_path, monkeypatch):
     assert tomllib.loads(text)["sensors"]["sensor"]["kind"] == "range_bearing"
 
 
+@pytest.mark.costly
 def test_a_platform_that_stands_needs_no_velocity(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     rows = [
