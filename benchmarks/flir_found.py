@@ -29,12 +29,9 @@ THRESHOLDS = (4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
 SIDES, MOST, FRAMES = (7, 15, 31, 61), 6, 150
 
 UNLABELLED = {
-    ("IR_AIRPLANE_064", 1): ((310.0, 25.0), "a bird that enters above"),
-    ("IR_DRONE_043", 0): ((72.0, 15.0), "a flock of birds"),
-    ("IR_DRONE_149", 0): (
-        (106.0, 83.0),
-        "a speck that moves steadily",
-    ),
+    ("IR_AIRPLANE_064", 1): [((310.0, 25.0), "a bird that enters above")],
+    ("IR_DRONE_043", 0): [((72.0, 15.0), "a flock of birds"), ((238.0, 114.0), "a speck that passes the drone")],
+    ("IR_DRONE_149", 0): [((106.0, 83.0), "a speck that moves steadily")],
 }
 
 
@@ -110,8 +107,9 @@ def found_in_clips(clear: float, steady: bool) -> None:
                 own = np.abs(where - box[:, :2]) < np.maximum(10.0, 0.5 * box[:, 2:])
                 hit = hit or bool(own[when <= 30].all(axis=1).any())
                 if not own.all(axis=1).any():
-                    at, what = UNLABELLED.get((clip.name, number), ((np.inf, np.inf), ""))
-                    kind = "real" if np.abs(where[0] - at).max() < 20.0 else "false"
+                    real = UNLABELLED.get((clip.name, number), [])
+                    what = "".join(told for at, told in real if np.abs(where[0] - at).max() < 20.0)
+                    kind = "real" if what else "false"
                     others[kind] += 1
                     print(f"{clip.name} {number}: {kind} from frame {when[0]} at {where[0].round()} {what}", flush=True)
             visible, right = visible + 1, right + hit

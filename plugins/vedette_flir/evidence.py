@@ -43,19 +43,6 @@ STANDING = 8.0
 is told (.73 of lost frames for .90), 12 tells no more; chosen on all clips but one, it tells .91 on those left out.
 """
 
-MOVED, TURNED = 1.0, 0.1
-"""Pixels from where it was first seen within which a thing counts as a part of the scene, where targets move; and the
-part of how far the camera has turned since, which is not measured to the pixel.
-"""
-
-UNKNOWN = 3.0
-"""What a frame says at most, in logarithms, against a thing until it is known whether it moves: a black one ends none."""
-
-UNMOVED = 0.15
-"""What it says in a frame against a thing that was never taken for a target that it still is where it was first seen, in
-logarithms: it is given up after about a second.
-"""
-
 PULL = 1.5
 """Log-odds by which a lost target is rather where it is expected than in another place."""
 

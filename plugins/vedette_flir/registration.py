@@ -24,9 +24,9 @@ BLUR = 1.5
 BLOCKS, STRONG = 8, 0.05
 """Blocks along each side, one corner of each is followed; how strong it is at least, over the eighth strongest."""
 
-AGREE, FEWEST, SHARE, SPREAD = 1.0, 5, 0.3, 0.4
-"""Pixels within which corners agree; how many must, and which share of all; the part of a side over which they are spread,
-so that they are no target's. By hand.
+AGREE, UNEVEN, FEWEST, SHARE, SPREAD = 1.0, 0.1, 5, 0.3, 0.4
+"""Pixels within which corners agree, and the part of their shift, which roll and zoom make uneven; how many must, and which
+share of all; the part of a side over which they are spread, so that they are no target's. By hand.
 """
 
 FLOW: Any = {"winSize": (21, 21), "maxLevel": 2, "flags": 4, "criteria": (3, 10, 0.03)}
@@ -73,7 +73,7 @@ class Registration:
         points = self._points[good.ravel() > 0]
         if len(shifts) < FEWEST:
             return None
-        near = np.max(np.abs(shifts[:, None] - shifts), axis=-1) < AGREE
+        near = np.max(np.abs(shifts[:, None] - shifts), axis=-1) < AGREE + UNEVEN * np.max(np.abs(shifts), axis=1)[:, None]
         agree = near[np.argmax(near.sum(axis=1))]
         part = np.ptp(points[agree], axis=0) / np.array(now.shape[::-1])
         moved = refined(past, now, points[agree], np.rint(np.median(shifts[agree], axis=0)).astype(int))

@@ -21,7 +21,7 @@ from vedette.filters import (
 )
 from vedette_flir.estimators.matches import L, Match, known_pixels
 from vedette_flir.estimators.sharing import Expected, Sharing
-from vedette_flir.evidence import LAG, LOST
+from vedette_flir.evidence import CORRELATED, LAG, LOST
 from vedette_flir.sensors.detected_box import DetectedBox
 
 CALMEST, SETTLING = 0.005, 0.2
@@ -83,6 +83,11 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
             if name not in self.motion.zero_variance:
                 raise ValueError(f"motion: must carry the axis {name!r} in px, as the motion 'carrying' does")
 
+    @property
+    def trusted(self) -> float:
+        """Return the existence from which on a track is held for a target's, and can be lost."""
+        return LOST
+
     @abstractmethod
     def unseen(self, tracks: tuple[int, ...]) -> L:
         """Return the appearance of targets that have not been seen yet."""
@@ -119,7 +124,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
     def informed(self, belief: AppearanceBelief[L], existence: Array) -> AppearanceBelief[L]:
         """Return the belief with the existence that the next frame meets."""
         existence = np.broadcast_to(existence, belief.appearance.known.shape)
-        return evolve(belief, existence=existence, held=belief.held | (existence >= LOST))
+        return evolve(belief, existence=existence, held=belief.held | (existence >= self.trusted))
 
     def predict(self, belief: AppearanceBelief[L], dt: float, rng: np.random.Generator) -> AppearanceBelief[L]:
         """Return the position `dt` s later; the appearance stays."""
@@ -149,10 +154,12 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         nu = np.array([match.residual for match in found.flat]).reshape(*tracks, 1, 2)
         R = np.broadcast_to(self.sigma**2 * np.eye(2), (*tracks, 1, 2, 2))
         _, distance, log_volume, shift, post = kernels.evaluate(belief.position.cov, nu, H, R)
-        place, presence = (
+        place, presence, odds = (
             np.array([getattr(match, name) for match in found.flat], dtype=float).reshape(tracks)
-            for name in ("place", "presence")
+            for name in ("place", "presence", "odds")
         )
+        believed = np.clip(belief.existence, 1e-9, 1.0 - 1e-9)
+        presence = np.where(np.isnan(odds), presence, (odds - np.log(believed / (1.0 - believed))) / CORRELATED)
         made = make_innovation(sensor, x, p_gate, place[..., None], distance, log_volume, None)
         ratio = np.where(np.isnan(presence), np.logaddexp.reduce(made.loglik, axis=-1), presence)
         columns = made.loglik + (ratio - np.logaddexp.reduce(made.loglik, axis=-1))[..., None]
@@ -215,7 +222,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
 
     def _find(self, belief: AppearanceBelief[L], expected: Array, S: Array, frame: Frame) -> tuple[Any, L, Array]:
         """Return the match of each track (*b, t), the new appearances, and the links (*b, t)."""
-        names, existence = self.state.names, np.where(belief.held, belief.existence, np.maximum(belief.existence, LOST))
+        names, existence = self.state.names, np.where(belief.held, belief.existence, LOST)
         box = np.stack([belief.position.mean[..., names.index(name)] for name in ("width", "height")], axis=-1)
         tracks = expected.shape[:-1]
         start = np.zeros(2) if frame.corner is None else frame.corner[..., None, :]

@@ -36,6 +36,7 @@ class Match(Generic[L]):
     elsewhere whether the place is none that the motion leads to, so that the target starts anew there
     learned   which part of its appearance there is taken; None: as likely as the frame shows the target
     likeness  to the target as it is known, 1 at most
+    odds      log-odds that it is a target at all, by what it showed so far; they weigh existence in place of `presence`
     """
 
     residual: Array
@@ -45,11 +46,12 @@ class Match(Generic[L]):
     elsewhere: bool = False
     learned: float | None = None
     likeness: float = 1.0
+    odds: float | None = None
 
 
 def unseen(match: Match[L], before: L) -> Match[L]:
     """Return a match that says nothing: two targets are in one place, and neither can be told from the other."""
-    return evolve(match, place=-MOST, presence=0.0, elsewhere=False, learned=1.0, appearance=before)
+    return evolve(match, place=-MOST, presence=0.0, odds=None, elsewhere=False, learned=1.0, appearance=before)
 
 
 def known_pixels(pixels: Array) -> Array:

@@ -24,13 +24,10 @@ from vedette_flir.estimators.template_search import (
 )
 from vedette_flir.evidence import (
     COMMON,
+    LAG,
     LOST,
-    MOVED,
     PULL,
     STANDING,
-    TURNED,
-    UNKNOWN,
-    UNMOVED,
     held_ratio,
     learned,
     log_odds,
@@ -38,6 +35,7 @@ from vedette_flir.evidence import (
     standing_ratio,
 )
 from vedette_flir.initial_box import target_in
+from vedette_flir.newcomers import AROUND, SURE, UNKNOWN, UNMOVED, moves, newcomer_odds
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
@@ -103,6 +101,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     )
 
     @property
+    def trusted(self) -> float:
+        """Return one half, and `SURE` where targets move: until then a new thing is judged as such."""
+        return SURE if self.moves else LOST
+
+    @property
     def _matcher(self) -> Matcher:
         return Matcher(self.cells, self.anchor, self.margin, self.opening, self.small)
 
@@ -153,17 +156,22 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
         ratio = held_ratio(here.likeness, here.margin) + standing
-        best, anew = here, False
+        best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
         if new:
             ratio = float(np.clip(ratio, -UNKNOWN, 0.0))  # whether it moves is not known yet
         elif self.moves and existence > LOST:
-            ratio -= STANDING * (left < MOVED)
+            ratio -= STANDING * (not moves(left, 0.0))
         elif self.moves:
             origin = past[0] + appearance.offset
-            off = gone(appearance.around, pixels, here.place, origin, appearance.size)
-            least = MOVED + TURNED * np.hypot(*(origin - appearance.seen_at))
-            ratio = ratio if min(left, np.hypot(*off)) >= least else min(ratio, -UNMOVED)
+            off = float(np.hypot(*gone(appearance.around, pixels, here.place, origin, appearance.size)))
+            turned = float(np.hypot(*(origin - appearance.seen_at)))
+            written = not moves(float(np.hypot(*(here.place - appearance.seen_at))), 0.0)  # into the frames: it never moves
+            if written or not moves(min(left, off), turned):
+                ratio = min(ratio, -UNMOVED)
+            elif existence == LOST:
+                alone = by.look(pixels, here.place, NEAR, appearance, beside=AROUND).margin
+                told = newcomer_odds(alone, travelled / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
@@ -177,7 +185,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
-        return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness)
+        return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness, told)
 
     def without(self, pixels: Array, where: Array, appearance: TemplateAppearance) -> Array:
         """Return the frame less the smoothed template at its place."""

@@ -116,11 +116,15 @@ class Matcher:
         appearance: TemplateAppearance,
         where: Array | None = None,
         W: Array | None = None,
+        beside: float = BESIDE,
     ) -> Look:
-        """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`."""
+        """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`.
+
+        Other places are those within `beside` times the target's size.
+        """
         step, inner, mask = self.grid(appearance.size)
         amplitude = float(appearance.amplitude)
-        sign, reach = float(np.sign(amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
+        sign, reach = float(np.sign(amplitude)), max(near, int(np.ceil(beside * np.max(inner))))
         plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
         patches = np.stack([appearance.patch, appearance.first_patch])
         likeness, first = self.likeness(kept(plain, amplitude), patches, mask)

@@ -1,0 +1,78 @@
+"""What nobody marked is confirmed if it moves before its scene and is alone of its kind; a scene's own things are not."""
+
+import numpy as np
+import pytest
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import Frame, Scan
+from vedette_flir.estimators import template
+from vedette_flir.newcomers import CHANCE, PLACE, TURN, moves, newcomer_odds
+
+SIZE = (140, 180)
+STEP = np.array([0.35, 0.1])
+"""Pixels a frame: those of a slow target, and of waves."""
+
+
+def drawn(k, spots, corner=(0.0, 0.0), sign=False):
+    """Frame k: a rough scene of which `corner` lies at its first pixel, hot spots of 2 px there, a sign written into it."""
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]].astype(float)
+    along, down = x + corner[0], y + corner[1]
+    pixels = 60.0 + 6.0 * np.sin(along / 9.0) * np.cos(down / 7.0) + 5.0 * np.sin(0.31 * along + 0.23 * down)
+    pixels += np.random.default_rng([5, k]).normal(0.0, 1.0, SIZE)
+    for at in spots:
+        pixels += 60.0 * np.exp(-((along - at[0]) ** 2 + (down - at[1]) ** 2) / 8.0)
+    if sign:
+        pixels[20:24, 150:157] = 200.0
+    return pixels
+
+
+def confirmed(frames, corners=None):
+    """The places of the tracks that are confirmed at the end of the frames, in px of the scene."""
+    made = vedette.load(EXAMPLES / "flir_found.toml", overrides=["preprocessors.spots.most=12"])
+    tracker, detector = made.tracker, made.preprocessors["spots"]
+    state = tracker.start(seed=1)
+    for k, pixels in enumerate(frames):
+        frame = Scan.image(k / 30, "camera", Frame(pixels, np.zeros(2) if corners is None else corners[k]))
+        state = tracker.step(state, frame)
+        state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+    return tracker.estimate(state).mean[state.confirmed, :2]
+
+
+def test_what_stands_moves_as_rarely_as_stated():
+    rng = np.random.default_rng(3)
+    for turned in (0.0, 4.0, 40.0):
+        off = np.hypot(*rng.normal(0.0, np.hypot(PLACE, TURN * turned), (2, 200_000)))
+        share = np.mean([moves(d, turned) for d in off])
+        assert abs(share - CHANCE) < 4.0 * np.sqrt(CHANCE / 200_000)
+    assert moves(1.0, 0.0)
+    assert not moves(1.0, 4.0)
+
+
+def test_odds_rise_with_speed_and_with_being_alone():
+    alone, speed = np.meshgrid(np.linspace(-0.2, 1.0, 13), [0.05, 0.2, 1.0, 4.0])
+    odds = np.vectorize(newcomer_odds)(alone, speed)
+    assert (np.diff(odds, axis=0) > 0).all()
+    assert (np.diff(odds, axis=1) > 0).all()
+
+
+def test_one_spot_is_a_target_and_one_among_its_like_is_not(monkeypatch):
+    """Waves drift together, each like the next; the same spot alone is confirmed."""
+    alone = [drawn(k, [np.array([60.0, 70.0]) + k * STEP]) for k in range(40)]
+    (found,) = confirmed(alone)
+    np.testing.assert_allclose(found, np.array([60.0, 70.0]) + 39 * STEP, atol=1.0)
+    many = [np.array([20.0 + 16.0 * i + 5.0 * (j % 2), 40.0 + 16.0 * j]) for i in range(8) for j in range(5)]
+    waves = [drawn(k, [at + k * STEP for at in many]) for k in range(40)]
+    assert not len(confirmed(waves))
+    monkeypatch.setattr(template, "newcomer_odds", lambda alone, speed: newcomer_odds(1.0, speed))
+    assert len(confirmed(waves)) > 3
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeypatch, asked):
+    """A sign moves before the scene as the camera turns; asked is whether it moves in the frames."""
+    corners = [np.array([0.8 * k, 0.1 * k]) for k in range(40)]
+    if not asked:
+        monkeypatch.setattr(template, "moves", lambda off, turned: True)
+    sky = [np.where(drawn(k, [], corner, sign=True) > 150.0, 200.0, 60.0) + k % 2 for k, corner in enumerate(corners)]
+    assert len(confirmed(sky, corners)) == (0 if asked else 1)
