@@ -32,7 +32,7 @@ def moves(off: float, turned: float) -> bool:
 
     Places of what stands are normal around it: they are farther off than d with probability exp(-d^2 / 2 sigma^2).
     """
-    return off**2 > -2.0 * np.log(CHANCE) * (PLACE**2 + (TURN * turned) ** 2)
+    return off**2 > -2.0 * float(np.log(CHANCE)) * (PLACE**2 + (TURN * turned) ** 2)
 
 
 def newcomer_odds(alone: float, speed: float) -> float:

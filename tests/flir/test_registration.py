@@ -51,12 +51,12 @@ def test_errors_add_up_where_each_frame_is_compared_with_the_one_before(monkeypa
 def test_a_camera_that_rolls_as_it_turns_is_followed(monkeypatch, uneven, least, most):
     """Corners of such frames move by unlike shifts: most are within a tenth of each other, few within a pixel."""
     monkeypatch.setattr(registration, "UNEVEN", uneven)
-    motion, off = Registration(), []
+    scene, motion, off = landscape(), Registration(), []
     for k in range(60):
         middle = (300.0 + 2.0 * k, 200.0)
         move = cv2.getRotationMatrix2D(middle, np.sin(k / 3.0), 1.0)
         move[:, 2] += np.array([100.0, 80.0]) - middle
-        frame = cv2.warpAffine(landscape(), move, (200, 160), flags=cv2.INTER_CUBIC)
+        frame = cv2.warpAffine(scene, move, (200, 160), flags=cv2.INTER_CUBIC)
         found = motion.take(frame + np.random.default_rng(k).normal(0.0, 1.0, frame.shape))
         off.append(np.abs(found - np.array([2.0 * k, 0.0])).max())
     assert least < max(off) < most
