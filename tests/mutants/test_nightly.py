@@ -194,6 +194,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "test_examples.py::test_joyride_automatic",
         "mutants/test_cures.py",
     ),
+    "testing/test_false_alarms.py::test_right_components_keep_every_law": (
+        "testing/test_false_alarms.py::test_right_components_keep_the_laws_that_they_once_failed",
+        "testing/test_right_unusual.py::test_right_components_of_other_shapes_keep_the_laws",
+    ),
     "testing/test_plugin_template.py::test_it_keeps_the_laws": (".ci/run",),
     "testing/test_power.py::test_errors_that_are_not_white_are_named_and_white_ones_are_not": (
         "testing/test_whole_trackers.py::test_errors_that_are_not_white_are_named",

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
+from attrs import evolve
 
 from vedette.errors import VedetteError
 from vedette.space import Array, Mask
+
+T = TypeVar("T")
 
 _DIGITS = float(np.finfo(float).tiny / np.finfo(float).eps)
 """A variance below it has lost digits: as a correlation it says nothing."""
@@ -38,6 +41,14 @@ def demand(holds: Any, otherwise: str) -> None:
     """Raise Broken with a sentence unless the condition holds."""
     if not holds:
         raise Broken(otherwise)
+
+
+def varied(component: T, **values: Any) -> T:
+    """Return a component with other values of parameters; Closed if it takes none of these."""
+    try:
+        return evolve(component, **values)  # type: ignore[misc]
+    except ValueError as refusal:
+        raise Closed(f"it does not take what this law tries: {refusal}") from None
 
 
 def same(

@@ -32,6 +32,12 @@ def steps_of(space: Space) -> Array:
     return 1e-2 * sizes(space)
 
 
+def speeds_of(space: Space) -> list[tuple[int, int]]:
+    """Return the indices of each position x and of the axis vx that is its velocity, in the unit of x per s."""
+    axes, units = space.axes, {axis.name: axis.unit for axis in space.axes}
+    return [(i, space.names.index(f"v{x.name}")) for i, x in enumerate(axes) if units.get(f"v{x.name}") == f"{x.unit}/s"]
+
+
 def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
     """Return a strategy for canonical states (rows, n)."""
     each = [st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from(_marked(axis))) for axis in space.axes]

@@ -14,11 +14,11 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same
+from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
-from vedette.types import Detections, Newborn, Recording, Scan, Trajectory
+from vedette.types import Detections, Recording, Scan, Trajectory
 
 
 def a_sharper_return_starts_a_surer_track(birth: Birth, drawn: Returns) -> None:
@@ -198,7 +198,7 @@ def the_unseen_move(birth: Birth, drawn: Returns) -> None:
 def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: they leave as exp(-dt / lifetime)."""
     _lifetime(birth)
-    brief: Birth = evolve(birth, lifetime=0.1)  # type: ignore[misc]  # so short that they hardly move meanwhile
+    brief = varied(birth, lifetime=0.1)  # so short that they hardly move meanwhile
     before, left = _are_left(brief, drawn, (0.0, 0.1))
     share = float(left.sum() / before.sum())
     demand(abs(share - np.exp(-1.0)) < 0.08, f"predict: after its lifetime, {share:.3g} are left, must be 0.368")
@@ -217,10 +217,10 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
     """If it models targets without a track: a new one exists with e / (e + clutter) at most, e their density there."""
     _unseen(birth)
     memory = birth.initial_memory(drawn.estimator, drawn.rng())
-    rate, found = birth.reveal(memory, drawn.estimator, drawn.sensor, drawn.detections, P_GATE)
+    rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, drawn.detections, P_GATE)
     if rate is None:
         raise Closed("it states no rate")
-    newborn: Newborn = birth.begin(found, drawn.estimator, drawn.sensor, SENSOR, drawn.detections, drawn.claimed)
+    newborn = begun(birth, drawn)
     clutter = np.broadcast_to(drawn.sensor.clutter(drawn.detections.z), rate.shape)
     most = rate / np.maximum(rate + clutter, 1e-300) * (1.0 - drawn.claimed)
     over = newborn.existence - most[newborn.returns]

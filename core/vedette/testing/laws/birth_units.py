@@ -46,11 +46,11 @@ def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
     wide = usual("estimator", "kalman")(usual("motion", "constant_acceleration")(0.5))
     axes = {axis.name: axis.unit for axis in wide.state.axes}
     z = np.stack(np.meshgrid(*[np.linspace(-300.0, 300.0, 4)] * 2), axis=-1).reshape(-1, 2)
-    other = in_half_the_unit(birth, axes)
     for estimator in (wide, drawn.estimator):
         given = evolve(drawn, estimator=estimator, detections=Detections.of(z, 2), claimed=np.zeros(len(z)))
         halved = evolve(given, estimator=in_half_the_unit(estimator, axes), sensor=in_half_the_unit(drawn.sensor, axes))
         try:
+            other = in_half_the_unit(birth, axes)  # which may lie beyond its limits
             here, there = last(birth, given, z, z, z), last(other, halved, *[2.0 * z] * 3)
         except ValueError as refusal:
             told = str(refusal)

@@ -179,9 +179,7 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     for row, factor in enumerate((1.05, 3.0, 100.0)):
         far[row, places] = station + factor * limit * np.array([np.cos(drawn.seed), np.sin(drawn.seed)])
     p = full(sensor.detects(far), far, ())
-    demand(
-        np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3 and 100 times that"
-    )
+    demand(np.all(p == 0), f"detects: must be 0 beyond max_range, {limit:g} m, got {p.tolist()} at 1.05, 3, 100 times that")
     if "z" not in sensor.observes or "range" not in sensor.measurement:
         return
     for row, factor in enumerate((1.05, 3.0, 100.0)):  # over the sensor: near it in the plane
@@ -189,9 +187,7 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
         far[row, sensor.observes.names.index("z")] = factor * limit
     beyond = sensor.measure(far)[:, sensor.measurement.names.index("range")] > limit
     p = full(sensor.detects(far), far, ())[beyond]
-    demand(
-        np.all(p == 0), f"detects: must be 0 above max_range, {limit:g} m, where it measures such a range, got {p.tolist()}"
-    )
+    demand(np.all(p == 0), f"detects: must be 0 where it measures more than max_range, {limit:g} m, got {p.tolist()}")
 
 
 def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:

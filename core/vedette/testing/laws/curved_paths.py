@@ -9,6 +9,7 @@ from vedette.space import Array
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.motion_cases import Moves
+from vedette.testing.states import speeds_of
 
 STEP = 1e-2
 """Time of a step, in s."""
@@ -21,8 +22,7 @@ def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
     From 0 to twice dt * what vx gains is right: a model may move by the velocity at the beginning, or at the end, of a step.
     """
     names = model.state.names
-    pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
-    if not pairs:
+    if not (pairs := speeds_of(model.state)):
         raise Closed("it has no velocity of a position")
     places, speeds = (list(each) for each in zip(*pairs, strict=True))
     once, twice = (model.state.difference(model.move(drawn.x, k * STEP), drawn.x) for k in (1, 2))

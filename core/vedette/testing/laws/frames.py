@@ -100,9 +100,8 @@ def _begin(estimator: Estimator[Any], drawn: Scene) -> tuple[Picture, Gaussian, 
 def _after(estimator: Estimator[Any], drawn: Scene, camera: Picture, belief: Any, pixels: Array) -> tuple[Any, Array]:
     """Return the belief after a frame, weighted by what it says, and the log ratio (b, t) of seen to missed."""
     found = estimator.evaluate(belief, camera, Frame(frozen_copy(pixels)), P_GATE)
-    demand(
-        not np.isnan(found.loglik).any() and np.all(np.isfinite(found.loglik[..., 0])), f"loglik: is {found.loglik.tolist()}"
-    )
+    whole = not np.isnan(found.loglik).any() and np.all(np.isfinite(found.loglik[..., 0]))
+    demand(whole, f"loglik: is {found.loglik.tolist()}")
     after = estimator.update(belief, found, kernels.softmax(found.loglik))
     finite("mean after a frame", estimator.moments(after).mean)
     return after, found.loglik[..., 1] - found.loglik[..., 0]

@@ -15,7 +15,7 @@ from attrs import evolve, frozen
 from vedette.hypotheses import Branching, HypothesisAssociator, LeafScores
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
-from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.lifecycle_cases import still
@@ -37,7 +37,7 @@ def roomy(associator: Associator) -> HypothesisAssociator:
     """Return the associator with room for all hypotheses of a small problem."""
     kept = keeping(associator)
     own = {name: value for name, value in ROOM.items() if hasattr(kept, name)}
-    return evolve(kept, **own)  # type: ignore[misc]
+    return varied(kept, **own)
 
 
 @frozen(eq=False)
@@ -203,7 +203,7 @@ def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
     kept = roomy(associator)
     if not hasattr(kept, "hypotheses"):
         raise Lacking("hypotheses")
-    alone: HypothesisAssociator = evolve(kept, hypotheses=1)  # type: ignore[misc]
+    alone = varied(kept, hypotheses=1)
     joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
     if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:
         raise Closed("two joint associations are equally good")

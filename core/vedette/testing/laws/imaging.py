@@ -52,7 +52,7 @@ def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
 
 
 def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
-    """The ratio is largest where the target is, column first; dead pixels and the window's corner change nothing."""
+    """The ratio is largest where the target is, column first; a window says what its picture does."""
     camera = cases.camera_of(sensor)
     frame = cases.clear_picture(camera, drawn)
 
@@ -64,8 +64,10 @@ def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:
     turned = Frame(frozen_copy(np.pad(frame.pixels, ((0, SHAPE[1] - SHAPE[0]), (0, 0)), mode="edge")))
     other = seen(turned, ROW, COLUMN)[2][0]
     demand(there[2][0] > other, "llr: is larger at the target's row and column exchanged: x counts columns")
-    moved = seen(evolve(frame, corner=np.array([100.0, 50.0])), COLUMN + 100.0, ROW + 50.0)
-    for name, got, wanted in zip(("information", "score", "llr"), moved, there, strict=True):
+    wide = np.pad(frame.pixels, ((50, 0), (100, 0)), constant_values=np.nan)  # noise may depend on the place in a picture
+    at = COLUMN + 100.0, ROW + 50.0
+    whole, window = (seen(of, *at) for of in (Frame(frozen_copy(wide)), evolve(frame, corner=np.array([100.0, 50.0]))))
+    for name, got, wanted in zip(("information", "score", "llr"), window, whole, strict=True):
         same(f"{name} in a window", got, wanted, 1e-6, 1.0 + np.abs(wanted).max())
     holed = np.array(frame.pixels)
     row, column = np.unravel_index(np.argmax(np.abs(holed - np.median(holed))), SHAPE)

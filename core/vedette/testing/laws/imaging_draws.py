@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import evolve, fields
+from attrs import fields
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.supporting import ImagingSensor
 from vedette.testing.bands import binomial_band, judge_standard_normal
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws import imaging_cases as cases
 from vedette.testing.laws.imaging_cases import AWAY, COLUMN, LESSON, MUCH, ROW, SHAPE, SMALL
@@ -63,7 +62,7 @@ def learning_leaves_the_place(sensor: Sensor, drawn: Looks) -> None:
         camera, truth[:1, 0], np.random.default_rng(0)
     ) is None:
         return
-    half: ImagingSensor = evolve(camera, **dict.fromkeys(gains, 0.5))  # type: ignore[misc]
+    half = varied(camera, **dict.fromkeys(gains, 0.5))
 
     def seen(state: Array) -> Array:
         return np.asarray(camera.draw_frame(state[:, 0], SMALL, np.random.default_rng(drawn.seed)))

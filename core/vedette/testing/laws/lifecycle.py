@@ -12,7 +12,7 @@ from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, lifecycle_limits
-from vedette.testing.laws.lifecycle_cases import Lives, live
+from vedette.testing.laws.lifecycle_cases import Lives, judged, live
 from vedette.tracking import pytrees
 from vedette.types import Review
 
@@ -43,11 +43,11 @@ def tracks_are_judged_alone(lifecycle: Lifecycle, drawn: Lives) -> None:
 def batches_as_it_loops(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Runs in one batch give what each gives alone."""
     memory = lifecycle.start(drawn.initial)
-    again, _, _ = lifecycle.review(memory, drawn.review(0))
+    again, _, _ = judged(lifecycle, memory, drawn.review(0))
     last = len(drawn.hit) - 1
-    _, confirmed, alive = lifecycle.review(_stacked(again), drawn.review(0, runs=(last, 0)))
+    _, confirmed, alive = judged(lifecycle, _stacked(again), drawn.review(0, runs=(last, 0)))
     for run, scan in enumerate((last, 0)):
-        _, one, living = lifecycle.review(again, drawn.review(scan))
+        _, one, living = judged(lifecycle, again, drawn.review(scan))
         same("confirmed", np.asarray(confirmed)[run], one, 0.0)
         same("alive", np.asarray(alive)[run], living, 0.0)
     rows = drawn.existence[[last, 0]]
@@ -121,14 +121,14 @@ def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
     ones, none = np.ones(2), np.zeros(2)
     found = lifecycle.start(ones)
     for _ in range(3):
-        found, _, _ = lifecycle.review(found, Review(drawn.dt, ones, ones, ones, none + 1.0))
+        found, _, _ = judged(lifecycle, found, Review(drawn.dt, ones, ones, ones, none + 1.0))
     for chance in (0.0, 1e-6, 0.9):
         memory, alive = found, ones > 0
         existence: Array = 0.999 * ones
         for _ in range(600 if chance > 0.5 else 40):
             existence = lifecycle.predict(existence, 6 * 3600.0)
             existence = existence * (1.0 - chance) / (1.0 - existence * chance)  # Bayes: it was not detected
-            memory, _, alive = lifecycle.review(memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
+            memory, _, alive = judged(lifecycle, memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
             if not alive.any():
                 break
         demand(not alive.any(), f"review: a track goes on after ten days of scans that could detect it with {chance:g}")

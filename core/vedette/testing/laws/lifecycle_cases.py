@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
@@ -38,6 +38,19 @@ class Lives:
         return Review(self.dt, *rows)
 
 
+def areas_of(lifecycle: Lifecycle) -> list[Array]:
+    """Return the corners (c, 2) of the areas in which its targets survive, where they have corners."""
+    return [np.asarray(area.corners) for area in getattr(lifecycle, "survives_in", ()) if hasattr(area, "corners")]
+
+
+def judged(lifecycle: Lifecycle, memory: Any, scan: Review) -> tuple[Any, Mask, Mask]:
+    """Return what it says of a scan; if it needs places, all tracks are in the first of its areas, or at the origin."""
+    if lifecycle.needs_place:
+        at = np.mean([*areas_of(lifecycle), np.zeros((1, 2))][0], axis=0)
+        scan = evolve(scan, place=np.broadcast_to(at, (*np.shape(scan.hit), 2)))
+    return lifecycle.review(memory, scan)
+
+
 def drawn(lifecycle: Lifecycle, profile: Profile) -> st.SearchStrategy[Lives]:
     """What every law of a lifecycle is given: up to 4 tracks through up to 16 scans."""
     return st.builds(_lives, st.integers(1, 4), st.integers(1, 16), STEPS, STEPS, SEEDS)
@@ -58,7 +71,7 @@ def live(lifecycle: Lifecycle, lives: Lives, tracks: Any = slice(None)) -> list[
     memory = pytrees.take(lifecycle.start(lives.initial), np.arange(lives.hit.shape[1])[tracks], 0)
     verdicts = []
     for scan in range(len(lives.hit)):
-        memory, confirmed, alive = lifecycle.review(still(memory), lives.review(scan, tracks))
+        memory, confirmed, alive = judged(lifecycle, still(memory), lives.review(scan, tracks))
         verdicts.append((np.array(confirmed), np.array(alive)))
     return verdicts
 

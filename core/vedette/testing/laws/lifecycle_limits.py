@@ -15,17 +15,16 @@ from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Closed, Lacking, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws.lifecycle_cases import Lives, live
+from vedette.testing.laws.lifecycle_cases import Lives, areas_of, judged, live
 from vedette.tracking import pytrees
 from vedette.types import Review
 
 ONES = np.ones(2)
-SHARP = np.array([1.0, 1.0])
 
 
 def scan(dt: float, hit: float, p_detect: float, existence: float = 1.0, spread: float = 1.0) -> Review:
     """Return one scan of two tracks."""
-    return Review(dt, existence * ONES, hit * ONES, p_detect * ONES, spread * SHARP)
+    return Review(dt, existence * ONES, hit * ONES, p_detect * ONES, spread * ONES)
 
 
 def after(lifecycle: Lifecycle, scans: list[Review], memory: Any = None) -> tuple[Any, Mask, Mask]:
@@ -34,7 +33,7 @@ def after(lifecycle: Lifecycle, scans: list[Review], memory: Any = None) -> tupl
     lived = np.ones(2, dtype=bool)
     confirmed = lived
     for one in scans:
-        memory, confirmed, alive = lifecycle.review(memory, one)
+        memory, confirmed, alive = judged(lifecycle, memory, one)
         lived = lived & alive
     return memory, np.asarray(confirmed), lived
 
@@ -66,7 +65,7 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
             memory, lived = found, np.ones(2, dtype=bool)
             for _ in range(parts):
                 existence = lifecycle.predict(existence, wait / parts)
-                memory, _, alive = lifecycle.review(memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
+                memory, _, alive = judged(lifecycle, memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
                 lived = lived & alive
             ends.append(lived)
         told = f"after {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64"
@@ -243,8 +242,7 @@ def coasts_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `survives_in`, with corners: a track that is detected lives within these areas, and ends outside."""
-    areas = [np.asarray(area.corners) for area in getattr(lifecycle, "survives_in", ()) if hasattr(area, "corners")]
-    if not areas:
+    if not (areas := areas_of(lifecycle)):
         raise Lacking("survives_in")
     every, rng = np.concatenate(areas), np.random.default_rng(len(drawn.hit))
     place = every.mean(axis=0) + 1.2 * np.ptp(every, axis=0) * rng.uniform(-0.5, 0.5, (40, 2))

@@ -16,7 +16,7 @@ from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
-from vedette.testing.states import random_gaussian, steps_of
+from vedette.testing.states import random_gaussian, speeds_of, steps_of
 from vedette.types import Gaussian
 
 Method = Callable[[Array, float], Array]
@@ -161,16 +161,14 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
 def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
     """An axis vx is the velocity of x: over a short time, x gains dt times vx, and never more of its noise than dt times."""
     names, dt = model.state.names, 1e-3
-    pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
-    if not pairs:
+    if not (pairs := speeds_of(model.state)):
         raise Closed("it has no velocity of a position")
     F = _full(model.jacobian(drawn.x, dt), drawn.x, 2)
     for i, v in pairs:
         calm = np.abs(F[:, v, v] - 1.0) < 0.02  # a stiff model loses its velocity even in this time
         rate = F[calm, i, v] / dt
-        demand(
-            np.all(np.abs(rate - 1.0) < 0.05), f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times"
-        )
+        told = f"jacobian: {names[i]} must gain dt times v{names[i]}, gains {rate} dt times"
+        demand(np.all(np.abs(rate - 1.0) < 0.05), told)
     for dt in (1e-3, 1.0, 8.0):  # a position gains with its velocity what that gained, for as long as it had it
         Q = np.stack([_full(model.noise(drawn.x, part * dt), drawn.x, 2) for part in (1.0, 0.75, 0.5, 0.25)])
         for i, v in pairs:

@@ -81,8 +81,8 @@ def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) ->
     for parameter in parameters(type(sensor)):
         value = getattr(sensor, parameter.name)
         if parameter.name.startswith("sigma_") and parameter.unit == "m" and value:
-            less: Any = evolve(sensor, **{parameter.name: 3.0 * value})  # type: ignore[misc]
-            with suppress(TypeError):  # its sensors are no parameter
+            with suppress(TypeError, ValueError):  # its sensors are no parameter, or so large a deviation is none
+                less: Any = evolve(sensor, **{parameter.name: 3.0 * value})  # type: ignore[misc]
                 wider: Any = made_of(evolve(preprocessor, sensors={name: less}), exact.scans).noise  # type: ignore[misc]
                 grows = np.trace(wider - usual.noise, axis1=-2, axis2=-1)
                 demand(np.all(grows > 0), f"noise: must grow with {parameter.name} of {name!r}, grows by {grows.tolist()}")

@@ -98,7 +98,7 @@ def exactly(preprocessor: Preprocessor, drawn: Raw, scale: float | None = None, 
     """
     space, sensors = preprocessor.measurement, preprocessor.sensors
     observed = {sensor.observes for sensor in sensors.values()}
-    if (len(sensors) > 1 and not several) or len(observed) != 1 or set(space.names) - set(next(iter(observed)).names):
+    if (len(sensors) > 1 and not several) or len(observed) != 1 or set(space.axes) - set(next(iter(observed)).axes):
         raise Closed("what it makes are not axes of a state that one sensor observes")
     (state,) = observed
     rng = np.random.default_rng(sum(len(scan.detections.z) for scan in drawn.scans.values()))

@@ -19,8 +19,8 @@ def others_far_away_change_nothing(preprocessor: Preprocessor, drawn: Raw) -> No
     """If it makes positions: what one sensor sees far away, on any side, changes no return here."""
     exact = exactly(preprocessor, drawn, several=True)
     axes = [i for i in exact.where if next(iter(preprocessor.sensors.values())).observes.axes[i].unit == "m"]
-    if not len(exact.made.z) or not axes:
-        raise Closed("it makes no return in m")
+    if not len(exact.made.z) or not axes or len(np.unique(exact.made.z, axis=0)) < len(exact.made.z):
+        raise Closed("it makes no return in m, or several at one place")
     beyond = np.repeat(exact.states[:1], 2 * len(axes), axis=0)
     beyond[range(len(beyond)), 2 * axes] += 3e5 * np.repeat([1.0, -1.0], len(axes))
     for name, sensor in preprocessor.sensors.items():

@@ -11,7 +11,7 @@ from scipy.special import ndtri
 from vedette.config.parameters import parameters
 from vedette.errors import VedetteError
 from vedette.supporting import ImagingSensor, Preprocessor
-from vedette.testing.comparisons import Closed, Lacking, covariance, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, Lacking, covariance, demand, frozen_copy, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.preprocessor_cases import Raw, made_of
 from vedette.types import Detections, Frame, Pose, Scan
@@ -68,7 +68,7 @@ def false_alarms_are_as_rare_as_stated(preprocessor: Preprocessor, drawn: Raw) -
     if "rate" not in known:
         raise Lacking("rate")
     ((name, _),) = preprocessor.sensors.items()
-    often: Any = evolve(preprocessor, rate=RARE)  # type: ignore[misc]
+    often = varied(preprocessor, rate=RARE)
     rng = np.random.default_rng(drawn.seed)
     rows = drawn.runs // 2
     noise = rng.exponential(rng.uniform(0.5, 2.0), (rows, 1, CELLS))

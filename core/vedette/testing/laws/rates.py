@@ -9,6 +9,7 @@ from vedette.space import Array
 from vedette.testing.comparisons import Closed, demand, derivative, same
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks, regular, slopes
+from vedette.testing.states import speeds_of
 
 MOVING = {"x": "vx", "y": "vy", "z": "vz"}
 STEP = 1e-2
@@ -50,7 +51,7 @@ def a_lag_goes_along_the_velocity(sensor: Sensor, drawn: Looks) -> None:
     """If it observes a time beside velocities: by that time all that is seen of a target is late, or early."""
     axes, names = sensor.observes.axes, sensor.observes.names
     times = [i for i, axis in enumerate(axes) if axis.unit == "s"]
-    pairs = [(names.index(x), names.index(f"v{x}")) for x in names if f"v{x}" in names]
+    pairs = speeds_of(sensor.observes)
     if not times or not pairs:
         raise Closed("it observes no time beside velocities")
     x = regular(sensor, drawn.x)

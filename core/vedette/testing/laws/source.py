@@ -18,7 +18,7 @@ from vedette.supporting import Source
 from vedette.testing.comparisons import Closed, Lacking, demand, finite, same
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.frames import Picture
-from vedette.testing.states import SEEDS
+from vedette.testing.states import SEEDS, speeds_of
 from vedette.testing.strategies import SENSOR, components, usual
 from vedette.types import Recording, Scan
 from vedette.wrapping import WrappedSensor
@@ -198,21 +198,21 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
     judged = False
     for path in drawn.open(source).truth:
         names, dt = path.space.names, np.diff(path.times)[:, None]
-        pairs = [(i, names.index(f"v{name}")) for i, name in enumerate(names) if f"v{name}" in names]
-        if not pairs or len(path.times) < 6:
+        if not (pairs := speeds_of(path.space)) or len(path.times) < 6:
             continue
         judged = True
         places, speeds = (list(each) for each in zip(*pairs, strict=True))
-        v = path.states[:, speeds]
+        x, v = path.states[:, places], path.states[:, speeds]
+        over = Space(tuple(path.space.axes[i] for i in places))
         steps, turns = dt * (v[1:] + v[:-1]) / 2, dt * np.diff(v, axis=0)
         sums = np.cumsum(np.concatenate([steps, turns**2, np.abs(steps)], axis=-1), axis=0)
         for part in {len(sums), min(PART, len(sums))}:
             made = np.concatenate([sums[part - 1 :: part][:1], np.diff(sums[part - 1 :: part], axis=0)])
-            moved = np.diff(path.states[::part, places], axis=0)
+            moved = over.difference(x[part::part], x[:-part:part])
             added, squares, far = (np.reshape(each, moved.shape) for each in np.split(made, 3, axis=-1))
             # What a Brownian path adds is .3 of the root of these squares, a smooth one less.
             allowed = 0.05 * np.linalg.norm(far, axis=-1) + 2.0 * np.sqrt(squares.sum(axis=-1)) + 1e-6
-            for i in np.flatnonzero(np.linalg.norm(moved - added, axis=-1) > allowed)[:1]:
+            for i in np.flatnonzero(np.linalg.norm(over.difference(moved, added), axis=-1) > allowed)[:1]:
                 told = f"{path.name}: moves by {moved[i].tolist()} from {path.times[i * part]:g} s"
                 demand(False, f"{told} to {path.times[(i + 1) * part]:g} s, its velocities add up to {added[i].tolist()}")
         if {"heading", "vx", "vy"} <= set(names):

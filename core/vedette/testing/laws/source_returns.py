@@ -217,9 +217,8 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
         raise Closed("it has too little truth for that")
     off = float(np.sum(places) / np.sqrt(variance))
     where = "before" if off < 0 else "behind"
-    demand(
-        abs(off) < -ndtri(drawn.alpha / 2), f"returns: targets' stand {where} false ones, by {abs(off):.1f} standard errors"
-    )
+    told = f"returns: targets' stand {where} false ones, by {abs(off):.1f} standard errors"
+    demand(abs(off) < -ndtri(drawn.alpha / 2), told)
 
 
 LAWS: tuple[Law, ...] = (
