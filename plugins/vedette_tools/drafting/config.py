@@ -51,7 +51,7 @@ ABSURD = 500.0
 WANDERS = 30.0
 """Errors that last longer than so many scans are not told from motion. Chosen by hand."""
 
-PROVEN, LOOKS = 8000, 2000
+PROVEN, LOOKS = 8000, 6000
 """On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
 
 

@@ -19,6 +19,11 @@ LESS, LESS_IN_CLUTTER = 0.05, 0.3
 """An alternative may explain by such a part fewer returns than the one that explains most; in clutter, where these may be
 false, it is then not to be clearly less likely: by hand, on drawn scenes."""
 
+TRACK = 30.0
+"""Of objects that report in turn a track more is worth it if returns are likelier by this: about what its birth costs. Few
+tracks may be of several objects there, as returns of one time are not. By hand, on one half of the ships of a recording.
+"""
+
 GAIN = 0.2
 """A first design is left for one with more whole tracks, or likelier by this for each of their returns: by hand."""
 
@@ -60,6 +65,7 @@ class _Trials:
     """What the designs that were tried showed, and which could not be run."""
 
     run: Callable[[Design], Trial | None]
+    in_turn: bool
     progress: Progress
     budget: float
     clock: Callable[[], float]
@@ -94,7 +100,7 @@ class _Trials:
                 continue
             self.run_all([best, *stage(best)])
             if alike := {design: trial for design, trial in self.known.items() if design.sure == best.sure}:
-                best = kept(_as_likely(alike, best), best, clean=clean)
+                best = kept(_as_likely(alike, best), best, clean=clean, in_turn=self.in_turn)
             if self.spent:
                 break
         return best
@@ -125,7 +131,7 @@ def proved(
     clean = steady >= CLEAN
     rates = (_rates,) if in_turn else ()
     widths = (*([_errors] if errors and clean else []), _widths)
-    trials = _Trials(run, progress, budget, clock)
+    trials = _Trials(run, in_turn, progress, budget, clock)
     # what lies outside of a gate starts no second track of a sure name: there, how targets move counts first
     stages = (_motions, *rates, *widths) if first.sure else (*rates, _motions, *widths)
     best = trials.best(first, stages, clean)
@@ -147,11 +153,12 @@ def proved(
     return Proof(best, tuple(said), failure, known[best])
 
 
-def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
+def kept(known: dict[Design, Trial], before: Design, *, clean: bool, in_turn: bool = False) -> Design:
     """Return the likeliest of those whose tracks are about as whole, and explain about as much, as any.
 
-    Where returns are `clean` of false ones every track counts, however short; where names are sure, each has one. That is
-    the design from `before` unless it is not among these, or another is clearly likelier.
+    Where returns are `clean` of false ones every track counts, however short; where names are sure, each has one. Of objects
+    that report `in_turn` a track more may be worth it. That is the design from `before` unless it is not among these, or
+    another is clearly likelier.
     """
     widest = max(known.values(), key=lambda trial: trial.share)
     likely = (
@@ -164,7 +171,13 @@ def kept(known: dict[Design, Trial], before: Design, *, clean: bool) -> Design:
         or (trial.share >= (1 - LESS_IN_CLUTTER) * widest.share and trial.loglik >= likely)
     }
     broken = {design: _broken(design, trial, clean) for design, trial in able.items()}
-    whole = [design for design in able if broken[design] <= WHOLE * min(broken.values()) + 0.5]
+    fewest = min(able, key=lambda design: broken[design])
+
+    def worth(design: Design) -> bool:
+        gain = able[design].loglik - able[fewest].loglik
+        return in_turn and design.often == fewest.often and gain > TRACK * (broken[design] - broken[fewest])
+
+    whole = [design for design in able if broken[design] <= WHOLE * broken[fewest] + 0.5 or worth(design)]
     best = max(whole, key=lambda design: able[design].loglik)
     if before in whole and able[best].loglik < able[before].loglik + GAIN * able[before].explained:
         return before
@@ -177,11 +190,17 @@ def _broken(design: Design, trial: Trial, clean: bool) -> float:
 
 
 def _as_likely(known: dict[Design, Trial], before: Design) -> dict[Design, Trial]:
-    """Return the trials without those of larger errors that are far less likely: any errors make tracks whole if large."""
+    """Return the trials without those of larger errors or acceleration that are far less likely: any make tracks whole if
+    large, and objects that report in turn one.
+    """
     if before not in known:
         return known
     least = known[before].loglik - DOUBTED * known[before].explained
-    return {design: trial for design, trial in known.items() if design.errors <= before.errors or trial.loglik >= least}
+    return {
+        design: trial
+        for design, trial in known.items()
+        if (design.errors <= before.errors and design.accel <= before.accel) or trial.loglik >= least
+    }
 
 
 def _misnamed(trials: _Trials, best: Design) -> bool:

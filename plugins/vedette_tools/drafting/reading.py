@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from math import log
 from typing import Any
 
@@ -127,7 +128,9 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             stands = np.array([place if scan.pose is None else scan.pose.position[:2] for scan in scans])
             times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
             named = np.concatenate(codes) if codes else None
-            followed = follow(times, places, stands, named, reported=table.of(name).reported)
+            followed = follow(
+                times, places, stands, named, partial(_likely, table.of(name)), reported=table.of(name).reported
+            )
             followed = evolve(followed, chains=tuple(_timed(chain, scans) for chain in followed.chains))
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.of(name).third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
@@ -175,15 +178,20 @@ def _along_lines(table: Table, sigmas: Array) -> Array:
 
 
 def _of_targets(table: Table, seen: Seen) -> Seen:
-    """Return what a sensor shows without the chains that returns of no target make by chance: they would pass for noise.
+    """Return what a sensor shows without the chains that returns of no target make by chance: they would pass for noise."""
+    loose = sum(map(len, seen.spots)) - sum(len(chain.times) for chain in seen.chains)
+    return _likely(table, seen, loose) if loose >= len(seen.times) else seen
 
-    With the noise of the longest chains, those of targets are likelier than returns anywhere (the track score of Sittler,
-    1964), by more than one in all returns is by chance.
+
+def _likely(table: Table, seen: Seen, loose: int) -> Seen:
+    """Return what a sensor shows without the chains that are no likelier than returns anywhere, of which `loose` are so.
+
+    With the noise of the longest chains, those of targets are likelier (the track score of Sittler, 1964), looks without a
+    return counted, by more than one in all returns is by chance.
     """
-    every = np.concatenate(seen.spots) if seen.spots else np.zeros((0, 2))
-    loose = len(every) - sum(len(chain.times) for chain in seen.chains)
-    if len(seen.chains) < 2 or loose < len(seen.times):
+    if len(seen.chains) < 2 or loose <= 0:
         return seen
+    every = np.concatenate(seen.spots)
     longest = max(len(chain.times) for chain in seen.chains)
     sure = evolve(seen, chains=tuple(chain for chain in seen.chains if 2 * len(chain.times) >= longest))
     noise, speed = _noise(table, sure), usual_speed([sure])
@@ -192,7 +200,13 @@ def _of_targets(table: Table, seen: Seen) -> Seen:
     anywhere = log(loose / len(seen.times) / area)
 
     def score(chain: Chain) -> float:
-        return loglik(_windows(table, seen, [chain]), sigmas, noise.accel, speed) - (len(chain.times) - 1) * anywhere
+        looks = _in_looks(len(chain.times), chain.looks)
+        return loglik(_windows(table, seen, [chain]), sigmas, noise.accel, speed) + looks - (len(chain.times) - 1) * anywhere
 
     kept = tuple(chain for chain in seen.chains if score(chain) > log(len(every)))
     return evolve(seen, chains=kept) if kept else sure
+
+
+def _in_looks(hits: int, looks: int) -> float:
+    """Return how likely it is, in logarithms, that just these looks have a return, if as many do."""
+    return sum(count * log(count / looks) for count in (hits, looks - hits) if count)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 
 import numpy as np
 from attrs import evolve, frozen
@@ -87,13 +87,20 @@ class Seen:
 
 
 def follow(
-    times: Array, spots: tuple[Array, ...], stands: Array, named: Indices | None = None, *, reported: bool = False
+    times: Array,
+    spots: tuple[Array, ...],
+    stands: Array,
+    named: Indices | None,
+    likely: Callable[[Seen, int], Seen],
+    *,
+    reported: bool = False,
 ) -> Seen:
     """Follow the returns by the names of their objects (n,), if they have any.
 
     Else twice, first within what their spacing allows, then within what the first time showed, unless that only cuts chains
-    where targets turn; or one by one in time, if few come at once, and more can be followed so, or more steadily. What is
-    `reported` by the objects comes one by one unless that follows less than half as much.
+    where targets turn; or one by one in time, if few come at once, and more can be followed so, or more steadily, of the
+    chains that are `likely` where so many returns as scans leave may be false. What is `reported` by the objects comes one
+    by one unless that follows less than half as much.
     """
     if named is not None and np.any(named >= 0):
         return Seen(times, spots, stands, tuple(of_owners(times, spots, named)))
@@ -108,7 +115,7 @@ def follow(
     count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
     few = count < TOGETHER * first
     if count >= LEAST:
-        single = evolve(seen, chains=tuple(in_turn(times[:first], spots[:first])))
+        single = likely(evolve(seen, chains=tuple(in_turn(times[:first], spots[:first]))), count - held)
         more = sum(len(chain.times) for chain in single.chains) - held
         least = -0.2 * count if few else 0.8 * count - held  # false returns of scans make no steady chains
         steadier = more > least and single.rough < 0.5 * seen.rough

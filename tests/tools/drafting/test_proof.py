@@ -178,6 +178,21 @@ def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=False) == first
 
 
+@pytest.mark.parametrize(("often", "in_turn", "best"), [(1.0, True, 1), (1.0, False, 0), (3.0, True, 0)])
+def test_few_tracks_of_objects_that_report_in_turn_may_be_of_several(often, in_turn, best):
+    """Of 88 ships, 44 tracks were the fewest: those at anchor shared them. Rates change likelihoods by themselves."""
+    first, few, many = Design(1.0, 1.0), Design(1.0, 1.0, agile=15.0), Design(1.0, 1.0, agile=4.0, often=often)
+    known = {first: trial(-500, 12), few: trial(-450, 5), many: trial(-300, 9)}
+    assert kept(known, first, clean=True, in_turn=in_turn) == (few, many)[best]
+
+
+def test_an_acceleration_that_is_far_less_likely_makes_no_tracks_whole():
+    """With enough of it one track takes the reports of several objects."""
+    shown = {0.1: trial(-500, 12), 0.6: trial(-520, 9), 1.5: trial(-600, 5)}
+    proof = proved(Design(0.1, 5.0), lambda design: shown.get(round(design.accel + design.agile, 9)), 1.0, errors=False)
+    assert proof.design.accel == pytest.approx(0.6)
+
+
 def test_what_leaves_out_false_returns_is_about_as_likely():
     """Of 100 returns a third may be false; that fewer tracks explain the rest shows nothing if these were likelier ones."""
     first, other = Design(1.0, 1.0), Design(2.0, 1.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks import drafts
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import REPORTED, Reading, opened
 from vedette_tools.drafting.reports import LEAST, in_turn, longest_waits
@@ -47,6 +48,15 @@ def test_chains_of_false_returns_are_not_taken_for_targets(tmp_path):
     found = Reading.of(table, opened(table))
     assert len(found.seen["sensor"].chains) <= 3
     assert found.noise["sensor"].sensor[0] == pytest.approx(1.0, rel=0.35)
+
+
+@pytest.mark.costly
+def test_few_false_returns_beside_one_target_are_no_reports_in_turn(tmp_path):
+    """Seven chains of six of them over 120 to 160 scans each held a draft of one circling target for reports in turn."""
+    table = read_table(file_of(tmp_path / "d.csv", drafts.drawn(80, 261126).rows.tolist()))
+    (seen,) = Reading.of(table, opened(table)).seen.values()
+    assert not seen.in_turn
+    assert len(seen.chains) == 1
 
 
 @pytest.mark.costly
