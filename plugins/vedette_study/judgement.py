@@ -19,6 +19,7 @@ from attrs import evolve, frozen
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.space import Array
 from vedette_files.writing import whole_file
+from vedette_study.averages import averaged_plan
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 from vedette_study.plan import Plan
@@ -121,7 +122,7 @@ def _array(values: list[Any]) -> tuple[Array, Array]:
 
 def demand_points(planned: Plan, kept: Mapping[str, Any]) -> None:
     """Raise ConfigError unless the study has every point that was kept."""
-    now = [_labels(at.labels) for at in planned.points]
+    now = [_labels(at.labels) for at in averaged_plan(planned).points]
     for point in kept["points"]:
         if point["labels"] not in now:
             text = f"the study has no point {json.dumps(point['labels'])}; write a new judgement: --write FILE"

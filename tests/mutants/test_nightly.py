@@ -184,6 +184,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_in_many_cases": (
         "standard/estimators/test_extremes.py::test_every_estimator_stays_whole_with_every_motion",
     ),
+    "study/test_judgement.py::test_our_trackers_are_no_worse_on_recordings": (
+        "study/test_judgement.py::test_our_trackers_are_no_worse_than_they_were",
+        "study/test_judgement.py::test_a_study_that_averages_over_recordings_is_judged_by_its_averages",
+    ),
     "test_examples.py::test_autoferry_over_ten_draws": (
         "test_examples.py::test_autoferry",
         "test_examples.py::test_a_radars_delay_is_found_without_truth",

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.paths import EXAMPLES, ROOT
+from study import test_recordings as buoys
+from support.paths import EXAMPLES, ROOT, recording
 from vedette.cli import main
 from vedette_study.judgement import ALPHA, _compared, _holm
 
@@ -25,6 +26,29 @@ def test_our_trackers_are_no_worse_than_they_were(name, capsys):
     code = main(["study", str(EXAMPLES / f"{name}.toml"), "--threads", "1", "--against", str(KEPT / f"{name}.json")])
     worse = [line for line in said(capsys) if line.startswith("WORSE")]
     assert (code, worse) == (0, [])
+
+
+@pytest.mark.nightly("recordings, ten draws")
+@pytest.mark.parametrize(("name", "scenarios"), [("joyride", ()), ("autoferry", (2, 5, 13, 16))])
+def test_our_trackers_are_no_worse_on_recordings(name, scenarios, tmp_path, capsys):
+    """Each draw leaves out a tenth of the returns. After a change of figures: write `study.json`'s judgement anew."""
+    more = {"average": ["source.scenario"], "sweep": {"source.scenario": scenarios}} if scenarios else {}
+    study = tmp_path / "study.json"
+    study.write_text(json.dumps({"experiment": str(EXAMPLES / f"{name}.toml"), "runs": 10} | more))
+    against = ["--threads", "1", "--against", str(KEPT / f"{name}.json"), "--set", f"source.path={recording(name)}"]
+    code = main(["study", str(study), *against])
+    assert (code, [line for line in said(capsys) if line.startswith("WORSE")]) == (0, [])
+    assert main(["study", str(study), *against, "--set", "gate.probability=0.3"]) == 1
+
+
+def test_a_study_that_averages_over_recordings_is_judged_by_its_averages(tmp_path, capsys):
+    paths = [buoys.recording(tmp_path / f"{seed}.jsonl", seed) for seed in (1, 2)]
+    table = buoys.table(buoys.config(paths[0]), runs=3, sweep={"source.path": paths}, average=["source.path"])
+    study, kept = tmp_path / "study.json", str(tmp_path / "kept.json")
+    study.write_text(json.dumps(table))
+    assert main(["study", str(study), "--threads", "1", "--write", kept]) == 0
+    assert main(["study", str(study), "--threads", "1", "--against", kept]) == 0
+    assert any(line.startswith("fine") for line in said(capsys))
 
 
 @pytest.mark.costly
