@@ -60,7 +60,7 @@ class Number:
         except ValueError:
             raise ValueError(f"{self.title} must be a number, got {shown(cell)}{self._advice(cell)}") from None
         if not abs(number) * self.factor <= ABSURD:  # also False for NaN
-            empty = "; leave the cells of a row empty where nothing was measured" if math.isnan(number) else ""
+            empty = "" if math.isfinite(number) else "; leave the cells of a row empty where nothing was measured"
             raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}{empty}")
         if self.largest is not None and abs(number) * self.factor > self.largest:
             bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
@@ -89,7 +89,7 @@ class Number:
             return f"; write the number alone, {number}: `units` says that it is in {unit}"
         if self.largest is not None and cell[:1].isdigit():
             return "; write degrees with decimals, or as 59 25.955 N"
-        return ""
+        return "; write one, as 12.5, or name another column" if cell else "; name another column"
 
 
 def numbers(axes: Space, time: str, columns: Mapping[str, str], units: Mapping[str, str], place: str) -> dict[str, Number]:

@@ -120,6 +120,12 @@ class Platforms:
     names: Mapping[str, str] = field(factory=dict)
     several: bool = False
 
+    @property
+    def between(self) -> str:
+        """When their tracks are known, in words, or ""."""
+        times = [time for track in self.tracks.values() for time in track.times.tolist()]
+        return f"; its rows are of {min(times)!r} to {max(times)!r} s: are their clocks alike?" if times else ""
+
     def check(self, sensors: Iterable[str]) -> None:
         """Raise ConfigError if `names` names a sensor or a platform that there is not."""
         there = {*self.tracks, *(name for name, _ in self.by_scan)}

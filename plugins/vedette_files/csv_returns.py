@@ -18,6 +18,7 @@ from vedette.space import Space, SpaceError
 from vedette_files.codes import code
 from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Column, Layout, with_altitude
+from vedette_files.csv_noise import noise_columns
 from vedette_files.csv_numbers import Row
 from vedette_files.csv_table import rows
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
@@ -50,13 +51,14 @@ class Reading:
 class Look:
     """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes.
 
-    times: of the returns, where they have their own; else nothing.
+    times: of the returns, where they have their own, and noises: their covariances; else nothing.
     """
 
     scan: str
     returns: tuple[tuple[float, ...], ...]
     codes: tuple[int, ...] = ()
     times: tuple[float, ...] = ()
+    noises: tuple[tuple[float, ...], ...] = ()
 
 
 @final
@@ -90,6 +92,10 @@ class DetectionColumns:
     )
     identity: str = fields.text(
         "column by which returns name their objects, as an MMSI; an empty cell names none; default: none do", default=""
+    )
+    noise: dict[str, str] = fields.names(
+        "measured axis to the column of a return's own deviation along it, x = 'sigma_x', or pair to that of their "
+        "covariance, 'x y' = 'cov_xy', in units of the axes; x and y of latitudes are in m; default: the sensor's errors"
     )
     periods: dict[str, float] = fields.table(
         "sensor to its scan period, if scans without returns were not recorded: gaps of whole periods then hold them",
@@ -158,7 +164,11 @@ class DetectionColumns:
         except SpaceError as error:
             raise ConfigError([Problem(f"{PLACE}.columns", str(error))]) from None
         by_axis = layout.columns(path, axes, self, PLACE)
+        measured = {name: reading.measured for name, reading in readings.items()}
+        noises = noise_columns(self.noise, measured, self.units, PLACE)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
+        for noise in noises.values():
+            wanted |= noise.wanted
         told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
         left_out: Counter[str] = Counter()
         by_sensor = {name: [by_axis[axis] for axis in reading.read.names] for name, reading in readings.items()}
@@ -173,7 +183,8 @@ class DetectionColumns:
                 values = None if blank else tuple(column.of(row) for column in columns)
                 if values is not None:
                     check_place(readings[sensor].read, values, layout.origin)
-                own = row.cells.get("scan", ""), values, code(row.cells.get("identity", ""))
+                covariance = () if values is None else noises[sensor].read(row)
+                own = row.cells.get("scan", ""), values, code(row.cells.get("identity", "")), covariance
                 sample = Sample(row.place, by_axis["time"].of(row), own)
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
@@ -184,8 +195,8 @@ class DetectionColumns:
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 
 
-_Cells = tuple[str, tuple[float, ...] | None, int]
-"""A row's scan id, its values, None where all cells are empty, and its code."""
+_Cells = tuple[str, tuple[float, ...] | None, int, tuple[float, ...]]
+"""A row's scan id, its values, None where all cells are empty, its code and its covariance."""
 
 
 def _filled(row: Row, by_sensor: Mapping[str, Sequence[Column]]) -> str:
@@ -206,7 +217,7 @@ def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> lis
     values = [row.value[1] for row in rows if row.value[1] is not None]
     made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
     return [
-        row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)), row.value[2])) for row in rows
+        row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)), *row.value[2:])) for row in rows
     ]
 
 
@@ -261,8 +272,9 @@ def _middle(rows: list[Sample[_Cells]]) -> float:
 
 def _look(rows: list[Sample[_Cells]], own: bool = False) -> Sample[Look]:
     """Return the scan of rows, of the time of the last; `own`: each return keeps its time."""
-    given = [(row.time, values, row.value[2]) for row in rows if (values := row.value[1]) is not None]
+    given = [(row.time, values, *row.value[2:]) for row in rows if (values := row.value[1]) is not None]
     told = [one for one, _ in dict.fromkeys((one, i if one[2] < 0 else -1) for i, one in enumerate(given))]
-    times = tuple(time for time, _, _ in told) if own else ()
-    look = Look(rows[0].value[0], tuple(values for _, values, _ in told), tuple(code for _, _, code in told), times)
+    times = tuple(time for time, *_ in told) if own else ()
+    codes, noises = tuple(code for _, _, code, _ in told), tuple(noise for *_, noise in told if noise)
+    look = Look(rows[0].value[0], tuple(values for _, values, *_ in told), codes, times, noises)
     return Sample(rows[0].place, rows[-1].time, look, len(rows))

@@ -242,7 +242,7 @@ def _scan(
     if platform is not None and platform.moves(name):
         pose = platform.pose(name, look.value.scan, look.time)
         if pose is None:
-            text = f"the recording does not say where the platform was at {look.time!r} s"
+            text = f"the recording does not say where the platform was at {look.time!r} s{platform.between}"
             refused.append(Problem(look.place, text, look.rows))
             return None
     values = np.array(look.value.returns).reshape(-1, len(reading.placed)).T
@@ -252,4 +252,7 @@ def _scan(
         measured = polar(measured["x"] - x, measured["y"] - y, float(pose.heading))
     seen = detections(measured, reading.measured)
     seen = evolve(seen, identity=np.array(look.value.codes, dtype=int)) if named else seen
+    if look.value.noises:
+        m = len(reading.measured)
+        seen = evolve(seen, noise=np.array(look.value.noises).reshape(-1, m, m))
     return Scan(look.time, name, evolve(seen, time=np.array(look.value.times)) if look.value.times else seen, pose)

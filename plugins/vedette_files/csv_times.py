@@ -29,8 +29,6 @@ DAY = 86_400.0
 LOOKED_AT = 50
 """So many times of a table decide in which form they all are."""
 
-_DATE = re.compile(r"\d{1,4}[./-]\d{1,2}[./-]")
-
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 DATED = "s since 1970-01-01T00:00:00Z"
@@ -131,9 +129,12 @@ class Times:
         """Return the row's time in s; ValueError if it is none, or not in the form of the others."""
         cell = row.cells[self.name]
         if self._form.name == NUMBER:
-            if _DATE.match(cell):
+            try:
+                plain_number(cell)
+            except ValueError:
                 told = f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}"
-                raise ValueError(told + _patterns(cell))
+                cure = _patterns(cell) or "; name another column, or say how dates are written: dates"
+                raise ValueError(told + cure) from None
             return self._column.of(row)
         try:
             name, seconds = stamp(cell, self._form.pattern)
@@ -142,7 +143,7 @@ class Times:
         if name != self._form.name:
             written = f"written as {self._form.pattern}" if self._form.pattern else f"{EXAMPLES[self._form.name]}, like most"
             wanted = f"{self._form.name} {written}"
-            raise ValueError(f"{self.title} must be {wanted}, got {shown(cell)}")
+            raise ValueError(f"{self.title} must be {wanted}, got {shown(cell)}{_patterns(cell)}")
         if name == OF_DAY:
             seconds += DAY * round((self._before - seconds) / DAY)
             self._before = seconds

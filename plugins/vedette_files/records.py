@@ -42,6 +42,8 @@ def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any
     flat = (row for place, record in given for row in _flat(place, record))
     first = list(islice(flat, LOOKED_AT))
     titles = dict.fromkeys(title for row in first for title in row)
+    if not titles:
+        raise InputError(f'{path}: holds no record, as {{ "t": 0.0, "x": 1.0, "y": 2.0 }}')
     return list(titles), chain(first, flat)
 
 
@@ -129,6 +131,6 @@ def _points(path: Path) -> Iterator[dict[str, Any]]:
                     empty = False
                     element.clear()
     except (ParseError, OSError) as error:
-        raise InputError(f"{path}: cannot be read as GPX: {error}") from None
+        raise InputError(f"{path}: cannot be read as GPX: {error}; if it is cut short, export it again") from None
     if empty:
-        raise InputError(f"{path}: holds no point with a latitude and a longitude")
+        raise InputError(f"{path}: holds no point with a latitude and a longitude, as <trkpt lat=... lon=...>")

@@ -65,7 +65,9 @@ def test_a_bad_row_of_a_parquet_file_is_told_by_its_number(tmp_path):
     given = frame(tmp_path)
     given["north"] = ["1", "x", None, "-5"]
     found = of_parquet(tmp_path, given)
-    assert [str(problem) for problem in found.refused] == ["d.parquet:row 2: north must be a number, got 'x'"]
+    assert [str(problem) for problem in found.refused] == [
+        "d.parquet:row 2: north must be a number, got 'x'; write one, as 12.5, or name another column"
+    ]
 
 
 def test_what_is_no_parquet_file_and_what_lacks_a_column_is_said(tmp_path):

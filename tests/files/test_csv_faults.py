@@ -59,7 +59,7 @@ BAD_ROWS = {
     "NaN": ("2,nan,0", "north must be a finite number of at most 1e+15, got 'nan'"),
     "infinite": ("2,0,-inf", "east must be a finite number"),
     "absurd": ("2,0,1e16", "east must be a finite number of at most 1e+15, got '1e16'"),
-    "no time": (",0,0", "t must be a number, got ''"),
+    "no time": (",0,0", "t must be a number, or a date and time as 2026-11-22T08:39:04.5Z, got ''"),
     "time NaN": ("nan,0,0", "t must be a finite number"),
     "short": ("2,0", "must have 3 columns as in the header, got 2"),
     "long": ("2,0,0,0", "must have 3 columns as in the header, got 4"),

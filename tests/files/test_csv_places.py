@@ -100,7 +100,7 @@ def test_the_origin_is_the_middle_of_the_returns_also_across_the_date_line(tmp_p
     recording = source(tmp_path, "t,lat,lon\n0,10,179.999\n1,10.002,-179.999\n2,10.001,-179.9995\n3,x,5\n").open(PLANE, RNG)
     assert recording.notes["origin"] == "10.001, -179.9995, 0.0"
     assert max(np.abs(scan.detections.z).max() for scan in recording.scans) < 200
-    assert told(recording) == ["d.csv:5: lat must be a number, got 'x'"]
+    assert told(recording) == ["d.csv:5: lat must be a number, got 'x'; write one, as 12.5, or name another column"]
 
 
 def test_the_far_side_of_the_earth_is_refused_and_does_not_fold_over(tmp_path):

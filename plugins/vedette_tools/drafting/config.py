@@ -114,6 +114,11 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     if named:
         facts = {name: _by_names(one, name, best.recording.scans) for name, one in facts.items()}
     some = _some(best.recording.scans)
+    bare = [evolve(scan, detections=evolve(scan.detections, noise=None)) for scan in some] if best.table.noise else []
+    if bare and (common := tried(text(first), bare)) is not None:
+        own = tried(text(first), some)
+        if own is None or own.loglik < common.loglik:
+            some, best = bare, evolve(best, table=best.table.without_noise())
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(

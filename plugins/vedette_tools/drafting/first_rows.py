@@ -25,6 +25,10 @@ DELIMITERS = (",", ";", "\t", "|")
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
 
 
+MOST_HEADERS = 3
+"""Lines below the header, as TrackMate's, of which one may hold units."""
+
+
 def dialect_of(path: TablePath) -> Dialect:
     """Return how a table is written; InputError if its first line is no header."""
     return first_rows(path)[2]
@@ -36,7 +40,7 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         titles, given = header_and_rows(path, titles)
         return titles, list(islice(given, LOOKED_AT)), COMMAS
     number, first, below = header_line(lines(path))
-    if "\0" in first:
+    if "\0" in first or first[:1] == "\ufffd":
         wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
         raise InputError(f"{path}: is no text; {wanted}")
     numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
@@ -50,6 +54,8 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
     dialect = Dialect(delimiter, _decimal(text, delimiter))
     header = dialect.cells(first)
+    if not first.strip():
+        raise InputError(f"{path}: holds blank lines only, and must begin with the titles of the columns, as time,x,y")
     if not header or _is_row(header):
         raise InputError(f"{path}:{number}: {_no_titles(path, number, first, delimiter)}")
     at, between_cells = _first_of_most(header, text)
@@ -104,15 +110,21 @@ def of_header(titles: Sequence[str], below: Sequence[str]) -> str:
         return "; the titles are not in UTF-8: save the table in UTF-8"
     if any(below) and not any(sign.isdigit() for cell in below for sign in cell):
         return "; the header stands in two lines: write one, as time,x,y"
+    if "sample_token" in titles:
+        return "; nuScenes keeps it in sample.json: join the two by sample_token"
     return ""
 
 
-def states_units(row: Sequence[str]) -> bool:
-    """Return whether a row below the header holds units, and no number or date."""
-    words = [cell.strip("[]() ").lower() for cell in row]
-    return not any(cell[:1].isdigit() or is_number(cell) for cell in row) and any(
-        word in known for word in words for known in UNITS.values()
-    )
+def units_below(rows: list[list[str]]) -> list[str]:
+    """Take the rows below the header until the one that holds units, and no number or date; [], and none, without one."""
+    for i, row in enumerate(rows[:MOST_HEADERS]):
+        if any(cell[:1].isdigit() or is_number(cell) for cell in row):
+            break
+        words = [cell.strip("[]() ").lower() for cell in row]
+        if any(word in known for word in words for known in UNITS.values()):
+            del rows[: i + 1]
+            return row
+    return []
 
 
 def _decimal(text: Sequence[str], delimiter: str) -> str:

@@ -92,7 +92,7 @@ def joined(times: Array) -> str:
     if not len(times):
         return ""
     if np.all((times > 1.9e13) & (times < 2.1e13)):
-        return "must be dates and times as 2026-11-22T08:39:04"
+        return "must be dates and times as 2026-11-22T08:39:04; --dates %Y%m%d%H%M%S reads it"
     seconds, minutes, hours = times % 100, times // 100 % 100, times // 10_000
     looks = np.all((times >= 0) & (seconds < 60) & (minutes < 60) & (hours < 24))
     if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:

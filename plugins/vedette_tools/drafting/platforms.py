@@ -24,9 +24,10 @@ def file_beside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[s
         raise InputError(f"{platform}: must have the delimiter and the decimal sign of {path.name}")
     measured, own = chosen(titles)
     if "time" not in measured:
-        raise InputError(f"{platform}: no column looks like a time among {listed(titles)}")
+        raise InputError(f"{platform}: no column looks like a time among {listed(titles)}; name it `time` or `t`")
     if not platform_of(measured | own):
-        raise InputError(f"{platform}: no columns look like a position of the platform among {listed(titles)}")
+        cure = "name them east and north, or latitude and longitude"
+        raise InputError(f"{platform}: no columns look like a position of the platform among {listed(titles)}; {cure}")
     return measured["time"], measured | own, {title: [row[i] for row in rows] for i, title in enumerate(titles)}
 
 

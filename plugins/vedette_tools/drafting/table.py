@@ -8,7 +8,6 @@ from itertools import compress
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.errors import InputError
@@ -18,21 +17,23 @@ from vedette_files.composed import made_of
 from vedette_files.csv_table import Dialect, listed
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
-from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, states_units
+from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
 from vedette_tools.drafting.naming import by_words, named_by
+from vedette_tools.drafting.own_errors import own_errors
 from vedette_tools.drafting.platforms import file_beside, platform_of
-from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, HELD, PAIRS, POLAR, check_together, measured_by
+from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
+from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
-from vedette_tools.drafting.titles import OF_REPORTS, SENT, Meaning, chosen, words_of
+from vedette_tools.drafting.titles import Meaning, chosen
 from vedette_tools.drafting.wishes import Wishes
-
-MOST_SENSORS = 20
-"""A column of more names than these is not taken to name sensors."""
 
 AID, TRUTH, IGNORE = "aid", "truth", "ignore"
 """What names of objects are to a draft: known to the tracker, to judge its tracks by, or nothing."""
+
+OWN_ERRORS = "each return has errors of its own: "
+"""What is assumed where columns hold them."""
 
 NO_MEANING, NO_WISHES = Meaning("", "", "", False, False), Wishes()
 
@@ -72,6 +73,7 @@ class Table:
     stands: Mapping[str, tuple[float, float]] = field(factory=dict)
     dates: str = ""
     beside: tuple[str, Meaning] = ("", NO_MEANING)
+    noise: Mapping[str, str] = field(factory=dict)
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -96,11 +98,18 @@ class Table:
         """Return how the same table is read without it."""
         kept = self.at_rest()
         measured = {axis: title for axis, title in self.measured.items() if axis != self.third}
+        noise = {axes: column for axes, column in self.noise.items() if self.third not in axes.split()}
         title = self.measured[self.third]
         units = {axis: unit for axis, unit in self.units.items() if axis != self.third}
         text = f"{title} is left out: {why}"
         assumed = (*(one for one in kept.assumed if not one.startswith(f"{title} is in ")), text)
-        return evolve(kept, measured=measured, units=units, assumed=assumed, left_out=(*kept.left_out, title))
+        return evolve(kept, measured=measured, noise=noise, units=units, assumed=assumed, left_out=(*kept.left_out, title))
+
+    def without_noise(self) -> Table:
+        """Return how the same table is read without the errors of returns: they are likelier without them."""
+        kept = tuple(one for one in self.assumed if not one.startswith(OWN_ERRORS))
+        told = f"{', '.join(self.noise.values())} are left out: returns are less likely by them than by the sensor's errors"
+        return evolve(self, noise={}, assumed=(*kept, told), left_out=(*self.left_out, *self.noise.values()))
 
     def at_rest(self, *why: str) -> Table:
         """Return how the same table is read without the velocity of its platform."""
@@ -121,6 +130,7 @@ class Table:
         detections |= {"scan": self.scan} if self.scan else {}
         detections |= {"identity": self.identity} if self.identity and self.use == AID else {}
         detections |= {"periods": dict(self.periods)} if self.periods else {}
+        detections |= {"noise": dict(self.noise)} if self.noise else {}
         if self.sensor_column:
             detections |= {"sensor_column": self.sensor_column}
         source: dict[str, Any] = {"kind": "csv", "path": self.path, "frame": self.frame, "detections": detections}
@@ -151,12 +161,12 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
     """
     titles, rows, dialect = first_rows(path)
-    below = rows.pop(0) if rows and states_units(rows[0]) else []
+    below = units_below(rows)
     columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
     below_header, own = chosen(titles, below)
     measured = wishes.measured(path, titles, below_header)
     time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
-    geodetic_pair = partial(in_degrees, sent=any(map(_is_sent, by_words(titles))))
+    geodetic_pair = partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
     if not any(set(pair) <= set(measured) for pair in PAIRS):
         measured |= position_of(columns, geodetic_pair)
     measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
@@ -164,13 +174,12 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     columns = with_made(columns, measured)
     if time is None:
         index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
-        counted = (
-            f", or say how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
-        )
-        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN"
-        raise InputError(f"{path}: {told}{counted}{index}{of_header(titles, below or next(iter(rows), []))}")
+        scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
+        counted = f", or say {scan}" if scan else ""
+        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
+        raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
     assumed: list[str] = []
-    who, sensors = _who(measured, columns, assumed)
+    who, sensors = who_of(measured, columns, assumed)
     flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
     geodetic = (
         bool(flat)
@@ -204,8 +213,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
     assumed += ["the row below the header states units; as a return it is refused"] if below else []
-    stated = wishes.dates or pattern
-    dates, told = (stated, "") if stated else pattern_of(columns[time.title])
+    dates, told = (wishes.dates or pattern, "") if wishes.dates or pattern else pattern_of(columns[time.title])
     assumed += [told] if told else []
     for axis, name in every.items():
         add_unit(axis, axis, measured[name], columns, units, assumed)
@@ -218,12 +226,12 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, assumed)
     # What is looked at of a longer file may be the reports of many objects at its first moment.
     if MANY <= len(rows) < 0.9 * LOOKED_AT and len(set(columns[time.title])) == 1:
-        told = f"is the time, and {columns[time.title][0]!r} in all rows; name another column: --time COLUMN"
-        raise InputError(f"{path}: {time.title}: {told}")
+        same, route = columns[time.title][0], "" if columns[time.title][0] else "; a planned route has none"
+        raise InputError(f"{path}: {time.title}: is the time, and {same!r} in all rows; name another: --time COLUMN{route}")
     times = numbers(columns[time.title])
-    if not wishes.rate and (advice := joined(times)):
+    if not (wishes.rate or wishes.dates) and (advice := joined(times)):
         raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
-    unit = time_unit(time, times, assumed)
+    unit = "" if wishes.dates else time_unit(time, times, assumed)
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = measured["scan"].title if "scan" in measured else ""
     if scan and len(rows) >= MANY and len(set(columns[scan])) == 1:
@@ -231,7 +239,11 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if scan and _timed(columns[scan], columns[time.title]):
         assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
     name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
-    read |= {who, scan, name}
+    if use == TRUTH and not name:
+        raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
+    noise = own_errors(names, columns) if not others else {}
+    assumed += [f"{OWN_ERRORS}{', '.join(noise.values())}"] if noise else []
+    read |= {who, scan, name, *noise.values()}
     return Table(
         path="" if isinstance(path, FrameTable) else str(path),
         frame_table=path if isinstance(path, FrameTable) else None,
@@ -240,7 +252,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         time_unit=unit,
         scan=scan,
         identity=name,
-        reports=_reports(found_by, columns, who),
+        reports=reports_of(found_by, columns, who),
         use=use,
         sensor_column=who,
         sensors=sensors or ("sensor",),
@@ -252,23 +264,10 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         assumed=(*wishes.assumed, *assumed),
         unknown=next(filter(None, lost_units), ""),
         dates=dates,
+        noise=noise,
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
     )
-
-
-def _who(
-    measured: Mapping[str, Meaning], columns: Mapping[str, list[str]], assumed: list[str]
-) -> tuple[str, tuple[str, ...]]:
-    """Return the column that names sensors, and their names; none unless it names several, but not too many."""
-    named = measured.get("sensor")
-    who = named.title if named is not None and (named.sure or "type" not in words_of(named.title)) else ""
-    sensors = tuple(sorted({cell for cell in columns[who] if cell})) if who else ()
-    if len(sensors) == 1:
-        assumed.append(f"all returns are of one sensor: {who} names only {sensors[0]}")
-    if len(sensors) > MOST_SENSORS:
-        assumed.append(f"{who} has more than {MOST_SENSORS} names, so all returns are of one sensor")
-    return (who, sensors) if 1 < len(sensors) <= MOST_SENSORS else ("", ())
 
 
 def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
@@ -276,22 +275,6 @@ def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
     if pair != EAST:
         return {axis: axis for axis in pair}
     return dict(zip(FLAT, pair[::-1] if compass else pair, strict=True))
-
-
-def _reports(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[str]], who: str) -> tuple[str, ...]:
-    """Return the sensors whose returns are positions on the earth that objects report of themselves."""
-    told = [columns[title] for plain, title in by_words(columns).items() if _is_sent(plain)]
-
-    def sent(sensor: str) -> bool:
-        rows = np.array(columns[who]) == sensor if who else slice(None)
-        return len(pairs) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
-
-    return tuple(sensor or "sensor" for sensor, pair in pairs.items() if pair == GEODETIC and told and sent(sensor))
-
-
-def _is_sent(plain: str) -> bool:
-    """Return whether a title, by its words alone, is of what objects report of themselves."""
-    return plain in OF_REPORTS or plain.endswith(SENT)
 
 
 def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:

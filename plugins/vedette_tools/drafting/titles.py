@@ -19,6 +19,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("yd", "yds", "yards"), "0.9144 m"),
         "cm": "0.01 m",
         "mm": "0.001 m",
+        **dict.fromkeys(("micron", "microns", "um", "µm"), "1e-6 m"),
     },
     "rad": {
         **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), "deg"),
@@ -81,6 +82,9 @@ OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", 
 COORDINATES = ("coordinates.0", "coordinates.1")
 """How the titles of a longitude and a latitude end in GeoJSON."""
 
+IN_LISTS = re.compile(r"(.*\.)?(translation|position|location|center|centre|xyz)\.([012])")
+"""A title of a number of a list that is a position: translation.0 is x."""
+
 PROPERTIES = "properties."
 """How titles of what GeoJSON tells beside positions begin."""
 
@@ -123,9 +127,10 @@ AXES: dict[str, tuple[str, ...]] = {
         "tidspunkt",
         "tid",
         "now",
+        "position_t",
         *(f"{word}_at" for word in ("tracked", "recorded", "received", "created", "observed", "measured", "seen", "logged")),
     ),
-    "scan": ("scan", "sweep", "rotation", "turn", "frame", "umlauf", "umdrehung"),
+    "scan": ("scan", "sweep", "turn", "frame", "umlauf", "umdrehung"),
     "sensor": ("sensor", "source", "device", "station"),
     "range_rate": ("range_rate", "doppler", "radial_velocity", "radial_speed", "rr"),
     "range": ("range", "rng", "distance", "dist", "r", "rho", "entfernung", "distanz", "abstand", "distancia", "avstand"),
@@ -222,6 +227,8 @@ def meaning(title: str, below: str = "") -> Meaning:
     """
     if title.endswith(COORDINATES):
         return Meaning(title, "latitude" if title.endswith("1") else "longitude", "", False, True)
+    if listed := IN_LISTS.fullmatch(title.lower()):
+        return Meaning(title, "xyz"[int(listed[3])], "", False, True)
     bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
     stated = bracket[1] if bracket else below.strip("[]() ")
     stated = stated or ("e7" if title.lower().endswith("e7") else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import pairwise
 from pathlib import Path
 
 from attrs import evolve, field, frozen
@@ -58,9 +59,17 @@ class Wishes:
         for axis, unit in wishes.units.items():
             if axis in MEASURES and unit != PIXELS:
                 try:
-                    in_unit(unit if unit[:1].isdigit() else f"1 {unit}", MEASURES[axis])
+                    factor = in_unit(unit if unit[:1].isdigit() else f"1 {unit}", MEASURES[axis])
+                    if not 0 < factor < float("inf"):
+                        raise ValueError(f"must be a unit, or a multiple of one above 0, got {unit!r}")
                 except ValueError as error:
-                    problems.append(Problem("--units", f"{axis}: {error}"))
+                    text = str(error).replace(repr(f"1 {unit}"), repr(unit))
+                    problems.append(Problem("--units", f"{axis}: {text}"))
+        problems += [
+            Problem("--columns", f"{axis} and {other} are both {title!r}: each is in a column of its own")
+            for (axis, title), (other, same) in pairwise(sorted(wishes.columns.items(), key=lambda pair: pair[1]))
+            if title == same
+        ]
         if wishes.dates:
             try:
                 check_pattern(wishes.dates)
@@ -82,6 +91,12 @@ class Wishes:
                 raise InputError(
                     f"{path}: there is no column {title!r}, asked for as {axis}; the columns are {listed(titles)}"
                 )
+        for pair in POSITIONS:
+            lone = [axis for axis in pair if axis in self.columns]
+            if len(lone) == 1 and not any(set(other) <= set(self.columns) for other in POSITIONS):
+                lacking = next(axis for axis in pair if axis not in lone)
+                typed = f"--columns {lone[0]}={self.columns[lone[0]]},{lacking}=COLUMN"
+                raise InputError(f"{path}: {lone[0]} alone is no position; say {typed}, of {listed(titles)}")
         kept = dict(meanings)
         if any(axis in pair for pair in POSITIONS for axis in self.columns):
             kept = {axis: each for axis, each in meanings.items() if not any(axis in pair for pair in POSITIONS)}
@@ -122,6 +137,10 @@ def _pairs(option: str, given: str | None, problems: list[Problem]) -> dict[str,
     """Return pairs as `x=cx,y=cy`."""
     parts = [part.partition("=") for part in given.split(",")] if given else []
     if any(not name.strip() or not value.strip() for name, _, value in parts):
-        problems.append(Problem(option, f"must be pairs as x=cx,y=cy, got {given!r}"))
+        example = "x=cx,y=cy" if option == "--columns" else "x=km,y=km"
+        problems.append(Problem(option, f"must be pairs as {example}, got {given!r}"))
         return {}
+    names = [name.strip() for name, _, _ in parts]
+    if twice := next((name for name in names if names.count(name) > 1), ""):
+        problems.append(Problem(option, f"states {twice} more than once: {given!r}"))
     return {name.strip(): value.strip() for name, _, value in parts}

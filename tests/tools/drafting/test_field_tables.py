@@ -143,7 +143,7 @@ REFUSED = {
     ),
     "dates without marks": (
         table("time,x,y", lambda time, x, y: (f"202605120830{time % 60:02.0f}", x, y)),
-        r"time: must be dates and times as 2026-11-22T08:39:04, got 20260512083000",
+        r"time: must be dates and times as .*; --dates %Y%m%d%H%M%S reads it, got 20260512083000",
     ),
     "dates without a year": (
         table("time,x,y", lambda time, x, y: (f"12.05. 08:30:{time % 60:02.0f}", x, y)),
@@ -171,8 +171,38 @@ REFUSED = {
         table("t_ms;id;vrel_long;vrel_lat", lambda time, x, y: (int(1000 * time), 1, -3.0, 0.2), ";"),
         r"d.csv: no columns look like range .*; say --columns x=COLUMN,y=COLUMN",
     ),
+    "blank lines": ("\n\n\n", "d.csv: holds blank lines only, .* as time,x,y"),
+    "a picture": (b"\x89PNG\r\n\x1a\n" + bytes(99), "d.csv: is no text"),
+    "a planned route": (table("time,x,y", lambda time, x, y: ("", x, y)), "--time COLUMN; a planned route has none"),
+    "no number": (table("time,x,y", lambda time, x, y: (time, "north", y)), "d.csv:2: x .* 'north'; write one, as 12.5"),
+    "nuScenes' annotations": (table("sample_token,x,y", plain), "join the two by sample_token"),
+    "a time that is written oddly": (
+        table("time,x,y", lambda time, x, y: (f"8:{time:.0f} AM", x, y)),
+        "d.csv:2: time must be a number, or a date and time .*; name another column, or say how dates are written",
+    ),
     "negative ranges": (table("time,range,bearing", polar(-1, 1)), r"d.csv:2: range must be >= 0, got '-316"),
 }
+
+
+SPOTS = "LABEL,ID,TRACK_ID,POSITION_X,POSITION_Y,POSITION_T,FRAME"
+TRACKMATE = f"{SPOTS}\nLabel,Spot ID,Track ID,X,Y,T,Frame\n,,,(micron),(micron),(sec),"
+
+
+def test_spots_of_trackmate_and_poses_of_nuscenes_are_read(tmp_path):
+    """The units stand in a line of their own, two below the titles; positions are lists of numbers."""
+    (tmp_path / "s.csv").write_text(table(TRACKMATE, lambda time, x, y: ("a", 1, 7, x, y, time, time / 2)))
+    read = read_table(tmp_path / "s.csv")
+    assert (read.time.title, read.measured) == ("POSITION_T", {"x": "POSITION_X", "y": "POSITION_Y"})
+    assert read.units == {"x": "1e-6 m", "y": "1e-6 m"}
+    poses = [{"timestamp": 1e6 * time, "translation": [x, y, 0.0], "rotation": [1.0, 0.0, 0.0, 0.0]} for time, x, y in LOOKS]
+    (tmp_path / "p.json").write_text(json.dumps(poses))
+    assert read_table(tmp_path / "p.json").measured == {"x": "translation.0", "y": "translation.1"}
+
+
+def test_dates_without_marks_are_read_by_their_pattern(tmp_path):
+    (tmp_path / "d.csv").write_text(table("time,x,y", lambda time, x, y: (20261124101500 + int(time) // 2, x, y)))
+    read = read_table(tmp_path / "d.csv", wishes=Wishes(dates="%Y%m%d%H%M%S"))
+    assert (read.dates, read.time_unit) == ("%Y%m%d%H%M%S", "")
 
 
 def test_one_of_several_positions_in_a_row_is_read_if_stated(tmp_path):

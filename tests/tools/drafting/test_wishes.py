@@ -43,6 +43,28 @@ def test_frames_are_a_time_at_a_stated_rate(table):
     assert source(path, rate="25", time="frame") == found
 
 
+STATED_TWICE = {
+    "columns=x=x,x=y": "states x more than once",
+    "columns=x=x,y=x": "x and y are both 'x'",
+    "units=x=m,x=ft": "states x more than once",
+    "units=x=0 m": "--units: x: .* above 0, got '0 m'",
+    "units=x=parsec": "--units: x: must be in m .*, got 'parsec'",
+    "units=x": "pairs as x=km,y=km",
+}
+
+
+@pytest.mark.parametrize("given", STATED_TWICE)
+def test_what_is_stated_twice_or_is_no_unit_is_told_with_the_option(given):
+    name, _, value = given.partition("=")
+    with pytest.raises(ConfigError, match=STATED_TWICE[given]):
+        wishes(**{name: value})
+
+
+def test_half_a_position_is_told_with_what_to_type(table):
+    with pytest.raises(InputError, match=r"--columns range=a,bearing=COLUMN, of t, a, b"):
+        source(table("t,a,b", lambda k: f"{k},{k},{k}"), columns="range=a")
+
+
 def test_columns_and_units_are_as_stated(table):
     path = table("t,lat,lon,a,b,c", lambda k: f"{k},50,1,{k},{k},{k}")
     assert "latitude" in source(path)["detections"]["columns"]

@@ -1,0 +1,48 @@
+"""Columns of each return's own errors along the axes measured: their deviations, or variances and covariances."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+from vedette_files.csv_numbers import is_number
+from vedette_tools.drafting.titles import words_of
+
+DEVIATION, VARIANCE = ("sigma", "std", "stddev", "stdev", "sd", "deviation"), ("var", "variance")
+"""Words before or behind that of an axis."""
+
+MOST = 0.9
+"""Of so many rows the errors are above 0, or the columns are not read."""
+
+
+def own_errors(axes: Mapping[str, str], columns: Mapping[str, Sequence[str]]) -> dict[str, str]:
+    """Return the columns of errors by axis, as a source reads them; axes: those measured, to the axes of their titles.
+
+    Nothing unless there is one for each axis: errors of latitudes may be in degrees or m, and are not read.
+
+    >>> own_errors({"x": "x", "y": "y"}, {"x_std": ["2.0"], "y_std": ["3.0"]})
+    {'x': 'x_std', 'y': 'y_std'}
+    """
+    by_words = {"_".join(words_of(title)): title for title in columns}
+    found: dict[str, str] = {}
+    for axis, word in axes.items():
+        deviations = [name for each in DEVIATION for name in (f"{each}_{word}", f"{word}_{each}")]
+        variances = [name for each in VARIANCE for name in (f"{each}_{word}", f"{word}_{each}")]
+        variances += [f"cov_{word}{word}", f"cov_{word}_{word}"]
+        for key, names in ((axis, deviations), (f"{axis} {axis}", variances)):
+            title = next((by_words[name] for name in names if name in by_words), "")
+            if title and _above_0(columns[title]):
+                found[key] = title
+                break
+        else:
+            return {}
+    for (one, first), (other, second) in combinations(axes.items(), 2):
+        names = [f"cov_{a}{between}{b}" for a, b in ((first, second), (second, first)) for between in ("", "_")]
+        title = next((by_words[name] for name in names if name in by_words), "")
+        found |= {f"{one} {other}": title} if title else {}
+    return found
+
+
+def _above_0(cells: Sequence[str]) -> bool:
+    good = sum(is_number(cell) and float(cell) > 0 for cell in cells)
+    return len(cells) > 0 and good >= MOST * len(cells)
