@@ -1,12 +1,16 @@
 """Targets that nobody marks: how many are found, and how much that is none, by the threshold of `spot_detector`.
 
-    python -m benchmarks.flir_found drawn                      spots over noise by their signal to noise; two minutes
+    python -m benchmarks.flir_found drawn                      spots over noise by their signal to noise; ten minutes
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_found clips  the first 5 s of each segment of recorded clips
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_found empty  no target: whole segments, backwards too, and drawn turns
 
 Drawn: frames of 256 x 320 px, normal noise of 5 counts over a slope, one spot of spread 2 px that moves by .8 px a frame.
 The detector's curve is of single frames; "found" is by examples/flir_found.toml, a track confirmed within 1 s whose place is
-the spot's to 3 px. Of clips a track is right if it lies in the true box or within 10 px of its middle; others are
-those of real objects without a label (`UNLABELLED`, told apart by eye), and false ones.
+the spot's to 3 px; false ones are confirmed in as many times 3 s of noise alone. Of clips a track is right if it lies in
+the true box or within 10 px of its middle; others are those of real objects without a label (`UNLABELLED`, told apart by
+eye), and false ones. Empty: what is confirmed in whole segments beside the target, forwards and backwards, and where a
+camera of 240 x 192 px turns, by up to 2 px a frame, and shakes, by half a pixel, over stills of the clips, the target
+painted out, with noise of a count. In brackets: Poisson's 95 %.
 """
 
 from __future__ import annotations
@@ -15,10 +19,13 @@ import argparse
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
+from scipy.stats import chi2
 
 import vedette
-from benchmarks.flir_clips import clips
+from benchmarks.flir_clips import Clip, clips
+from benchmarks.flir_losses import cleaned
 from vedette import Array, Frame, Scan
 from vedette_flir.registration import Registration
 from vedette_flir.spots_in_frame import spots
@@ -26,6 +33,7 @@ from vedette_flir.spots_in_frame import spots
 EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_found.toml"
 SHAPE, NOISE, SPREAD = (256, 320), 5.0, 2.0
 THRESHOLDS = (4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
+WINDOW = (240, 192)
 SIDES, MOST, FRAMES = (7, 15, 31, 61), 6, 150
 
 UNLABELLED = {
@@ -73,24 +81,25 @@ def tracked(pixels: list[Array], made: Any, steady: bool = False) -> list[tuple[
 
 
 def found_in_noise(runs: int) -> None:
-    """Print the detector's curve, and how often the tracker finds a spot within a second, and something else."""
+    """Print the operating curves, of the detector in single frames and of tracks: found, and false, by the threshold."""
     print("SNR   detected / false a frame at `clear` = " + ", ".join(f"{t:g}" for t in THRESHOLDS))
     for snr in (0.0, 4.0, 6.0, 8.0, 12.0):
         print(curve(snr, 10 * runs), flush=True)
-    for clear in (4.0, 6.0, 8.0):
+    for clear in THRESHOLDS[:5]:
         made = vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"])
-        for snr in (0.0, 4.0, 6.0, 8.0):
-            right = others = 0
-            for run in range(runs):
-                frames = [drawn(snr, k, run) for k in range(31)]
-                for when, where in tracked([pixels for pixels, _ in frames], made):
-                    own = np.abs(where - np.array([frames[k][1] for k in when])).max(axis=1) < 3.0
-                    right, others = right + bool(snr and own[0]), others + int(not (snr and own[0]))
-            print(
-                f"clear = {clear:g}, SNR {snr:g}: found within 1 s in {right} of {runs}; others confirmed {others} in "
-                f"{runs * 31 / 30:.0f} s",
-                flush=True,
-            )
+        found = [f"SNR {snr:g} {found_drawn(made, snr, runs):.2f}" for snr in (4.0, 6.0, 8.0)]
+        false = sum(len(tracked([drawn(0.0, k, run)[0] for k in range(90)], made)) for run in range(runs))
+        told(f"clear = {clear:g}: found within 1 s at {', '.join(found)}; confirmed in noise", false, runs / 20)
+
+
+def found_drawn(made: Any, snr: float, runs: int) -> float:
+    """Return the part of drawn spots that a confirmed track is on within a second."""
+    right = 0
+    for run in range(runs):
+        frames = [drawn(snr, k, run) for k in range(31)]
+        tracks = tracked([pixels for pixels, _ in frames], made)
+        right += any(np.abs(where[0] - frames[when[0]][1]).max() < 3.0 for when, where in tracks)
+    return right / runs
 
 
 def found_in_clips(clear: float, steady: bool) -> None:
@@ -119,20 +128,73 @@ def found_in_clips(clear: float, steady: bool) -> None:
     )
 
 
+def turning(clip: Clip, rng: np.random.Generator, count: int) -> list[Array]:
+    """Return frames of a camera that turns over a still of a clip without its target."""
+    k = int(rng.choice([k for k in clip.boxes if k < len(clip.frames)]))
+    still = cleaned(clip.frames[k].astype(float), clip.boxes[k], rng).astype(np.float32)
+    most = np.array(still.shape[::-1]) - WINDOW
+    at, step, frames = rng.uniform(0.0, most), rng.uniform(-1.0, 1.0, 2), list[Array]()
+    for _ in range(count):
+        step = np.clip(step + rng.normal(0.0, 0.1, 2), -2.0, 2.0)
+        step = np.where((at + step < 0.0) | (at + step > most), -step, step)
+        at = np.clip(at + step, 0.0, most)
+        x, y = at + rng.normal(0.0, 0.5, 2)
+        move = np.array([[1.0, 0.0, -x], [0.0, 1.0, -y]])
+        frame = cv2.warpAffine(still, move, WINDOW, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101)
+        frames.append(np.rint(np.clip(frame + rng.normal(0.0, 1.0, frame.shape), 0, 255)))
+    return frames
+
+
+def told(what: str, count: int, minutes: float) -> None:
+    """Print how many were confirmed, and the rate a minute with its 95 % interval."""
+    low, high = chi2.ppf((0.025, 0.975), (2 * count, 2 * count + 2)) / 2.0 / minutes
+    print(
+        f"{what}: {count} in {minutes:.1f} min, {count / minutes:.2f} a minute ({np.nan_to_num(low):.2f} to {high:.2f})",
+        flush=True,
+    )
+
+
+def found_in_empty(clear: float, runs: int, steady: bool) -> None:
+    """Print what is confirmed where no target is."""
+    made, recorded = vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"]), (*clips("all"), *clips("odd"))
+    totals = {"forwards": 0, "backwards": 0}
+    parts = [(clip, number, part) for clip in recorded for number, part in enumerate(clip.segments)]
+    for way in totals:
+        for clip, number, (begin, end) in parts:
+            numbers = list(range(begin, min(end, len(clip.frames))))[:: 1 if way == "forwards" else -1]
+            boxes = np.array([clip.boxes.get(k, np.full(4, np.nan)) for k in numbers])
+            for when, where in tracked([clip.frames[k] for k in numbers], made, steady):
+                own = np.abs(where - boxes[when, :2]) < np.maximum(10.0, 0.5 * boxes[when, 2:])
+                if not own.all(axis=1).any():
+                    totals[way] += 1
+                    print(f"{way} {clip.name} {number}: frame {numbers[when[0]]} at {where[0].round()}", flush=True)
+        told(f"recorded, {way}, real ones among them", totals[way], sum(end - begin for *_, (begin, end) in parts) / 1800)
+    count = 0
+    for run in range(runs):
+        rng = np.random.default_rng([7, run])
+        clip = recorded[run % len(recorded)]
+        for when, where in tracked(turning(clip, rng, 300), made, steady):
+            count += 1
+            print(f"run {run}, {clip.name}: frame {when[0]} at {where[0].round()}", flush=True)
+    told("a camera that turns over stills", count, runs / 6)
+
+
 def main() -> None:
     """Run what is asked for."""
     parser = argparse.ArgumentParser(
         "python -m benchmarks.flir_found", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
-    parser.add_argument("what", choices=["drawn", "clips"])
+    parser.add_argument("what", choices=["drawn", "clips", "empty"])
     parser.add_argument("--steady", action="store_true", help="take out how the camera turns, as `source.steady` does")
     parser.add_argument("--runs", type=int, default=20)
     parser.add_argument("--clear", type=float, default=8.0, help="the detector's threshold for clips")
     given = parser.parse_args()
     if given.what == "drawn":
         found_in_noise(given.runs)
-    else:
+    elif given.what == "clips":
         found_in_clips(given.clear, given.steady)
+    else:
+        found_in_empty(given.clear, given.runs, given.steady)
 
 
 if __name__ == "__main__":

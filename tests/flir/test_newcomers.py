@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Scan
-from vedette_flir.estimators import template
+from vedette_flir.estimators import template, template_search
 from vedette_flir.newcomers import CHANCE, PLACE, TURN, moves, newcomer_odds
 
 SIZE = (140, 180)
@@ -66,6 +66,16 @@ def test_one_spot_is_a_target_and_one_among_its_like_is_not(monkeypatch):
     assert not len(confirmed(waves))
     monkeypatch.setattr(template, "newcomer_odds", lambda alone, speed: newcomer_odds(1.0, speed))
     assert len(confirmed(waves)) > 3
+
+
+def test_two_that_fly_beside_each_other_are_both_found(monkeypatch):
+    """As alike as waves, but two."""
+    first, beside = np.array([40.0, 60.0]), np.array([24.0, 4.0])
+    pair = [drawn(k, [first + k * STEP, first + beside + k * STEP]) for k in range(40)]
+    found = confirmed(pair)
+    np.testing.assert_allclose(found[np.argsort(found[:, 0])], first + 39 * STEP + [0.0 * beside, beside], atol=1.0)
+    monkeypatch.setattr(template_search, "ALIKE", 1)
+    assert len(confirmed(pair)) < 2
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])

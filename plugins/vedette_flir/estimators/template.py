@@ -35,7 +35,7 @@ from vedette_flir.evidence import (
     standing_ratio,
 )
 from vedette_flir.initial_box import target_in
-from vedette_flir.newcomers import AROUND, SURE, UNKNOWN, UNMOVED, moves, newcomer_odds
+from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, moves, newcomer_odds
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
@@ -170,8 +170,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             if written or not moves(min(left, off), turned):
                 ratio = min(ratio, -UNMOVED)
             elif existence == LOST:
-                alone = by.look(pixels, here.place, NEAR, appearance, beside=AROUND).margin
-                told = newcomer_odds(alone, travelled / LAG)
+                told = newcomer_odds(by.alone(pixels, here), travelled / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))

@@ -10,6 +10,7 @@ from attrs import evolve, frozen
 from vedette import Array
 from vedette_flir.estimators.matches import Appearance
 from vedette_flir.evidence import clearness, found_ratio, rival
+from vedette_flir.newcomers import ALIKE, AROUND
 from vedette_flir.patches import blurred, contrast, isolated, mask_of, peak, sample, similarity
 from vedette_flir.spots_in_frame import spots
 
@@ -116,18 +117,11 @@ class Matcher:
         appearance: TemplateAppearance,
         where: Array | None = None,
         W: Array | None = None,
-        beside: float = BESIDE,
     ) -> Look:
-        """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`.
-
-        Other places are those within `beside` times the target's size.
-        """
-        step, inner, mask = self.grid(appearance.size)
-        amplitude = float(appearance.amplitude)
-        sign, reach = float(np.sign(amplitude)), max(near, int(np.ceil(beside * np.max(inner))))
-        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
-        patches = np.stack([appearance.patch, appearance.first_patch])
-        likeness, first = self.likeness(kept(plain, amplitude), patches, mask)
+        """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`."""
+        step, inner, _ = self.grid(appearance.size)
+        sign, reach = float(np.sign(appearance.amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
+        plain, likeness, first = self.compared(pixels, centre, reach, appearance)
         inside = slice(reach - near, reach + near + 1)
         score = likeness[inside, inside]
         if where is not None and W is not None:
@@ -146,6 +140,28 @@ class Matcher:
             plain[j : j + self.cells, i : i + self.cells],
             appearance,
         )
+
+    def compared(self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance) -> tuple[Array, ...]:
+        """Return the contrast around `centre`, and the likeness of places within `reach` cells, to both and the first."""
+        step, _, mask = self.grid(appearance.size)
+        amplitude = float(appearance.amplitude)
+        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, float(np.sign(amplitude)))
+        patches = np.stack([appearance.patch, appearance.first_patch])
+        return plain, *self.likeness(kept(plain, amplitude), patches, mask)
+
+    def alone(self, pixels: Array, look: Look) -> float:
+        """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
+        inner = self.grid(look.known.size)[1]
+        reach = int(np.ceil(AROUND * np.max(inner)))
+        likeness = self.compared(pixels, look.place, reach, look.known)[1]
+        own, others = float(likeness[reach - 1 : reach + 2, reach - 1 : reach + 2].max()), [0.0]
+        x, y = (int(np.ceil(max(side, 3.0))) for side in inner)
+        j = i = reach
+        for _ in range(ALIKE):
+            likeness[max(j - y, 0) : j + y + 1, max(i - x, 0) : i + x + 1] = 0.0
+            j, i = (int(k) for k in np.unravel_index(np.argmax(likeness), likeness.shape))
+            others.append(float(likeness[j, i]))
+        return own - others[-1]
 
     def places(self, pixels: Array, appearance: TemplateAppearance) -> list[Array]:
         """Return the places in the whole frame that are most like the target, seen at half the resolution."""
