@@ -20,6 +20,9 @@ TOGETHER, MOST_REPORTS = 3.0, 6000
 LOOSE = 0.1
 """Where chains leave more returns than this part, some are false, and the tighter chains are believed. By hand."""
 
+VAGUE = 1 / 3
+"""Chains whose errors are such a part of the spread of all returns follow none."""
+
 NOISELESS = 0.1
 """Velocities are told by returns of which the errors make less than this part of their mean square."""
 
@@ -112,15 +115,17 @@ def follow(
         tight = evolve(seen, chains=tuple(chains(times, spots, narrow, START * width)) or seen.chains)
         seen = tight if tight.pieces <= seen.pieces or seen.pieces > LOOSE * sum(map(len, spots)) else seen
     first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
-    count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains)
+    vague = bool(seen.chains) and seen.error > VAGUE * float(np.max(np.std(np.concatenate(spots), axis=0)))
+    count, held = sum(map(len, spots[:first])), sum(int(np.sum(chain.scans < first)) for chain in seen.chains if not vague)
     few = count < TOGETHER * first
     if count >= LEAST:
-        single = likely(evolve(seen, chains=tuple(in_turn(times[:first], spots[:first]))), count - held)
-        more = sum(len(chain.times) for chain in single.chains) - held
+        single = evolve(seen, chains=tuple(in_turn(times[:first], spots[:first])))
+        sure = likely(single, count - held)
+        more, surely = (sum(len(chain.times) for chain in each.chains) - held for each in (single, sure))
         least = -0.2 * count if few else 0.8 * count - held  # false returns of scans make no steady chains
         steadier = more > least and single.rough < 0.5 * seen.rough
-        if steadier or ((few or reported) and more > 0.1 * count) or (reported and few and more > -0.5 * held):
-            return single
+        if steadier or ((few or reported) and surely > 0.1 * count) or (reported and few and more > -0.5 * held):
+            return sure
     return seen
 
 

@@ -108,6 +108,7 @@ AXES: dict[str, tuple[str, ...]] = {
         "stamp",
         "tstamp",
         "tod",
+        "to_d",
         "when",
         "clock",
         "zeitstempel",

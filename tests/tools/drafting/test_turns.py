@@ -8,16 +8,21 @@ import pytest
 
 import vedette
 from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.reading import Reading, opened
+from vedette_tools.drafting.table import read_table
 
 TURN, TARGETS, TURNS = 4.0, 4, 40
 
 
-def plots(seed=4):
-    """Targets at up to 150 m/s, with errors of 30 m and .1 deg, in order of time."""
+def plots(seed=4, targets=TARGETS, turns=TURNS, false=0.0):
+    """Targets at up to 150 m/s, with errors of 30 m and .1 deg, in order of time, and so many false ones a turn."""
     rng = np.random.default_rng(seed)
-    start, pace, rows = rng.uniform(-20_000, 20_000, (TARGETS, 2)), rng.normal(0, 60, (TARGETS, 2)), []
-    for turn in range(TURNS):
-        for i in range(TARGETS):
+    start, pace, rows = rng.uniform(-20_000, 20_000, (targets, 2)), rng.normal(0, 60, (targets, 2)), []
+    for turn in range(turns):
+        for _ in range(rng.poisson(false)):
+            bearing = rng.uniform(0, 360)
+            rows.append(f"{TURN * (turn + bearing / 360):.3f},{turn},{rng.uniform(1e3, 4e4):.1f},{bearing:.3f}")
+        for i in range(targets):
             time = (turn + 0.5) * TURN
             for _ in range(4):  # the beam meets the target where it is then
                 time = TURN * (turn + (math.atan2(*(start[i] + pace[i] * time)) % (2 * math.pi)) / (2 * math.pi))
@@ -40,3 +45,15 @@ def test_turns_are_kept_and_each_return_is_taken_at_its_time(tmp_path):
     assert 20 < config["sensors"]["sensor"]["sigma_range"] < 45
     assert config["sensors"]["sensor"]["detection_probability"] == pytest.approx(0.9, abs=0.08)
     assert len(vedette.load(config).run().tracks) == TARGETS
+
+
+@pytest.mark.costly
+def test_one_chain_of_all_plots_holds_none_of_them(tmp_path):
+    """Nine targets' plots and a quarter of false ones, whose turns no column tells, were drafted with errors of 20 km."""
+    cells = [row.split(",") for row in plots(targets=9, turns=60, false=3.0)]
+    path = tmp_path / "d.csv"
+    path.write_text("\n".join(["time,range,azimuth", *(f"{time},{r},{bearing}" for time, _, r, bearing in cells)]) + "\n")
+    table = read_table(path)
+    found = Reading.of(table, opened(table))
+    assert len(found.seen["sensor"].chains) <= 11
+    assert 20 < found.noise["sensor"].sensor[0] < 45
