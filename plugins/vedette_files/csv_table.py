@@ -81,7 +81,7 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
         else:
             yield Row(line_place, {name: cell(cells) for name, cell in where.items()})
     if empty:
-        raise InputError(f"{path}: has a header and no rows")
+        raise InputError(f"{path}: has a header and no rows: write one below it for each return")
 
 
 def _too_many(cells: Sequence[str], width: int) -> str:
@@ -124,7 +124,7 @@ def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterato
     for number, cells in enumerate(given, 1):
         yield Row(f"{path.name}:row {number}", {name: cell(cells) for name, cell in where.items()})
     if number == 0:
-        raise InputError(f"{path}: has a header and no rows")
+        raise InputError(f"{path}: has a header and no rows: write one below it for each return")
 
 
 def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], place: str) -> None:
