@@ -89,8 +89,8 @@ class Wishes:
         for axis, title in stated.items():
             if title not in titles:
                 other = "; or say --scan time, where rows of one time are a scan" if axis == "scan" else ""
-                told = f"there is no column {title!r}, asked for as {axis}; the columns are {listed(titles)}{other}"
-                raise InputError(f"{path}: {told}")
+                there = f"the columns are {listed(titles)}{other}"
+                raise InputError(f"{path}: there is no column {title!r}, asked for as {axis}; {there}")
         for pair in POSITIONS:
             lone = [axis for axis in pair if axis in self.columns]
             if len(lone) == 1 and not any(set(other) <= set(self.columns) for other in POSITIONS):
