@@ -88,7 +88,7 @@ def test_without_hypothesis_the_import_names_the_cure():
 def test_a_law_that_has_nothing_to_judge_is_skipped_with_its_reason():
     law = next(law for law in laws_of(Pda) if law.name == "each_return_is_claimed_once")
     outcome = examine(Pda, law, components(Pda), FAST)
-    assert (outcome.verdict, outcome.text) == ("skipped", "it is not exclusive")
+    assert (outcome.verdict, outcome.text) == ("skipped", "it does not declare `exclusive`")
 
 
 def test_a_counterexample_is_small_and_says_what_was_wrong():
@@ -137,7 +137,7 @@ def test_check_prints_a_table_and_fails_with_the_component(capsys):
     assert main(["check", "pda"]) == 0
     table = capsys.readouterr().out
     assert all(law.name in table for law in laws_of(Pda))
-    assert "skipped it is not exclusive" in table
+    assert "skipped it does not declare `exclusive`" in table
     assert main(["check", "vedette_standard.motion.constant_velocity:ConstantVelocity"]) == 0
 
 

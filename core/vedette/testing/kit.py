@@ -25,7 +25,7 @@ from vedette.roles import Component
 from vedette.supporting import ImagingSensor
 from vedette.testing.comparisons import Closed, Lacking, Misuse
 from vedette.testing.counterexamples import counterexample, line_of, method_of
-from vedette.testing.hypothesis_constants import constants_of_no_module
+from vedette.testing.hypothesis_constants import constants_of_no_module, examples_of_their_own
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws import (
     associator,
@@ -48,6 +48,7 @@ from vedette.testing.laws import (
     source,
     source_pictures,
     source_returns,
+    source_stated,
 )
 from vedette.testing.limits import TooLong, at_most
 from vedette.testing.strategies import components
@@ -63,7 +64,7 @@ _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "birth": (birth.LAWS, birth_cases.drawn),
     "lifecycle": (lifecycle.LAWS, lifecycle_cases.drawn),
     "preprocessor": (preprocessor.LAWS, preprocessor_cases.drawn),
-    "source": (source.LAWS + source_pictures.LAWS + source_returns.LAWS, source.drawn),
+    "source": (source.LAWS + source_pictures.LAWS + source_returns.LAWS + source_stated.LAWS, source.drawn),
     "format": (formats.LAWS, formats.drawn),
 }
 
@@ -145,8 +146,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         If no component could be built from what was drawn.
     """
     role = role_of(cls) or ""
-    lacks = f"it is not {law.needs.rpartition('.')[2].replace('_', ' ')}"
-    if law.needs and getattr(cls, law.needs, True) in (False, getattr(ROLES[role], law.needs, False)):
+    needs, never = law.needs.removeprefix("not "), law.needs.startswith("not ")
+    lacks = f"it {'declares' if never else 'does not declare'} `{needs.rpartition('.')[2]}`"
+    own, usual = (getattr(one, needs, True) for one in (cls, ROLES[role]))
+    if needs and not never and (own is False or own is usual is not True):
         return Outcome(law, "skipped", lacks, 0, 0.0)
     drawer = _ROLES[role][1]
     pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
@@ -159,7 +162,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         component, data = pair
         tried[:] = [component, data, *(tried[2:] or [0])]
         try:
-            if law.needs and not attrgetter(law.needs)(component):
+            if needs and bool(attrgetter(needs)(component)) is never:
                 raise Closed(lacks)
             law.check(component, data)
         except Closed as reason:
@@ -191,7 +194,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         run = hypothesis.reproduce_failure(version, blob.encode())(run)
     alpha = profile.alpha * law.examples(profile) if law.effort == "statistical" else 0.0
     try:
-        with constants_of_no_module(), at_most(profile.seconds):
+        with constants_of_no_module(), examples_of_their_own(), at_most(profile.seconds):
             run()
     except (TooLong, Flaky) as unsure:
         too_long = f"takes longer than {profile.seconds:g} s of CPU time"

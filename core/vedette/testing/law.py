@@ -49,7 +49,8 @@ Effort = Literal["exact", "statistical", "long"]
 class Law:
     """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
 
-    `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`). A
+    `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`), or with
+    which (`not draws`). A
     `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once, and an exact one on
     one `share`th of the examples.
     """

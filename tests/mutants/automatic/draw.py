@@ -11,6 +11,7 @@ import ast
 import importlib.util
 import json
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import attrs
@@ -56,6 +57,7 @@ class Mutant:
     site: Site
 
 
+@cache
 def files_of_kinds() -> dict[str, dict[str, tuple[str, list[str]]]]:
     """Return by role and kind the file in which its class stands, and those that this imports from its own package."""
     found: dict[str, dict[str, tuple[str, list[str]]]] = {role: {} for role in ROLES}

@@ -174,6 +174,7 @@ def main(arguments: list[str] | None = None) -> None:
     warnings.simplefilter("ignore")
     np.seterr(all="ignore")
     profile = evolve(Profile.named(asked.profile, asked.seed), shrink=False)
+    files_of_kinds()  # once for all processes
     part, parts = map(int, asked.part.split("/"))
     rows = sorted(frozen(), key=lambda one: int(one.name.split()[1]))[part::parts]
     for mutant in rows:

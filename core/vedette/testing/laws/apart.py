@@ -51,16 +51,12 @@ def far_scenes_change_no_birth(birth: Birth, drawn: Returns) -> None:
     Where existence depends on the scan, and not on unseen targets that it models, tracks may share it: each has at most
     what it has alone.
     """
-    if birth.draws:
-        raise Closed("what it draws differs")
     shares = birth.initial_existence is None and not birth.models_unseen
     _judge({"birth": birth}, len(drawn.claimed) + int(1e3 * np.sum(drawn.claimed)), shares=shares)
 
 
 def far_scenes_change_no_life(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Scenes that are far apart give each the tracks that it has alone, with the same ids but for their numbering."""
-    if lifecycle.permanent:
-        raise Closed("it has the tracks that are given")
     _judge({"lifecycle": lifecycle}, int(1e3 * np.sum(drawn.existence)))
 
 
@@ -127,5 +123,5 @@ def _run(tracker: Tracker, scans: list[Array]) -> list[Shown]:
 
 
 OF_ASSOCIATORS = (Law(far_scenes_change_no_association),)
-OF_BIRTHS = (Law(far_scenes_change_no_birth),)
-OF_LIFECYCLES = (Law(far_scenes_change_no_life),)
+OF_BIRTHS = (Law(far_scenes_change_no_birth, needs="not draws"),)
+OF_LIFECYCLES = (Law(far_scenes_change_no_life, needs="not permanent"),)

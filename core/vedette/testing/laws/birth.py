@@ -68,8 +68,6 @@ def tracks_start_near_their_returns(birth: Birth, drawn: Returns) -> None:
 
 def rates_are_densities(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: rates are finite, >= 0, one a return; a scan without returns raises none."""
-    if not birth.models_unseen:
-        raise Closed("it does not say that it models targets without a track")
     estimator, sensor, k = drawn.estimator, drawn.sensor, len(drawn.claimed)
     memory = birth.predict(birth.initial_memory(estimator, drawn.rng()), estimator, drawn.dt, drawn.rng())
     rate, _ = birth.reveal(memory, estimator, sensor, drawn.detections, P_GATE)
@@ -87,10 +85,8 @@ def rates_are_densities(birth: Birth, drawn: Returns) -> None:
 LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, newborn_tracks_are_whole, claimed_returns_start_nothing, padding_starts_nothing,
-        tracks_start_near_their_returns, rates_are_densities,
+        tracks_start_near_their_returns,
     )),
-    *birth_returns.LAWS,
-    *birth_parameters.LAWS,
-    *birth_units.LAWS,
-    *apart.OF_BIRTHS,
+    Law(rates_are_densities, needs="models_unseen"),
+    *birth_returns.LAWS, *birth_parameters.LAWS, *birth_units.LAWS, *apart.OF_BIRTHS,
 )  # fmt: skip

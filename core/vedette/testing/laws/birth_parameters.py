@@ -138,7 +138,6 @@ PLACES = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 9)] * 2), axis=-1).re
 
 def a_look_thins_the_unseen(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: a scan that detects none leaves 1 - P_D P_G of them."""
-    _unseen(birth)
     memory = birth.initial_memory(drawn.estimator, drawn.rng())
     before = _rate(birth, memory, drawn, PLACES)
     nothing = Detections.of([], 2)
@@ -152,7 +151,6 @@ def a_look_thins_the_unseen(birth: Birth, drawn: Returns) -> None:
 
 def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: densities stay >= 0 over any time, and parts of a time do what it does."""
-    _unseen(birth)
     begin = birth.initial_memory(drawn.estimator, drawn.rng())
     for dt in (1.0, 100.0, 1e5):
         rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
@@ -215,7 +213,6 @@ def the_unseen_settle(birth: Birth, drawn: Returns) -> None:
 
 def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: a new one exists with e / (e + clutter) at most, e their density there."""
-    _unseen(birth)
     memory = birth.initial_memory(drawn.estimator, drawn.rng())
     rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, drawn.detections, P_GATE)
     if rate is None:
@@ -231,8 +228,9 @@ def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) 
         demand(not idle, f"begin: returns {idle} start no track, and would exist with more than `least`, {least:g}")
 
 
-LAWS: tuple[Law, ...] = tuple(map(Law, (
+LAWS: tuple[Law, ...] = (*map(Law, (
     a_sharper_return_starts_a_surer_track, refuses_what_starts_no_track, spread_as_stated, exists_as_stated,
-    starts_from_its_sensors, given_tracks_start_as_stated, a_look_thins_the_unseen, the_unseen_come_and_go_with_time,
-    the_unseen_move, the_unseen_fade, the_unseen_settle, a_track_of_the_unseen_exists_by_their_density,
+    starts_from_its_sensors, given_tracks_start_as_stated, the_unseen_move, the_unseen_fade, the_unseen_settle,
+)), *(Law(law, needs="models_unseen") for law in (
+    a_look_thins_the_unseen, the_unseen_come_and_go_with_time, a_track_of_the_unseen_exists_by_their_density,
 )))  # fmt: skip

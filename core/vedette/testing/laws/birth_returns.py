@@ -16,8 +16,6 @@ from vedette.types import Detections, Newborn
 
 def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
     """The order of the axes in the filter's state is free: the same tracks start, over the axes of the same names."""
-    if birth.draws:
-        raise Closed("what it draws hides it")
     free = np.zeros(len(drawn.claimed))
     other = elsewise(drawn)
     here, there = begun(birth, drawn, free), begun(birth, other, free)
@@ -102,8 +100,8 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
         before = before if len(before.returns) else last(birth, drawn, *scans)
     except ValueError as refusal:
         raise Closed(f"it starts no tracks there: {refusal}") from None
-    if not len(before.returns) and getattr(birth, "least", 0.0) > 1e-4:
-        raise Closed("it starts only tracks that likely exist")
+    if not len(before.returns) and (getattr(birth, "least", 0.0) > 1e-4 or not getattr(birth, "deviations", 1.0)):
+        raise Closed("it starts only tracks that likely exist, or none but where a return lies exactly")
     otherwise = "begin: of 25 targets all over the plane, seen three times and never claimed, none starts a track"
     demand(len(before.returns), otherwise)
     sigma = np.sqrt(drawn.sensor.noise(np.zeros(2))[0, 0])
@@ -128,7 +126,7 @@ def _most(values: Array) -> str:
 
 
 LAWS = (
-    Law(axes_are_found_by_name),
+    Law(axes_are_found_by_name, needs="not draws"),
     Law(each_return_has_its_own_noise),
     Law(what_is_missing_says_nothing),
     Law(tracks_are_as_unsure_as_their_returns),

@@ -41,8 +41,6 @@ def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
 
     Where it starts tracks with accelerations, over these, too.
     """
-    if birth.draws:
-        raise Closed("what it draws differs")
     wide = usual("estimator", "kalman")(usual("motion", "constant_acceleration")(0.5))
     axes = {axis.name: axis.unit for axis in wide.state.axes}
     z = np.stack(np.meshgrid(*[np.linspace(-300.0, 300.0, 4)] * 2), axis=-1).reshape(-1, 2)
@@ -68,4 +66,4 @@ def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
     raise Closed(f"it starts no tracks there: {told}")
 
 
-LAWS = (Law(births_know_no_unit),)
+LAWS = (Law(births_know_no_unit, needs="not draws"),)

@@ -32,7 +32,6 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
     Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
     """
-    cases.not_if_it_draws(estimator, "none of its draws may lie where so sharp a return says")
     rng = drawn.rng()
     observes = Space(drawn.watch.observes.axes[:1])
     cases.started(estimator, drawn, rng)
@@ -168,7 +167,7 @@ def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> N
 
 
 LAWS = (
-    Law(covariances_survive_a_long_run, effort="long"),
+    Law(covariances_survive_a_long_run, needs="not traits.draws", effort="long"),
     Law(a_return_counts_once, effort="statistical"),
     Law(soft_weights_mix_what_is_drawn, effort="statistical"),
     Law(nees_and_nis_fit_matched_truth, effort="statistical"),

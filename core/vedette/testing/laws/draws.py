@@ -20,8 +20,6 @@ _UNHEARD = "predict: takes numbers from the generator and is the same whatever t
 
 def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
     """It takes numbers from the generator only if it declares `draws`."""
-    if estimator.traits.draws:
-        raise Closed("it declares `draws`")
     try:
         belief = ahead(estimator, drawn, NO_DRAWS)
         estimator.smooth_step(belief, belief, drawn.later, NO_DRAWS)
@@ -34,8 +32,6 @@ def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
-    if not estimator.traits.draws:
-        raise Closed("it does not declare `draws`")
     start = started(estimator, drawn, drawn.rng())
     ends = []
     for seed in (1, 2):
@@ -53,8 +49,6 @@ def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: what it draws of a track, or of a run, is not what it draws of the others."""
-    if not estimator.traits.draws:
-        raise Closed("it does not declare `draws`")
     shape, prior = drawn.prior.mean.shape, drawn.prior
     alike_all = Gaussian(
         frozen_copy(np.broadcast_to(prior.mean[:1, :1], shape)),
@@ -99,4 +93,7 @@ def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
     demand(np.all((ratio > 1 / 3) & (ratio < 3)), f"predict: variances of 16 steps are {ratio.tolist()} times those of one")
 
 
-LAWS = tuple(map(Law, (draws_only_if_it_says_so, draws_from_its_generator, tracks_draw_their_own, noise_of_steps_adds_up)))
+LAWS = (
+    Law(draws_only_if_it_says_so, needs="not traits.draws"),
+    *(Law(law, needs="traits.draws") for law in (draws_from_its_generator, tracks_draw_their_own, noise_of_steps_adds_up)),
+)

@@ -61,7 +61,6 @@ def predicts_the_same_again(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def batches_as_it_loops(estimator: Estimator[Any], drawn: Scene) -> None:
     """Runs and tracks in one batch give what each gives alone."""
-    cases.not_if_it_draws(estimator, "a run in a batch is given other draws than one alone")
     whole, innovation, weights = cases.weighed(estimator, drawn)
     after = estimator.moments(estimator.update(whole, innovation, weights))
     for run in range(2):
@@ -134,7 +133,6 @@ def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def a_short_time_forgets_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """After a scan, steps of .1 us and scans that miss leave the belief as it is."""
-    cases.not_if_it_draws(estimator, "`a_return_counts_once` asks it in the mean")
     if estimator.traits.conservative:
         raise Closed("it is conservative, and may lose something at each scan")
     belief = cases.after_scan(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
@@ -240,7 +238,6 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
 
 def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
     """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
-    cases.not_if_it_draws(estimator, "each hypothesis may be given its own")
     belief, innovation, weights = cases.weighed(estimator, drawn)
     each = [estimator.moments(estimator.update(belief, innovation, cases.sure(weights, i))) for i in range(3)]
     wanted = cases.mixture_moments(estimator.state, weights, each)
@@ -250,19 +247,15 @@ def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Sce
 LAWS: tuple[Law, ...] = (
     *map(Law, (pure, predicts_the_same_again)),
     *draws.LAWS,
-    *map(Law, (
-        batches_as_it_loops, tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
-        a_short_time_forgets_nothing, a_missed_scan_equals_prediction, returns_of_weight_zero_change_nothing,
-        a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_unit_of_measurement_is_free, a_miss_has_its_probability,
-        return_likelihood_is_a_density, soft_weights_give_the_mixtures_moments,
+    *(Law(law, needs="not traits.draws") for law in (
+        batches_as_it_loops, a_short_time_forgets_nothing, soft_weights_give_the_mixtures_moments,
     )),
-    *exact.LAWS,
-    *credibility.LAWS,
-    *mixture.LAWS,
-    *sharp_beliefs.LAWS,
-    *missing_components.LAWS,
-    *reframing.LAWS,
-    *frames.LAWS,
-    *gaps.OF_ESTIMATORS,
-    *twins.OF_ESTIMATORS,
+    *map(Law, (
+        tracks_come_and_go, starts_at_its_prior, no_time_changes_nothing,
+        a_missed_scan_equals_prediction, returns_of_weight_zero_change_nothing,
+        a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_unit_of_measurement_is_free, a_miss_has_its_probability,
+        return_likelihood_is_a_density,
+    )),
+    *exact.LAWS, *credibility.LAWS, *mixture.LAWS, *sharp_beliefs.LAWS, *missing_components.LAWS, *reframing.LAWS,
+    *frames.LAWS, *gaps.OF_ESTIMATORS, *twins.OF_ESTIMATORS,
 )  # fmt: skip

@@ -99,12 +99,6 @@ def ahead(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> 
     return predicted(estimator, started(estimator, scene, rng), scene.dt, rng)
 
 
-def not_if_it_draws(estimator: Estimator[Any], why: str) -> None:
-    """Closed, for the reason given, if the estimator draws its beliefs."""
-    if estimator.traits.draws:
-        raise Closed(f"it draws its beliefs: {why}")
-
-
 def innovation_of(estimator: Estimator[Any], belief: Any, scene: Scene) -> Innovation:
     return estimator.evaluate(belief, scene.watch, scene.seen, P_GATE)
 

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from vedette.space import Space
 from vedette.streams import Decoded, Format, Message, TrackReport
-from vedette.testing.comparisons import Broken, Closed, demand
+from vedette.testing.comparisons import Broken, demand
 from vedette.testing.law import Law, Profile
 
 LARGEST_MEMORY = 2**22
@@ -73,21 +73,14 @@ def _plain(value: Any) -> Any:
     return repr(value.tolist()) if isinstance(value, np.ndarray) else value
 
 
-def _reads(format_: Format) -> None:
-    if not format_.reads:
-        raise Closed("it writes only")
-
-
 def pure(format_: Format, drawn: Bytes) -> None:
     """The same bytes give the same messages again."""
-    _reads(format_)
     first, again = (_through(format_, [drawn.damaged]) for _ in range(2))
     demand(_told(first[0]) == _told(again[0]) and first[1] == again[1], "decode: gives other messages the second time")
 
 
 def its_sample_is_read(format_: Format, drawn: Bytes) -> None:
     """Its own sample holds messages, and none that is refused."""
-    _reads(format_)
     messages, refused = _through(format_, [format_.sample()])
     demand(not refused, f"sample: must hold no message that is refused, and one is: {''.join(refused[:1])}")
     demand(messages, "sample: must hold at least one message, so that the laws have something to try")
@@ -111,7 +104,6 @@ def no_bytes_make_it_raise(format_: Format, drawn: Bytes) -> None:
 
 def split_anywhere(format_: Format, drawn: Bytes) -> None:
     """Where a stream is split changes neither its messages nor how many are refused."""
-    _reads(format_)
     for data in (format_.sample(), drawn.damaged):
         edges = [0, *(int(share * len(data)) for share in drawn.cuts), len(data)]
         pieces = [data[i:j] for i, j in pairwise(edges)]
@@ -122,7 +114,6 @@ def split_anywhere(format_: Format, drawn: Bytes) -> None:
 
 def its_memory_is_bounded(format_: Format, drawn: Bytes) -> None:
     """A stream that never completes a message is not kept for ever."""
-    _reads(format_)
     memory, piece = format_.start(), (drawn.noise.replace(b"\n", b"") or b"x") * 2**10
     for _ in range(-(-2 * LARGEST_MEMORY // len(piece))):
         memory = format_.decode(memory, piece).memory
@@ -140,8 +131,6 @@ def _held(memory: Any) -> int:
 
 def writes_as_declared(format_: Format, drawn: Bytes) -> None:
     """If it writes: a report becomes bytes, the same again; one without tracks does too."""
-    if not format_.writes:
-        raise Closed("it reads only")
     report = TrackReport(
         number=3,
         time=4000.25,
@@ -163,6 +152,7 @@ def writes_as_declared(format_: Format, drawn: Bytes) -> None:
 _BY_TRACK = ("ids", "mean", "cov", "existence", "confirmed")
 
 LAWS = (
-    *map(Law, (pure, its_sample_is_read, no_bytes_make_it_raise, split_anywhere)),
-    *(Law(its_memory_is_bounded, effort="long"), Law(writes_as_declared)),
+    *(Law(law, needs="reads") for law in (pure, its_sample_is_read, split_anywhere)),
+    Law(its_memory_is_bounded, needs="reads", effort="long"),
+    *(Law(no_bytes_make_it_raise), Law(writes_as_declared, needs="writes")),
 )

@@ -9,7 +9,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, lifecycle_limits
 from vedette.testing.laws.lifecycle_cases import Lives, judged, live
@@ -89,15 +89,11 @@ def two_waits_make_one(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def certain_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If certain: time takes nothing from existence."""
-    if not lifecycle.certain:
-        raise Closed("it does not say that its tracks surely exist")
     same("predict", lifecycle.predict(drawn.existence, drawn.dt), drawn.existence, 0.0)
 
 
 def permanent_as_declared(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If permanent: tracks surely exist, all are confirmed and all go on."""
-    if not lifecycle.permanent:
-        raise Closed("it does not say that its tracks go on")
     demand(lifecycle.certain, "certain: must be True, as its tracks are permanent")
     for confirmed, alive in live(lifecycle, drawn):
         demand(confirmed.all() and alive.all(), "review: every track must be confirmed and go on, as they are permanent")
@@ -116,8 +112,6 @@ def a_hit_never_harms(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
     """A track that no sensor covers any more, or covers but in name, or never detects, ends, unless tracks are permanent."""
-    if lifecycle.permanent:
-        raise Closed("its tracks are permanent")
     ones, none = np.ones(2), np.zeros(2)
     found = lifecycle.start(ones)
     for _ in range(3):
@@ -137,9 +131,10 @@ def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
 LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, verdicts_are_one_a_track, tracks_are_judged_alone, batches_as_it_loops, survival_is_a_probability,
-        existence_stays_a_probability, two_waits_make_one, certain_as_declared, permanent_as_declared, a_hit_never_harms,
-        unseen_tracks_end,
+        existence_stays_a_probability, two_waits_make_one, a_hit_never_harms,
     )),
+    *(Law(certain_as_declared, needs="certain"), Law(permanent_as_declared, needs="permanent")),
+    Law(unseen_tracks_end, needs="not permanent"),
     *lifecycle_limits.LAWS,
     *apart.OF_LIFECYCLES,
 )  # fmt: skip

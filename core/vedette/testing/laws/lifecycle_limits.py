@@ -96,8 +96,6 @@ def _size(tree: Any) -> int:
 
 def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Unless it `needs_spread`, its verdicts are the same without one."""
-    if lifecycle.needs_spread:
-        raise Closed("it needs the spread")
     wide = [evolve(one, spread=1e7 * ONES) for one in [scan(drawn.dt, 1.0, 0.9)] * 4]
     with_it, without = after(lifecycle, wide), after(lifecycle, [evolve(one, spread=None) for one in wide])
     same("confirmed without a spread", without[1].astype(float), with_it[1].astype(float), 0.0)
@@ -106,8 +104,6 @@ def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def what_does_not_exist_is_not_confirmed(lifecycle: Lifecycle, drawn: Lives) -> None:
     """Unless certain: a track that surely is no target is not both confirmed and alive, whatever is detected."""
-    if lifecycle.certain:
-        raise Closed("its tracks surely exist")
     memory = lifecycle.start(1e-3 * ONES)
     _, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9, 1e-9)] * 30, memory)
     demand(not np.any(confirmed & alive), "review: a track is confirmed whose existence is 1e-9")
@@ -258,9 +254,10 @@ def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     demand(not len(wrong), f"review: at {wrong[:1].tolist()}, a track lives outside of its areas, or ends inside")
 
 
-LAWS: tuple[Law, ...] = tuple(map(Law, (
+LAWS: tuple[Law, ...] = (*map(Law, (
     found_tracks_live, next_to_no_hit_is_none, waiting_in_parts_is_waiting, a_look_at_nothing_keeps_the_verdict,
-    memory_does_not_grow, asks_for_what_it_uses, what_does_not_exist_is_not_confirmed, waits_out_of_coverage,
-    waits_without_detection, keeps_to_max_spread, misses_in_a_row, confirms_after_hits, ends_below_its_least_existence,
-    survives_its_lifetime, falls_by_its_drop, forgets_as_stated, coasts_as_stated, survives_in_its_areas,
-)))  # fmt: skip
+    memory_does_not_grow, waits_out_of_coverage, waits_without_detection, keeps_to_max_spread, misses_in_a_row,
+    confirms_after_hits, ends_below_its_least_existence, survives_its_lifetime, falls_by_its_drop, forgets_as_stated,
+    coasts_as_stated, survives_in_its_areas,
+)), Law(asks_for_what_it_uses, needs="not needs_spread"), Law(what_does_not_exist_is_not_confirmed, needs="not certain"),
+)  # fmt: skip

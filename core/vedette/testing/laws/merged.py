@@ -10,7 +10,7 @@ from attrs import evolve
 from vedette.config import build
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator
-from vedette.testing.comparisons import same, varied
+from vedette.testing.comparisons import demand, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.hypotheses import ROOM
@@ -26,7 +26,7 @@ def one_return_may_be_of_two(associator: Associator, drawn: Scores) -> None:
     """If it takes merged returns: two targets that are seldom or never resolved move towards a return as all events say.
 
     None is detected and the return is false, each alone is, or both: then the return is of the middle between them, and
-    they are as close as the sensor's cell says.
+    they are as close as the sensor's cell says. Of twelve that are too many for all events it says how many at most.
     """
     rng = np.random.default_rng(drawn.scores.size + int(drawn.tracks @ drawn.tracks))
     sure = rng.random() < 0.3
@@ -61,6 +61,9 @@ def one_return_may_be_of_two(associator: Associator, drawn: Scores) -> None:
     total = (1.0 - p_d) ** 2 * CLUTTER + np.sum(alone) + both
     towards = np.stack([-PRIOR, 0.5 * PRIOR], axis=-1) * [[1.0, 1.0], [-1.0, 1.0]]
     own = (alone / total * PRIOR / (PRIOR + VARIANCE))[:, None]
+    crowd = tracker.start(Gaussian(np.zeros((12, 4)), np.broadcast_to(np.eye(4), (12, 4, 4))), 0.0)
+    told = tracker.step(crowd, Scan(0.0, "radar", Detections.of([z], 2))).approximated
+    demand(0 <= told <= 12, f"approximated: must be a number of the 12 tracks, got {told}")
     same("mean position", mean, x + own * (z - x) + both / total * (towards @ white[..., 0].T), 5e-3, 1.0)
 
 

@@ -10,7 +10,7 @@ from vedette.roles import Estimator
 from vedette.space import Space
 from vedette.testing.comparisons import Closed, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, soft
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.states import sizes
 from vedette.types import Detections
@@ -21,7 +21,6 @@ SCALE = 1000.0
 
 def missing_components_say_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """A return that lacks a component counts as one of a sensor that has none, however little is known of the state."""
-    not_if_it_draws(estimator, "two sensors need not draw alike")
     rng, free = drawn.rng(), free_axes(estimator)
     plain = Space(tuple(axis for axis in free.axes if axis.period is None))
     mix = SCALE * rng.uniform(0.4, 1.2, (3, len(plain))) * rng.choice([-1.0, 1.0], (3, len(plain))) / sizes(plain)
@@ -56,4 +55,4 @@ def missing_components_say_nothing(estimator: Estimator[Any], drawn: Scene) -> N
         alike(estimator, estimator.update(start, found, weights), after, 1e-3, f"updated{what}: ")
 
 
-LAWS = (Law(missing_components_say_nothing),)
+LAWS = (Law(missing_components_say_nothing, needs="not traits.draws"),)

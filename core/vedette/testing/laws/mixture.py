@@ -92,7 +92,6 @@ def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
 def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: a mode that changes leaves its target where it is, so mixing keeps mean and covariance of all modes."""
     _like_modes(estimator)
-    cases.not_if_it_draws(estimator, "what it draws hides it")
     belief = ahead(estimator, drawn, drawn.rng())
     innovation = innovation_of(estimator, belief, drawn)
     belief = estimator.update(belief, innovation, cases.soft(innovation.loglik, drawn.seed))  # now the modes differ
@@ -103,7 +102,6 @@ def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture of modes that are exact when linear: two sensors at one time weigh the modes alike in any order."""
     modes = _like_modes(estimator)
-    cases.not_if_it_draws(estimator, "what it draws hides it")
     if not all(mode.traits.exact_when_linear for mode in modes):
         raise Closed("its modes are not exact when linear")
     one, other = (np.asarray(estimator.mode_prob(end)) for end in cases.in_either_order(estimator, drawn))
@@ -113,7 +111,6 @@ def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
 def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture that smooths: over a first scan, modes and moments are Bayes' rule over pairs of a mode and the next."""
     modes = _like_modes(estimator)
-    cases.not_if_it_draws(estimator, "what it draws hides it")
     rng, dt, prior = drawn.rng(), drawn.dt, drawn.prior
     now = cases.started(estimator, drawn, rng)
     belief = predicted(estimator, now, dt, rng)
@@ -144,7 +141,8 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
     same("smoothed mode probabilities", np.asarray(estimator.mode_prob(found)), wanted, 1e-7, 1.0)
 
 
-LAWS: tuple[Law, ...] = tuple(map(Law, (
-    modes_follow_their_chain, first_scan_is_the_exact_mixture, equal_modes_are_one, switching_moves_nothing,
-    modes_remember_every_scan, modes_smooth_as_their_pairs,
-)))  # fmt: skip
+_WITHOUT_DRAWS = (switching_moves_nothing, modes_remember_every_scan, modes_smooth_as_their_pairs)
+LAWS: tuple[Law, ...] = (
+    *map(Law, (modes_follow_their_chain, first_scan_is_the_exact_mixture, equal_modes_are_one)),
+    *(Law(law, needs="not traits.draws") for law in _WITHOUT_DRAWS),
+)

@@ -271,20 +271,10 @@ LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, batches_as_it_loops, gives_finite_numbers, noise_is_positive_definite, variances_are_squares,
         noise_has_its_units, deviations_count, jacobian_is_the_derivative,
-    )),
-    Law(linear_as_declared, needs="linear"),
-    *map(Law, (
         measurement_lies_in_its_domain, detection_is_a_probability, clutter_is_a_density, further_axes_change_nothing,
-    )),
-    Law(returns_match_the_model, effort="statistical"),
-    *map(Law, (
         inverts_what_it_measures, takes_a_returns_own_noise, standing_elsewhere_keeps_the_axes, differences_undo_steps,
         angles_wrap, names_mean_the_same,
     )),
-    *inversion.LAWS,
-    *platforms.LAWS,
-    *clutter.LAWS,
-    *rates.LAWS,
-    *imaging.LAWS,
-    *twins.OF_SENSOR,
+    *(Law(linear_as_declared, needs="linear"), Law(returns_match_the_model, effort="statistical")),
+    *inversion.LAWS, *platforms.LAWS, *clutter.LAWS, *rates.LAWS, *imaging.LAWS, *twins.OF_SENSOR,
 )  # fmt: skip

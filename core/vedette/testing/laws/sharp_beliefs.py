@@ -17,7 +17,7 @@ from vedette.sampling.trajectories import psd_root
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_if_it_draws, soft, started, sure
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, soft, started, sure
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.nonlinear_sensor import MEASURED, Tangent, Unlike
 from vedette.testing.states import random_covariance, sizes
@@ -155,7 +155,6 @@ def innovations_are_a_gaussians(estimator: Estimator[Any], drawn: Scene) -> None
 
 def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -> None:
     """Where a belief is sharp, prediction moves its mean as the motion does, and its covariance is F P F' + Q."""
-    not_if_it_draws(estimator, "a sharp belief drowns in what each draw adds")
     motion = motion_of(estimator)
     if motion is None or motion.state != estimator.state or estimator.traits.reframes or len(estimator.zero_variance):
         raise Closed("it holds no `motion` over its own axes alone")
@@ -244,7 +243,7 @@ def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> No
 LAWS = (
     Law(an_unlike_sensor_is_linearised),
     Law(innovations_are_a_gaussians, needs="traits.exact_when_linear"),
-    Law(predicts_as_its_motion_linearised),
+    Law(predicts_as_its_motion_linearised, needs="not traits.draws"),
     Law(modes_share_their_innovations),
     Law(smooths_as_joint_conditioning, needs="traits.exact_when_linear"),
 )

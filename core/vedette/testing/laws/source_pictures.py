@@ -19,7 +19,7 @@ BESIDE = 12.0
 """Pixels from a target from which on there is nothing but background."""
 
 
-def _pictured(recording: Recording) -> Iterator[tuple[float, Array, list[dict[str, float]]]]:
+def pictured(recording: Recording) -> Iterator[tuple[float, Array, list[dict[str, float]]]]:
     """Yield each picture's time, its pixels, and what is known of each target with truth in px, x and y in this picture."""
     paths = [path for path in recording.truth if {("x", "px"), ("y", "px")} <= {(a.name, a.unit) for a in path.space.axes}]
     for scan in recording.scans:
@@ -34,7 +34,7 @@ def _pictured(recording: Recording) -> Iterator[tuple[float, Array, list[dict[st
         yield scan.time, told(scan), known
 
 
-def _distance(pixels: Array, target: Mapping[str, float]) -> Array:
+def distance(pixels: Array, target: Mapping[str, float]) -> Array:
     """Return how far each pixel is from a target, (h, w)."""
     rows, columns = np.indices(pixels.shape[-2:])
     return np.asarray(np.hypot(columns - target["x"], rows - target["y"]))
@@ -47,9 +47,9 @@ def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
     """
     contrast: list[float] = []
     sizes: list[Array] = []
-    for _, pixels, targets in _pictured(drawn.open(source)):
+    for _, pixels, targets in pictured(drawn.open(source)):
         for target in targets:
-            near = _distance(pixels, target) < 1.5
+            near = distance(pixels, target) < 1.5
             rest = pixels[..., ~near]
             if not near.any() or not np.isfinite(pixels[..., near]).any():
                 continue
@@ -60,7 +60,8 @@ def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
             contrast.append((float(np.nanmean(pixels[..., near])) - float(usual)) / spread)
             box = np.array([target.get("width", np.nan), target.get("height", np.nan)])
             at, end = np.array([target["x"], target["y"]]), np.array(pixels.shape[:-3:-1])
-            if len(targets) == 1 and pixels.ndim == 2 and np.all((at > box) & (at < end - box)):
+            whole = len(targets) == 1 and pixels.ndim == 2 and np.isfinite(pixels).mean() > 0.9
+            if whole and np.all((at > box) & (at < end - box)):
                 bright = light > 0.5 * light.max()
                 if light.max() > 20.0 * np.median(light):  # no noise is so bright
                     sizes.append(np.array([np.ptp(np.flatnonzero(bright.any(axis=axis))) + 1 for axis in (0, 1)]) / box)
@@ -79,8 +80,8 @@ def _beside(source: Source, drawn: Opened) -> Iterator[list[tuple[float, Array]]
         raise Closed("it has no `sigma` and `level`, or nothing varies")
     for k in range(OPENINGS):
         found = []
-        for time, pixels, targets in _pictured(drawn.again(k).open(source)):
-            near = np.any([_distance(pixels, target) <= BESIDE for target in targets], axis=0)
+        for time, pixels, targets in pictured(drawn.again(k).open(source)):
+            near = np.any([distance(pixels, target) <= BESIDE for target in targets], axis=0)
             found.append((time, np.where(near, np.nan, pixels - level)))
         yield found
 

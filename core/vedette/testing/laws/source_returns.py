@@ -165,8 +165,6 @@ def drawn_together_as_alone(source: Source, drawn: Opened) -> None:
 
 def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
     """If it draws and has truth: of a sensor that detects half, half are seen, and returns come in no order of targets."""
-    if not source.draws:
-        raise Closed("it says that it draws nothing")
     if SENSOR in (getattr(source, "sensors", None) or ()) or hasattr(source, "detection_probability"):
         raise Closed("its scene has a sensor of its own")
     sensor = Altered(drawn.plain, 0.5, 0.0)
@@ -195,8 +193,6 @@ def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
 
 def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
     """If it draws and has truth: where a return stands in its scan does not tell whether it is the target's."""
-    if not source.draws:
-        raise Closed("it says that it draws nothing")
     places: list[float] = []
     variance = 0.0
     for k, density in enumerate(np.append(1e-8 * 4.0 ** np.arange(12), 0.0)):
@@ -222,8 +218,10 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
 
 
 LAWS: tuple[Law, ...] = (
-    *map(Law, (returns_are_of_the_truth, nobody_is_seen_before_or_after, drawn_together_as_alone)),
+    Law(returns_are_of_the_truth, share=2),
+    Law(nobody_is_seen_before_or_after, share=2),
+    Law(drawn_together_as_alone),
     Law(scatters_as_stated, effort="statistical"),
-    Law(targets_are_missed_as_stated, effort="statistical"),
-    Law(order_of_returns_tells_nothing, effort="statistical"),
+    Law(targets_are_missed_as_stated, needs="draws", effort="statistical"),
+    Law(order_of_returns_tells_nothing, needs="draws", effort="statistical"),
 )

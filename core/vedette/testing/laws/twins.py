@@ -13,7 +13,7 @@ from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, not_if_it_draws, soft
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, soft
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks, full
 from vedette.testing.strategies import usual
@@ -90,7 +90,6 @@ def sees_by_a_twin_as_without(estimator: Estimator[Any], drawn: Scene) -> None:
     state, sensor = estimator.state, usual("sensor", "range_bearing")(sigma_range=20.0, sigma_bearing=0.02)
     if any(axis not in state.axes for axis in sensor.observes.axes) or estimator.refuses(sensor) is not None:
         raise Closed("it takes no returns of range and bearing")
-    not_if_it_draws(estimator, "the twin may be given other draws")
     where, rng = state.locate(sensor.observes), drawn.rng()
     mean = np.array(drawn.prior.mean)
     mean[..., where] = [900.0, -500.0] + 50.0 * rng.standard_normal((2, 2, 2))
@@ -117,6 +116,6 @@ class Untwinned(WrappedSensor):
     of: Sensor = fields.part("the sensor")
 
 
-OF_ESTIMATORS = (Law(sees_by_a_twin_as_without),)
+OF_ESTIMATORS = (Law(sees_by_a_twin_as_without, needs="not traits.draws"),)
 OF_SENSOR = (Law(says_what_the_sensor_says, needs="twin"),)
 OF_MOTION = (Law(says_what_the_motion_says, needs="twin"),)
