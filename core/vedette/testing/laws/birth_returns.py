@@ -127,7 +127,5 @@ def _most(values: Array) -> str:
 
 LAWS = (
     Law(axes_are_found_by_name, needs="not draws"),
-    Law(each_return_has_its_own_noise),
-    Law(what_is_missing_says_nothing),
-    Law(tracks_are_as_unsure_as_their_returns),
+    *map(Law, (each_return_has_its_own_noise, what_is_missing_says_nothing, tracks_are_as_unsure_as_their_returns)),
 )

@@ -168,7 +168,6 @@ def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> N
 
 LAWS = (
     Law(covariances_survive_a_long_run, needs="not traits.draws", effort="long"),
-    Law(a_return_counts_once, effort="statistical"),
-    Law(soft_weights_mix_what_is_drawn, effort="statistical"),
+    *(Law(law, effort="statistical") for law in (a_return_counts_once, soft_weights_mix_what_is_drawn)),
     Law(nees_and_nis_fit_matched_truth, effort="statistical"),
 )
