@@ -61,6 +61,10 @@ class Look:
     noises: tuple[tuple[float, ...], ...] = ()
 
 
+BY_ROW = "row"
+"""What `scan` says where each row is a scan of its own."""
+
+
 @final
 @frozen
 class DetectionColumns:
@@ -79,7 +83,9 @@ class DetectionColumns:
         "measured axis, or time, to its column's unit where that is not SI: bearing = 'deg'"
     )
     file: str = fields.text("file in the folder `path`; default: `path` is the file", default="")
-    scan: str = fields.text("column that numbers the scans; default: rows of one time are a scan", default="")
+    scan: str = fields.text(
+        "column that numbers the scans; `row`: each row is a scan; default: rows of one time are a scan", default=""
+    )
     turn: float | None = fields.quantity(
         "s", "duration of a turn of the antenna, whose rows are a scan, where no column numbers them; default: none",
         default=None, above=0,
@@ -115,7 +121,8 @@ class DetectionColumns:
 
     def wanted(self) -> dict[str, str]:
         """Return the columns to find besides those of the axes: name in this table to title in the file."""
-        named = {"time": self.time, "scan": self.scan, "sensor_column": self.sensor_column, "identity": self.identity}
+        scan = "" if self.scan == BY_ROW else self.scan
+        named = {"time": self.time, "scan": scan, "sensor_column": self.sensor_column, "identity": self.identity}
         return {name: title for name, title in named.items() if title}
 
     def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
@@ -191,6 +198,7 @@ class DetectionColumns:
             else:
                 told[sensor].append(sample)
         group = _by_scan if self.scan else _by_time if self.turn is None else partial(_by_turn, self.turn)
+        group = _by_row if self.scan == BY_ROW else group
         placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 
@@ -223,6 +231,10 @@ def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> lis
 
 def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
     return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused, sort=sort), lambda row: row.time)]
+
+
+def _by_row(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    return [_look([row]) for row in in_time_order(rows, refused, sort=sort)]
 
 
 def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:

@@ -18,7 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.csv_layout import Layout
 from vedette_files.csv_platform import PlatformColumns, Platforms
-from vedette_files.csv_returns import POSITION, DetectionColumns, Look, Reading
+from vedette_files.csv_returns import BY_ROW, POSITION, DetectionColumns, Look, Reading
 from vedette_files.csv_table import Dialect
 from vedette_files.csv_times import DATED, UNZONED, check_pattern
 from vedette_files.csv_truth import TruthColumns
@@ -72,7 +72,7 @@ class CsvSource(Source):
     )
 
     def __attrs_post_init__(self) -> None:
-        if self.platform is not None and self.platform.scan and not self.detections.scan:
+        if self.platform is not None and self.platform.scan and self.detections.scan in ("", BY_ROW):
             raise ValueError("platform.scan: needs the detections' `scan` column too")
         if self.dates:
             check_pattern(self.dates)

@@ -31,6 +31,12 @@ def test_rows_of_one_time_are_a_scan_and_a_blank_row_is_an_empty_one(tmp_path):
     assert recording.refused == ()
 
 
+def test_each_row_is_a_scan_where_that_is_stated(tmp_path):
+    (tmp_path / "d.csv").write_text("t,north,east\n1,1,1\n1,2,2\n2,,\n")
+    recording = CsvSource(DetectionColumns(time="t", columns=XY, scan="row"), str(tmp_path / "d.csv")).open(PLANE, RNG)
+    assert (shown(recording), recording.refused) == ([(1, [[1, 1]]), (1, [[2, 2]]), (2, [])], ())
+
+
 def test_byte_order_mark_quotes_and_windows_line_ends(tmp_path):
     (tmp_path / "d.csv").write_bytes(b'\xef\xbb\xbf"t", "north", "east"\r\n1, "2", 3\r\n')
     recording = CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path / "d.csv")).open(PLANE, RNG)

@@ -50,7 +50,9 @@ class New(Command):
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")
         _add_columns(config)
         config.add_argument(
-            "--scan", metavar="COLUMN", help="the column that numbers scans; `time`: rows of one time are one"
+            "--scan",
+            metavar="COLUMN",
+            help="the column that numbers scans; `time`: rows of one time are one; `row`: each row is",
         )
         config.add_argument("--platform", metavar="FILE", help="the file of own ship's positions, in the data's folder")
         about = (

@@ -14,6 +14,7 @@ from vedette.errors import InputError
 from vedette_files import NORTH_EAST
 from vedette_files.columnar import FrameTable, TablePath
 from vedette_files.composed import made_of
+from vedette_files.csv_returns import BY_ROW
 from vedette_files.csv_table import Dialect, listed
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
@@ -250,7 +251,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         dialect=dialect,
         time=time,
         time_unit=unit,
-        scan=scan,
+        scan=BY_ROW if wishes.scan == BY_ROW else scan,
         identity=name,
         reports=reports_of(found_by, columns, who),
         use=use,

@@ -10,6 +10,7 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
+from vedette_files.csv_returns import BY_ROW
 from vedette_files.csv_table import listed
 from vedette_files.csv_times import check_pattern
 from vedette_tools.drafting.titles import MEASURES, Meaning, meaning
@@ -84,11 +85,11 @@ class Wishes:
     def measured(self, path: object, titles: Sequence[str], meanings: Mapping[str, Meaning]) -> dict[str, Meaning]:
         """Return the columns by axis, as found by their titles or stated; InputError for a stated one that is not there."""
         stated = {**self.columns, **({"time": self.time} if self.time else {})}
-        if self.scan not in ("", "time"):
+        if self.scan not in ("", "time", BY_ROW):
             stated["scan"] = self.scan
         for axis, title in stated.items():
             if title not in titles:
-                other = "; or say --scan time, where rows of one time are a scan" if axis == "scan" else ""
+                other = "; or say --scan time, where rows of one time are a scan, or --scan row" if axis == "scan" else ""
                 there = f"the columns are {listed(titles)}{other}"
                 raise InputError(f"{path}: there is no column {title!r}, asked for as {axis}; {there}")
         for pair in POSITIONS:
@@ -100,7 +101,7 @@ class Wishes:
         kept = dict(meanings)
         if any(axis in pair for pair in POSITIONS for axis in self.columns):
             kept = {axis: each for axis, each in meanings.items() if not any(axis in pair for pair in POSITIONS)}
-        if self.scan == "time":
+        if self.scan in ("time", BY_ROW):
             kept.pop("scan", None)
         if self.rate and "time" not in kept and not self.time and "scan" in kept:
             kept["time"] = kept.pop("scan")

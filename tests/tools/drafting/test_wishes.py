@@ -86,6 +86,7 @@ def test_a_scan_is_what_is_stated(table):
     assert source(path)["detections"]["scan"] == "scan"
     assert "scan" not in source(path, scan="time")["detections"]
     assert source(path, scan="turn_no")["detections"]["scan"] == "turn_no"
+    assert source(path, scan="row")["detections"]["scan"] == "row"
 
 
 @pytest.mark.costly
