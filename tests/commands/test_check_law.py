@@ -26,6 +26,31 @@ def test_where_no_law_applies_nothing_was_tested(capsys):
     assert capsys.readouterr().out.splitlines()[-1].strip().startswith("1 skipped: ")
 
 
+BLIND = """
+import numpy as np
+from attrs import frozen
+from vedette import ImagingSensor, Space
+
+@frozen
+class Blind(ImagingSensor):
+    kind = "test_blind_camera"
+    observes = measurement = Space.of(azimuth="rad", elevation="rad")
+    def measure(self, x): return x + 0.0
+    def noise(self, x): return 1e-4 * np.eye(2)
+    def detects(self, x): return np.array(0.9)
+    def information(self, x, frame, at): return np.zeros((*x.shape, 2)), np.zeros(x.shape), np.zeros(x.shape[:-1])
+"""
+
+
+def test_where_none_of_the_laws_of_cameras_applies_a_camera_was_not_tested(capsys, monkeypatch, tmp_path):
+    (tmp_path / "vedette_test_blind.py").write_text(BLIND)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert main(["check", "vedette_test_blind"]) == 4
+    told = capsys.readouterr().out.splitlines()[-1]
+    assert "held" in told
+    assert "no law of pictures applied, since " in told
+
+
 @pytest.mark.parametrize(("law", "named"), [("survives_its_lifetime", True), ("tracks_are_judged_alone", False)])
 def test_a_parameter_that_its_name_would_have_tested_more_is_named(capsys, law, named):
     assert main(["check", "score", "--law", law]) == (4 if named else 0)

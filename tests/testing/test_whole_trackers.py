@@ -93,18 +93,21 @@ def test_errors_that_are_drawn_have_the_size_that_is_stated():
         assert np.mean(first * then) / size**2 == pytest.approx(errors.correlation, abs=0.03)
 
 
-RATED = {"kind": "range_bearing_rate", "sigma_range": 5.0, "sigma_bearing": 0.005, "sigma_range_rate": 1.0}
+RATED = {"kind": "range_bearing_rate", "sigma_range": 5.0, "sigma_bearing": 0.005, "sigma_rate": 1.0}
+EXTENDED = {"estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
+            "birth": {"kind": "given", "start": START}}  # fmt: skip
 
 
 @pytest.mark.parametrize(
     ("world", "place"),
     [
         (tracker(), "world.sensors.radar"),
+        (vedette.build(LINEAR | EXTENDED | {"sensors": {"radar": RATED}}), "world.sensors.radar"),
         (vedette.build(LINEAR | {"sensors": {"other": {"kind": "cartesian_position", "sigma": 5.0}}}), "world.sensors"),
         (vedette.build(LINEAR | {"estimator": {"kind": "kalman", "motion": {"kind": "random_walk", "sigma": 1.0}},
                                  "birth": {"kind": "given", "start": {"x": [0, 1], "y": [0, 1]}}}), "world"),
     ],
-    ids=["what is measured", "names", "axes"],
+    ids=["what is measured", "more is measured", "names", "axes"],
 )  # fmt: skip
 def test_a_world_that_is_another_scene_is_refused_by_its_place(world, place):
     with pytest.raises(Misuse) as refused:
@@ -121,3 +124,15 @@ def test_a_world_may_have_axes_of_its_own():
         }
     )
     assert not consistency(tracker(), world=wider).consistent
+
+
+def test_a_worlds_sensor_may_observe_more_of_the_state():
+    """It once ended in a raw ValueError."""
+    add = {"kind": "biased", "add": {"range": "range_bias"}, "spread": {"range_bias": 20.0}}
+    drift = {"kind": "random_walk", "axes": ["range_bias"], "unit": "m", "sigma": 0.01}
+    motion = {"kind": "product", "models": [EXTENDED["estimator"]["motion"], drift]}
+    parts = {"estimator": {"kind": "ekf", "motion": motion},
+             "sensors": {"radar": add | {"of": {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.005}}},
+             "birth": {"kind": "given", "start": START | {"range_bias": [0, 20]}}}  # fmt: skip
+    report = consistency(tracker(bearing=1.0), world=vedette.build(LINEAR | parts))
+    assert "error covariance" in wrong(report)
