@@ -167,6 +167,30 @@ class Markov(vedette.Lifecycle):
         return kept, kept, scan.existence >= self.end
 
 
+@frozen
+class Minutes(vedette.Lifecycle):
+    """Existence decides; times are in minutes.
+
+    BIPM, The International System of Units, 2019, table 8.
+    """
+
+    kind = "minutes"
+    lifetime: float = vedette.fields.quantity("min", "mean time of a target", default=10, at_least=1, at_most=100)
+    max_out_of_coverage: float = vedette.fields.quantity(
+        "min", "out of sight until it ends", default=1, at_least=0.5, at_most=9
+    )
+
+    def start(self, existence):
+        return np.zeros(existence.shape)
+
+    def predict(self, existence, dt):
+        return existence * np.exp(-dt / 60 / self.lifetime)
+
+    def review(self, memory, scan):
+        unseen = np.where((scan.p_detect > 0.01) | (scan.hit > 0.5), 0.0, memory + scan.dt / 60)
+        return unseen, scan.existence > 0.9, (scan.existence > 0.01) & (unseen <= self.max_out_of_coverage)
+
+
 COMPONENTS = (
     Foreign("recent", "lifecycle", Recent),
     Foreign("bits", "lifecycle", Bits),
@@ -174,4 +198,5 @@ COMPONENTS = (
     Foreign("sharp", "lifecycle", Sharp),
     Foreign("roster", "lifecycle", Roster),
     Foreign("Markov existence", "lifecycle", Markov),
+    Foreign("minutes", "lifecycle", Minutes),
 )

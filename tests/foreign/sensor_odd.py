@@ -40,6 +40,7 @@ class Survey(Even):
     kind = "survey"
     observes = PLANE
     measurement = Space((Axis("distance", "km"), Axis("azimuth", "deg", 360.0)))
+    max_range: float = vedette.fields.quantity("km", "beyond which nothing is seen", default=20, at_least=5, at_most=60)
     sigma_distance: float = vedette.fields.quantity("km", "deviation", default=0.05, above=0, at_most=1)
     sigma_azimuth: float = vedette.fields.quantity("deg", "deviation", default=0.3, above=0, at_most=3)
 
@@ -50,6 +51,12 @@ class Survey(Even):
     def measure(self, x):
         r = np.hypot(x[..., 0], x[..., 1])
         return self.measurement.canonical(np.stack([r / 1e3, DEGREES * np.arctan2(x[..., 0], x[..., 1])], axis=-1))
+
+    def covers(self, z):
+        return z[..., 0] <= self.max_range
+
+    def detects(self, x):
+        return np.where(np.hypot(x[..., 0], x[..., 1]) <= 1e3 * self.max_range, 0.9, 0.0)
 
     def invert(self, z, noise=None):
         r, c, s = 1e3 * z[..., 0], np.cos(z[..., 1] / DEGREES), np.sin(z[..., 1] / DEGREES)

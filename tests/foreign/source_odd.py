@@ -24,10 +24,10 @@ class Nobody(vedette.Source):
 
     kind = "nobody"
     draws = False
-    duration: float = vedette.fields.quantity("s", "from the first look to the last", default=50, at_least=10, at_most=500)
+    duration: float = vedette.fields.quantity("min", "from the first look to the last", default=1, at_least=0.5, at_most=9)
 
     def open(self, sensors, rng):
-        times = np.linspace(0.0, self.duration, 12)
+        times = np.linspace(0.0, 60.0 * self.duration, 12)
         scans = [
             scan for name, sensor in sensors.items() for scan in seen(name, sensor, [], times, np.random.default_rng(0))
         ]

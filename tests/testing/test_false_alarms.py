@@ -137,6 +137,10 @@ def test_noise_that_would_wrap_is_no_fault():
         ("even sea", "the_unseen_fade"),
         ("kilometres", "returns_lie_where_they_were_seen"),
         ("both", "others_far_away_change_nothing"),
+        ("survey", "detects_within_max_range"),
+        ("minutes", "survives_its_lifetime"),
+        ("minutes", "waits_out_of_coverage"),
+        ("nobody", "scans_last_as_stated"),
     ],
 )
 def test_right_components_keep_the_laws_that_they_once_failed(name, law):
@@ -147,7 +151,7 @@ def test_right_components_keep_the_laws_that_they_once_failed(name, law):
         assert outcome.verdict != "failed", outcome.text
 
 
-@pytest.mark.nightly("129 components, each of which costs 3 s")
+@pytest.mark.nightly("130 components, each of which costs 3 s")
 @pytest.mark.statistical(alpha=1e-5)
 @pytest.mark.parametrize("made", [pytest.param(one.make(), id=one.name) for one in COMPONENTS])
 def test_right_components_keep_every_law(made):

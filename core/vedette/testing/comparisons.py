@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, TypeVar
 
 import numpy as np
 from attrs import evolve
 
+from vedette.config.parameters import parameters
 from vedette.errors import VedetteError
 from vedette.space import Array, Mask
+from vedette.units import in_unit
 
 T = TypeVar("T")
 
@@ -41,6 +44,16 @@ def demand(holds: Any, otherwise: str) -> None:
     """Raise Broken with a sentence unless the condition holds."""
     if not holds:
         raise Broken(otherwise)
+
+
+def stated(component: Any, name: str, unit: str) -> float:
+    """Return what a parameter of this name says, in `unit`; Lacking if it has none, or in a unit of another kind."""
+    value = getattr(component, name, None)
+    own = {parameter.name: parameter.unit for parameter in parameters(type(component))}.get(name, unit)
+    if isinstance(value, float | int) and not isinstance(value, bool) and 0 < value < np.inf:
+        with suppress(ValueError):
+            return in_unit(f"{float(value)!r} {own}", unit)
+    raise Lacking(name)
 
 
 def varied(component: T, **values: Any) -> T:

@@ -14,7 +14,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same, varied
+from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same, stated, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
@@ -119,10 +119,7 @@ def _unseen(birth: Birth) -> None:
 
 def _lifetime(birth: Birth) -> float:
     _unseen(birth)
-    lifetime = getattr(birth, "lifetime", None)
-    if not isinstance(lifetime, float):
-        raise Lacking("lifetime")
-    return lifetime
+    return stated(birth, "lifetime", "s")
 
 
 def _rate(birth: Birth, memory: Any, drawn: Returns, z: Array | None = None) -> Array:

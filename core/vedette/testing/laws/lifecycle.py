@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import demand, same
+from vedette.testing.comparisons import Lacking, demand, same, stated
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, lifecycle_limits
 from vedette.testing.laws.lifecycle_cases import Lives, judged, live
@@ -75,7 +76,8 @@ def existence_stays_a_probability(lifecycle: Lifecycle, drawn: Lives) -> None:
         after = lifecycle.predict(drawn.existence[0], dt)
         demand(np.all((after >= 0) & (after <= 1)), f"predict: existence must be in [0, 1] after {dt:g} s, got {after}")
     for name, start, way in (("shown", 1.0, -1.0), ("away", 0.0, 1.0)):
-        if isinstance(stay := getattr(lifecycle, name, None), float):
+        with suppress(Lacking):
+            stay = stated(lifecycle, name, "s")
             rate = (float(lifecycle.predict(np.array([start]), 1e-6 * stay)[0]) - start) / 1e-6
             demand(abs(rate - way) < 1e-3, f"predict: of those {name}, {abs(rate):.3g} change in a mean stay, must be 1")
 

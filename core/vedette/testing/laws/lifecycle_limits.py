@@ -6,6 +6,7 @@ taken at their word.
 
 from __future__ import annotations
 
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,7 @@ from attrs import evolve
 
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import Closed, Lacking, demand, same
+from vedette.testing.comparisons import Closed, Lacking, demand, same, stated
 from vedette.testing.law import Law
 from vedette.testing.laws.lifecycle_cases import Lives, areas_of, judged, live
 from vedette.tracking import pytrees
@@ -109,13 +110,6 @@ def what_does_not_exist_is_not_confirmed(lifecycle: Lifecycle, drawn: Lives) -> 
     demand(not np.any(confirmed & alive), "review: a track is confirmed whose existence is 1e-9")
 
 
-def _limit(lifecycle: Lifecycle, name: str) -> float:
-    value = getattr(lifecycle, name, None)
-    if not isinstance(value, float | int) or isinstance(value, bool) or not 0 < value < np.inf:
-        raise Lacking(name)
-    return float(value)
-
-
 def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float, lives: bool) -> None:
     found, _, alive = after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)
     if not alive.all():
@@ -128,9 +122,10 @@ def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float
 
 def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `max_out_of_coverage`: a track that no sensor covers lives for that long, and no longer."""
-    limit = _limit(lifecycle, "max_out_of_coverage")
-    other = getattr(lifecycle, "max_without_detection", None)
-    other = np.inf if other is None else other
+    limit = stated(lifecycle, "max_out_of_coverage", "s")
+    other = np.inf
+    with suppress(Lacking):
+        other = stated(lifecycle, "max_without_detection", "s")
     lives = 0.9 * limit < other
     _ends_at(lifecycle, "max_out_of_coverage", [scan(limit / 5, 0.0, 0.0)] * 5, limit, lives)
     again = [scan(min(0.3 * limit, 0.5 * other), 0.0, 0.0), scan(0.01, 1.0, 0.9)] * 12
@@ -139,13 +134,13 @@ def waits_out_of_coverage(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def waits_without_detection(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `max_without_detection`: a track that is covered and never detected ends by then."""
-    limit = _limit(lifecycle, "max_without_detection")
+    limit = stated(lifecycle, "max_without_detection", "s")
     _ends_at(lifecycle, "max_without_detection", [scan(limit / 5, 0.0, 0.9)] * 5, limit, False)
 
 
 def keeps_to_max_spread(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `max_spread`: a track lives while its position is known that well, and ends when it is not."""
-    limit = _limit(lifecycle, "max_spread")
+    limit = stated(lifecycle, "max_spread", "m")
     found, _, _ = after(lifecycle, [scan(0.1, 1.0, 0.9)] * 20)
     demand(after(lifecycle, [scan(0.1, 1.0, 0.9, 1.0, 0.9 * limit)], found)[2].all(), "review: ended below max_spread")
     demand(not after(lifecycle, [scan(0.1, 1.0, 0.9, 1.0, 1.1 * limit)], found)[2].any(), "review: lives above max_spread")
@@ -153,7 +148,7 @@ def keeps_to_max_spread(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `misses`: so many looks missed in a row end a track, and no fewer."""
-    limit = int(_limit(lifecycle, "misses"))
+    limit = int(stated(lifecycle, "misses", "1"))
     found, _, alive = after(lifecycle, [scan(0.001, 1.0, 1.0)] * 70)
     if not alive.all():
         raise Closed("it ends tracks that are detected")
@@ -191,7 +186,7 @@ def ends_below_its_least_existence(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `lifetime`: existence fades as exp(-dt / lifetime)."""
-    limit = _limit(lifecycle, "lifetime")
+    limit = stated(lifecycle, "lifetime", "s")
     waits: Array = limit * np.array([0.1, 1.0, 3.0])
     found = np.array([lifecycle.predict(ONES, float(wait))[0] for wait in waits])
     same("predict", found, np.exp(-waits / limit), 1e-6, 1.0)
@@ -199,7 +194,7 @@ def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `drop`: a confirmed track ends when its log odds have fallen that far below their best, and not before."""
-    limit, best = _limit(lifecycle, "drop"), 24.0
+    limit, best = stated(lifecycle, "drop", "1"), 24.0
     if limit > 20.0:
         raise Closed("its `drop` is more than log odds have room for")
 
@@ -217,7 +212,7 @@ def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def forgets_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `forget`: a confirmed track that is lost lives for that long, and no longer."""
-    limit = _limit(lifecycle, "forget")
+    limit = stated(lifecycle, "forget", "s")
     if not after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)[1].all():
         raise Closed("forty detections do not confirm a track")
     _ends_at(lifecycle, "forget", [scan(limit / 5, 0.0, 0.9, 1e-3)] * 5, limit, True)
@@ -225,7 +220,7 @@ def forgets_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def coasts_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `tentative` and `confirmed`: so many detections due may a track miss in a row, and no more."""
-    limits = [_limit(lifecycle, name) for name in ("tentative", "confirmed")]
+    limits = [stated(lifecycle, name, "1") for name in ("tentative", "confirmed")]
     for hits, limit in zip((0, 70), limits, strict=True):
         found, confirmed, alive = after(lifecycle, [scan(0.001, 1.0, 0.9)] * hits or [scan(0.0, 0.0, 0.0)])
         if confirmed.all() != (hits > 0) or not alive.all():

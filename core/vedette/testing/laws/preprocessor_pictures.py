@@ -8,10 +8,9 @@ import numpy as np
 from attrs import evolve
 from scipy.special import ndtri
 
-from vedette.config.parameters import parameters
 from vedette.errors import VedetteError
 from vedette.supporting import ImagingSensor, Preprocessor
-from vedette.testing.comparisons import Closed, Lacking, covariance, demand, frozen_copy, same, varied
+from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same, stated, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.preprocessor_cases import Raw, made_of
 from vedette.types import Detections, Frame, Pose, Scan
@@ -62,11 +61,9 @@ def false_alarms_are_as_rare_as_stated(preprocessor: Preprocessor, drawn: Raw) -
 
     Noise is exponential power, as of a receiver. The window may take up to 3,072 cells of a row of 6,000.
     """
-    known = {parameter.name for parameter in parameters(type(preprocessor))}
     if not all(isinstance(sensor, ImagingSensor) for sensor in preprocessor.sensors.values()):
         raise Closed("it reads no pictures")
-    if "rate" not in known:
-        raise Lacking("rate")
+    stated(preprocessor, "rate", "1")
     ((name, _),) = preprocessor.sensors.items()
     often = varied(preprocessor, rate=RARE)
     rng = np.random.default_rng(drawn.seed)

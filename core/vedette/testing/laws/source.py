@@ -15,7 +15,7 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import Source
-from vedette.testing.comparisons import Closed, Lacking, demand, finite, same
+from vedette.testing.comparisons import Closed, demand, finite, same, stated
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.frames import Picture
 from vedette.testing.states import SEEDS, speeds_of
@@ -167,9 +167,7 @@ def scans_are_the_sensors(source: Source, drawn: Opened) -> None:
 
 def scans_last_as_stated(source: Source, drawn: Opened) -> None:
     """If it has `duration`: between its first scan and its last no more s pass."""
-    limit = getattr(source, "duration", None)
-    if not isinstance(limit, float | int) or isinstance(limit, bool):
-        raise Lacking("duration")
+    limit = stated(source, "duration", "s")
     times = [scan.time for scan in drawn.open(source).scans]
     if len(times) < 2:
         raise Closed("it gives one scan at most")
