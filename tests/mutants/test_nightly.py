@@ -156,6 +156,7 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "flir/test_template.py::test_a_drifting_template_is_held_by_its_centroid",
         "flir/test_template.py::test_a_few_faint_frames_are_not_worth_another_target",
     ),
+    "flir/test_found_anywhere.py::LARGE": ("flir/test_found_anywhere.py::test_frames_of_any_size",),
     "flir/test_doubt.py::test_recorded_clips_run_whole": (
         "flir/test_doubt.py::test_a_run_says_when_its_target_was_lost_and_found_again",
     ),
