@@ -34,6 +34,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "benchmarks/test_existence.py::test_stated_existence_is_the_share_of_targets": (
         "benchmarks/test_existence.py::test_doubt_that_is_left_out_is_found",
     ),
+    "benchmarks/test_flir_found.py::test_more_is_found_where_more_stands_out_and_where_less_is_asked": (
+        "benchmarks/test_flir_found.py::test_a_drawn_spot_is_found_and_noise_is_not",
+    ),
     "benchmarks/test_wild.py::test_each_kind_is_followed": (
         "tools/drafting/test_proof.py::test_every_recorded_ship_that_is_named_has_one_track",
         "tools/drafting/test_proof.py::test_one_target_that_manoeuvres_has_one_track",
