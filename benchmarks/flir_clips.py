@@ -291,6 +291,8 @@ def doubts(found: list[Followed]) -> tuple[float, float, float]:
     """Return the part of lost frames that is doubted, the mean of that over episodes, and the part of good frames."""
     gone = [each for one in found for each in losses(one)]
     good = np.concatenate([held(one) for one in found])
+    if not gone:
+        return np.nan, np.nan, float(good.mean())
     return float(np.concatenate(gone).mean()), float(np.mean([np.mean(each) for each in gone])), float(good.mean())
 
 

@@ -142,6 +142,11 @@ def _bright(frames: Frames, boxes: Boxes) -> tuple[Array, float]:
     return boxes[first], float(near.max()) - float(np.median(frames[first]))
 
 
+def _beneath(pixels: Array, bump: Array, bright: float) -> Array:
+    """Return a frame (h, w) behind a spot: as much of it as the spot leaves through."""
+    return np.maximum(pixels, pixels + bump / bright * (np.median(pixels) + bright - pixels))
+
+
 def tip(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int:
     box, bright = _bright(frames, boxes)
     bump = 0.8 * bright * _bump(frames, box, 1.0)
@@ -159,7 +164,7 @@ def passes(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) 
     bump = bright * _bump(frames, boxes[min(boxes, key=lambda k: abs(k - BEGIN - 20))], 1.0)
     end = _gone(frames, boxes, rng, lambda k: float(np.clip((30.0 - k) / 20.0, 0.0, 1.0)), BEGIN + 90)
     for k in range(len(frames)):
-        frames[k] = np.maximum(frames[k], np.median(frames[k]) + bump)
+        frames[k] = _beneath(frames[k], bump, bright)
     return end
 
 
@@ -169,7 +174,7 @@ def crosses(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip)
     for k in range(BEGIN, min(BEGIN + 40, len(frames))):
         box = boxes.get(k, boxes[min(boxes, key=lambda j: abs(j - k))])
         off = aside * (k - BEGIN - 20.0) / 20.0 * (2.5 * box[2:] + 10.0)
-        frames[k] = np.maximum(frames[k], np.median(frames[k]) + bright * _bump(frames, box + [*off, 0.0, 0.0], 0.5))
+        frames[k] = _beneath(frames[k], bright * _bump(frames, box + [*off, 0.0, 0.0], 0.5), bright)
     return 0
 
 

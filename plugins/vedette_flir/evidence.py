@@ -2,7 +2,8 @@
 
 Their weights are those of logistic regressions of held against lost frames, of `ir_clips` and the odd clips of
 `ir_clips_more`, with losses planted in them: a frame's features in places where the target was, and in those where it was
-not. Steps and limits beside them were chosen on the same clips, and so was the constant of `held_ratio` (8.1 by regression).
+not. Steps and limits beside them were chosen on the same clips, and so were the constant of `held_ratio` (8.1 by regression)
+and the last three numbers of `found_ratio`.
 """
 
 from __future__ import annotations
@@ -125,18 +126,21 @@ def standing_ratio(travelled: float, first: float, usual: float) -> float:
     return -STANDING * float(np.clip(np.log(max(1.0 - first, 1e-3) / max(1.0 - usual, UNLIKE)), 0.0, 3.0))
 
 
-def found_ratio(likeness: float, margin: float, clear: float, again: float) -> float:
+def found_ratio(likeness: float, margin: float, clear: float, again: float, bright: float, large: float) -> float:
     """Return the log-odds that a place of a whole frame is that of a target that was lost.
 
     `likeness` to the templates, `margin` over other places around; `clear`: of the spot there, 0 without any; `again`: its
-    contrast over the spread around, over the usual one: less than half of that speaks against it.
+    contrast over the spread around, over the usual one: less than half of that speaks against it; `bright`, `large`: its
+    brightness and size over those of the target as it was. Fainter speaks against it, and so does another size.
     """
     return (
         3.3 * likeness
         + 3.5 * margin
         + 1.2 * float(np.log(max(clear, 3.0) / 3.0))
         + 2.5 * float(np.clip(np.log(max(2.0 * again, 1e-3)), -2.0, 0.0))
-        - 5.3
+        + 1.6 * min(float(np.log(bright)), 0.0)
+        - 0.5 * abs(float(np.log(large)))
+        - 4.9
     )
 
 

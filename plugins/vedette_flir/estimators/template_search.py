@@ -236,7 +236,9 @@ def sought(by: Matcher, pixels: Array, here: Look, expected: float) -> tuple[Loo
     odds = np.zeros(len(found))
     for i, look in enumerate(found):
         near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.known.size, 2.0), axis=1)
-        odds[i] = found_ratio(look.likeness, look.margin, float(seen.clear[near].max(initial=0.0)), look.clear / usual)
+        bright, large = float(look.known.amplitude / known.amplitude), float(look.known.size[0] / known.size[0])
+        clear = float(seen.clear[near].max(initial=0.0))
+        odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large)
     odds[0] += expected
     best = found[int(np.argmax(odds))]
     apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
