@@ -20,7 +20,7 @@ from vedette_files.columnar import TablePath
 from vedette_files.csv_layout import Column, Layout, with_altitude
 from vedette_files.csv_noise import noise_columns
 from vedette_files.csv_numbers import Row
-from vedette_files.csv_table import rows
+from vedette_files.csv_table import BY_ROW, rows
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order
@@ -59,10 +59,6 @@ class Look:
     codes: tuple[int, ...] = ()
     times: tuple[float, ...] = ()
     noises: tuple[tuple[float, ...], ...] = ()
-
-
-BY_ROW = "row"
-"""What `scan` says where each row is a scan of its own."""
 
 
 @final

@@ -18,8 +18,8 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.csv_layout import Layout
 from vedette_files.csv_platform import PlatformColumns, Platforms
-from vedette_files.csv_returns import BY_ROW, POSITION, DetectionColumns, Look, Reading
-from vedette_files.csv_table import Dialect
+from vedette_files.csv_returns import POSITION, DetectionColumns, Look, Reading
+from vedette_files.csv_table import BY_ROW, Dialect
 from vedette_files.csv_times import DATED, UNZONED, check_pattern
 from vedette_files.csv_truth import TruthColumns
 from vedette_files.empty_scans import fill_gaps

@@ -19,6 +19,9 @@ from vedette_files.input_files import lines, shown
 WIDEST = 131_072
 """Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""
 
+BY_ROW = "row"
+"""The `scan` of a table each of whose rows is a scan of its own."""
+
 UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters: close it, or delete it"
 
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)

@@ -14,8 +14,7 @@ from vedette.errors import InputError
 from vedette_files import NORTH_EAST
 from vedette_files.columnar import FrameTable, TablePath
 from vedette_files.composed import made_of
-from vedette_files.csv_returns import BY_ROW
-from vedette_files.csv_table import Dialect, listed
+from vedette_files.csv_table import BY_ROW, Dialect, listed
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below

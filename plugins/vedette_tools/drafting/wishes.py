@@ -10,8 +10,7 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
-from vedette_files.csv_returns import BY_ROW
-from vedette_files.csv_table import listed
+from vedette_files.csv_table import BY_ROW, listed
 from vedette_files.csv_times import check_pattern
 from vedette_tools.drafting.titles import MEASURES, Meaning, meaning
 
