@@ -39,6 +39,6 @@ def constants_of_no_module() -> Iterator[None]:
 
 @contextmanager
 def examples_of_their_own() -> Iterator[None]:
-    """Keep Hypothesis from trying an example again with a part copied over another: of 20, that makes 7 or 8 such copies."""
+    """Keep Hypothesis from trying an example again with a part copied over another: of 20, that makes up to 8 such."""
     with _replaced(ConjectureRunner, generate_mutations_from=lambda *_: None):
         yield
