@@ -317,7 +317,8 @@ def pictures(folder: Path, seed: int) -> Iterator[tuple[str, Row]]:
     """Draft from pixels with the number of a frame, MOT, JSON lines, and a lidar's clusters in space."""
     rng, count = np.random.default_rng([seed, 11]), 8
     start, pace = rng.uniform(100, 900, (count, 2)), rng.normal(0, 40, (count, 2))
-    seen = [(k, i, *(start[i] + pace[i] * k / 30 + rng.normal(0, 1, 2))) for k in range(1, 200) for i in range(count)]
+    every = [(k, i, *(start[i] + pace[i] * k / 30 + rng.normal(0, 1, 2))) for k in range(1, 200) for i in range(count)]
+    seen = [row for row in every if min(row[2:]) > 0]  # what left the picture is not detected
     pixels = [{"frame": k, "u": f"{x:.1f}", "v": f"{y:.1f}", "track_id": i} for k, i, x, y in seen]
     stated = {"x": "u", "y": "v"}
     wishes = Wishes(time="frame", rate=30.0, columns=stated, units={"x": "px", "y": "px"})
