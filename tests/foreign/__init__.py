@@ -12,8 +12,9 @@ import vedette
 
 @frozen
 class Foreign:
-    """One component: its name, its role, and how to build it with ordinary parameters."""
+    """One component: its name, its role, how to build it with ordinary parameters, and the laws that it is known to fail."""
 
     name: str
     role: str
     make: Callable[[], vedette.Component]
+    known_failures: tuple[str, ...] = ()

@@ -131,8 +131,11 @@ class Reentry(vedette.MotionModel):
         return Q
 
 
+FIXED_STEPS = ("any_gap_can_be_moved_over",)
+"""By steps of a fraction of a second: a gap of days takes minutes, or grows without bound."""
+
 COMPONENTS = (
-    Foreign("pendulum", "motion", Pendulum),
-    Foreign("van der Pol", "motion", VanDerPol),
-    Foreign("re-entry", "motion", Reentry),
+    Foreign("pendulum", "motion", Pendulum, FIXED_STEPS),
+    Foreign("van der Pol", "motion", VanDerPol, FIXED_STEPS),
+    Foreign("re-entry", "motion", Reentry, FIXED_STEPS),
 )

@@ -153,14 +153,17 @@ def test_right_components_keep_the_laws_that_they_once_failed(name, law):
 
 @pytest.mark.nightly("130 components, each of which costs 3 s")
 @pytest.mark.statistical(alpha=1e-5)
-@pytest.mark.parametrize("made", [pytest.param(one.make(), id=one.name) for one in COMPONENTS])
-def test_right_components_keep_every_law(made):
+@pytest.mark.parametrize("component", [pytest.param(one, id=one.name) for one in COMPONENTS])
+def test_right_components_keep_every_law(component):
+    made = component.make()
     try:
         drawn = st.one_of(st.just(made), components(type(made)))
     except Misuse:  # what it holds cannot be drawn
         drawn = st.just(made)
     profile = attrs.evolve(FAST, seed=6, shrink=False)
-    found = [examine(type(made), law, drawn, profile) for law in laws_of(type(made))]
+    found = [
+        examine(type(made), law, drawn, profile) for law in laws_of(type(made)) if law.name not in component.known_failures
+    ]
     assert [(one.law.name, one.text) for one in found if one.verdict == "failed"] == []
 
 

@@ -132,14 +132,14 @@ def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 
 
 def a_short_time_forgets_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
-    """After a scan, steps of .1 us and scans that miss leave the belief as it is."""
+    """After a scan, steps of 1 ns and scans that miss leave the belief as it is."""
     if estimator.traits.conservative:
         raise Closed("it is conservative, and may lose something at each scan")
     belief = cases.after_scan(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
     wanted = estimator.moments(belief)
     for _ in range(3):
         belief = cases.forget(estimator, belief, drawn, drawn.rng())
-    alike(estimator, belief, wanted, 1e-3, "after three times .1 us and no returns: ")
+    alike(estimator, belief, wanted, 1e-3, "after three times 1 ns and no returns: ")
 
 
 def a_missed_scan_equals_prediction(estimator: Estimator[Any], drawn: Scene) -> None:

@@ -131,10 +131,10 @@ def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections:
 
 
 def forget(estimator: Estimator[Any], belief: Any, scene: Scene, rng: np.random.Generator) -> Any:
-    """The belief .1 us later, after a scan without returns: nothing that a right estimator would forget by."""
+    """The belief 1 ns later, after a scan without returns: nothing that a right estimator would forget by."""
     b, t = estimator.moments(belief).mean.shape[:2]
     none = Detections(np.zeros((b, 0, scene.watch.R.shape[-1])), np.zeros((b, 0), dtype=bool))
-    later = predicted(estimator, belief, 1e-7, rng)
+    later = predicted(estimator, belief, 1e-9, rng)
     return estimator.update(later, estimator.evaluate(later, scene.watch, none, P_GATE), np.ones((b, t, 1)))
 
 

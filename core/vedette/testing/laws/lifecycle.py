@@ -118,16 +118,16 @@ def unseen_tracks_end(lifecycle: Lifecycle, drawn: Lives) -> None:
     found = lifecycle.start(ones)
     for _ in range(3):
         found, _, _ = judged(lifecycle, found, Review(drawn.dt, ones, ones, ones, none + 1.0))
-    for chance in (0.0, 1e-6, 0.9):
+    for chance, days, dt in ((0.0, 400, 10 * 86_400.0), (1e-6, 400, 10 * 86_400.0), (0.9, 150, 6 * 3600.0)):
         memory, alive = found, ones > 0
         existence: Array = 0.999 * ones
-        for _ in range(600 if chance > 0.5 else 40):
-            existence = lifecycle.predict(existence, 6 * 3600.0)
+        for _ in range(round(days * 86_400.0 / dt)):
+            existence = lifecycle.predict(existence, dt)
             existence = existence * (1.0 - chance) / (1.0 - existence * chance)  # Bayes: it was not detected
-            memory, _, alive = judged(lifecycle, memory, Review(6 * 3600.0, existence, none, none + chance, none + 1e6))
+            memory, _, alive = judged(lifecycle, memory, Review(dt, existence, none, none + chance, none + 1e6))
             if not alive.any():
                 break
-        demand(not alive.any(), f"review: a track goes on after ten days of scans that could detect it with {chance:g}")
+        demand(not alive.any(), f"review: a track goes on after {days} days of scans that could detect it with {chance:g}")
 
 
 LAWS: tuple[Law, ...] = (

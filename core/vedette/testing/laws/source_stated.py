@@ -29,7 +29,7 @@ def within(part: Any, name: str = "") -> Iterator[tuple[str, Any]]:
 
 def scans_come_when_stated(source: Source, drawn: Opened) -> None:
     """If it, or its look, has an `interval`: scans are whole intervals apart, early or late by up to its `jitter`."""
-    look = dict(getattr(source, "looks", {})).get(SENSOR, source)
+    look = looks.get(SENSOR, source) if isinstance(looks := getattr(source, "looks", None), Mapping) else source
     interval, jitter = getattr(look, "interval", None), getattr(look, "jitter", 0.0)
     if not isinstance(interval, float | int):
         raise Lacking("interval")
