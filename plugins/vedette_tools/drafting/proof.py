@@ -21,7 +21,12 @@ false, it is then not to be clearly less likely: by hand, on drawn scenes."""
 
 TRACK = 30.0
 """Of objects that report in turn a track more is worth it if returns are likelier by this: about what its birth costs. Few
-tracks may be of several objects there, as returns of one time are not. By hand, on one half of the ships of a recording.
+tracks may be of several objects there, as returns of one time are not. By hand, on the ships of one recording.
+"""
+
+PIECES = 1.25
+"""It is not if it follows another, as a piece of one that was cut: of as many at once there are at most so many times the
+tracks. By hand, on the same ships, and on targets that stop.
 """
 
 GAIN = 0.2
@@ -175,7 +180,9 @@ def kept(known: dict[Design, Trial], before: Design, *, clean: bool, in_turn: bo
 
     def worth(design: Design) -> bool:
         gain = able[design].loglik - able[fewest].loglik
-        return in_turn and design.often == fewest.often and gain > TRACK * (broken[design] - broken[fewest])
+        is_cut = broken[design] / able[design].at_once > PIECES * broken[fewest] / able[fewest].at_once
+        is_alike = in_turn and design.often == fewest.often and not is_cut
+        return is_alike and gain > TRACK * (broken[design] - broken[fewest])
 
     whole = [design for design in able if broken[design] <= WHOLE * broken[fewest] + 0.5 or worth(design)]
     best = max(whole, key=lambda design: able[design].loglik)

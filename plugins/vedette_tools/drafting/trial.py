@@ -29,7 +29,8 @@ class Trial:
     square of the sum of their returns over the sum of squares; mixed: times that a confirmed track went over to another
     name, and shared: names that several confirmed tracks bear, beyond the first; lost: names of SHORT returns or more that
     none bears; detected: in which part of the scans between their first and their last return tracks had one; named: how
-    many names returns bear, and tracks without any.
+    many names returns bear, and tracks without any; at_once: the mean number of tracks at a time, each counted from its
+    first return to its last.
     """
 
     loglik: float
@@ -43,6 +44,7 @@ class Trial:
     lost: int = 0
     detected: float = 1.0
     named: int = 0
+    at_once: float = 1.0
 
     @property
     def share(self) -> float:
@@ -95,6 +97,7 @@ def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
         total, sum(len(scan.detections.z) for scan in scans), len(tracks), sum(hit < SHORT for hit in hits), sum(hits),
         sum(hits) ** 2 / max(float(np.sum(np.square(hits))), 1e-9), *_names(tracks, given), _detected(tracks),
         len(given) + sum(track.identity is None or not np.any(track.identity >= 0) for track in tracks),
+        _at_once(tracks),
     )  # fmt: skip
 
 
@@ -114,3 +117,12 @@ def _detected(tracks: Sequence[Track]) -> float:
     seen = [np.flatnonzero(track.hit > 0.5) for track in tracks]
     spans = sum(int(rows[-1] - rows[0]) + 1 for rows in seen if len(rows))
     return sum(map(len, seen)) / spans if spans else 1.0
+
+
+def _at_once(tracks: Sequence[Track]) -> float:
+    """Return how many tracks there are at a time, each from its first return to its last; 1 where none lasts."""
+    lasting = [track.times[track.hit > 0.5][[0, -1]] for track in tracks if np.any(track.hit > 0.5)]
+    if not lasting:
+        return 1.0
+    begun, ended = np.transpose(lasting)
+    return float(max(np.sum(ended - begun) / max(np.max(ended) - np.min(begun), 1e-9), 1.0))

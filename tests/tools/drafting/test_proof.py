@@ -162,9 +162,9 @@ def test_times_without_fractions_are_told(targets, told, tmp_path):
     assert ("--time COLUMN" in failure) == told
 
 
-def trial(loglik, tracks, share=1.0, short=0):
-    """`tracks` of equal length, and `short` ones of hardly any return."""
-    return Trial(loglik, 100, tracks + short, short, 100.0 * share, tracks)
+def trial(loglik, tracks, share=1.0, short=0, at_once=None):
+    """`tracks` of equal length, all at once unless stated, and `short` ones of hardly any return."""
+    return Trial(loglik, 100, tracks + short, short, 100.0 * share, tracks, at_once=at_once or tracks)
 
 
 def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
@@ -184,6 +184,8 @@ def test_few_tracks_of_objects_that_report_in_turn_may_be_of_several(often, in_t
     first, few, many = Design(1.0, 1.0), Design(1.0, 1.0, agile=15.0), Design(1.0, 1.0, agile=4.0, often=often)
     known = {first: trial(-500, 12), few: trial(-450, 5), many: trial(-300, 9)}
     assert kept(known, first, clean=True, in_turn=in_turn) == (few, many)[best]
+    pieces = known | {many: trial(-300, 9, at_once=5)}
+    assert kept(pieces, first, clean=True, in_turn=in_turn) == few  # five targets that stop, each in two tracks
 
 
 def test_an_acceleration_that_is_far_less_likely_makes_no_tracks_whole():
