@@ -23,7 +23,7 @@ from vedette.testing import laws_of
 SHARE = 8
 """One of so many unchanged kinds is tried."""
 
-MOST_KINDS, MOST_COSTLY = 40, 20
+MOST_KINDS, MOST_COSTLY = 30, 15
 """Kinds, and costly tests, of one change that are tried."""
 
 OF_ALL = (
