@@ -138,7 +138,7 @@ def test_what_is_chosen_is_told():
 def test_a_change_of_all_tries_so_many_and_first_those_whose_own_file_it_is():
     theirs = type("Theirs", (Nearest,), {"__module__": "elsewhere"})
     of_all = frozenset({"core/cpp/gauss.hpp", "plugins/vedette_standard/estimators/kalman.py"})
-    rounds = [chosen(KINDS | {theirs}, Since("a" * 40, f"{i:040x}", of_all)) for i in range(20)]
+    rounds = [chosen(KINDS | {theirs}, Since("a" * 40, f"{i:040x}", of_all)) for i in range(60)]
     assert {len(kinds) for kinds, _ in rounds} == {MOST_KINDS}
     assert all({Kalman, theirs} <= kinds for kinds, _ in rounds)
     assert set().union(*(kinds for kinds, _ in rounds)) == KINDS | {theirs}
@@ -146,7 +146,7 @@ def test_a_change_of_all_tries_so_many_and_first_those_whose_own_file_it_is():
 
 
 def test_costly_tests_are_tried_where_what_they_test_has_changed():
-    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(SHARE)}
+    tests = {f"{file}::{i}": ROOT / file for file in ("tests/vts/test_reproduction.py", __file__) for i in range(SHARE // 2)}
     ours = {name for name in tests if "vts" in name}
 
     def of(*files):
@@ -164,7 +164,7 @@ def test_costly_tests_are_tried_where_what_they_test_has_changed():
     ):
         assert ours <= of(file), file
     assert of("docs/index.md", "tests/marine/test_chain.py") == of()
-    many = {f"{name} {i}": path for name, path in tests.items() for i in range(3)}
+    many = {f"{name} {i}": path for name, path in tests.items() for i in range(6)}
     own = {name for name in many if "vts" in name}
     tried = costly(many, Since("a" * 40, "b" * 40, frozenset({"core/vedette/space.py", "tests/vts/test_reproduction.py"})))
     assert len(tried) == MOST_COSTLY
