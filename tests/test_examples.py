@@ -73,6 +73,7 @@ def test_joyride_single_target(offset):
         (("retroactive=false", "lifecycle.confirm=0.999"), 11.0, 7.4, 0.91),
     ],
 )
+@pytest.mark.costly
 def test_autoferry(overrides, gospa, rmse, coverage):
     path = recording("autoferry")
     scores = [judged("autoferry.toml", f"source.path={path}", f"source.scenario={n}", *overrides) for n in (2, 5, 13, 16)]

@@ -23,6 +23,7 @@ TUNED = (
 
 
 @pytest.mark.parametrize("overrides", [(), TUNED], ids=["drafted", "tuned"])
+@pytest.mark.costly
 def test_the_config_is_better_than_sort(overrides, tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT))
     monkeypatch.chdir(ROOT)

@@ -133,6 +133,7 @@ def test_a_misspelled_word_gets_the_one_that_was_meant(case, capsys):
         (">/dev/full", 2, "vedette: error: a file or the output: No space left on device\n"),
     ],
 )
+@pytest.mark.costly
 def test_closed_streams_and_full_ones_end_without_a_traceback(redirected, code, told):
     line = ["sh", "-c", f'"$0" -m vedette completions bash {redirected}', sys.executable]
     done = subprocess.run(line, stderr=subprocess.PIPE, text=True)

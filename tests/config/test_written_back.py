@@ -119,6 +119,7 @@ DRAWN = [entry for entry in INSTALLED if entry.kind not in {config["kind"] for _
 
 
 @pytest.mark.parametrize("entry", DRAWN, ids=[f"{entry.role}-{entry.kind}" for entry in DRAWN])
+@pytest.mark.costly
 def test_every_installed_component_is_written_back(entry: Installed) -> None:
     try:
         drawn = components(entry.cls)

@@ -86,6 +86,7 @@ def test_a_process_that_hangs_or_dies_is_told_and_the_next_question_has_a_new_on
     assert reader.decoder._process is None
 
 
+@pytest.mark.costly
 def test_sources_ask_it_where_their_config_says_so(tmp_path, monkeypatch):
     asked = []
     ask = Decoder.ask

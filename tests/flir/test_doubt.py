@@ -95,6 +95,7 @@ def test_recorded_clips_run_whole():
     assert np.mean(falsely) <= 0.06
 
 
+@pytest.mark.costly
 def test_a_run_says_when_its_target_was_lost_and_found_again(tmp_path):
     import cv2
 

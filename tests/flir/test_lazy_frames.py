@@ -76,6 +76,7 @@ def test_a_frame_that_goes_away_is_told(tmp_path):
         recording.scans[1]
 
 
+@pytest.mark.costly
 def test_a_recording_of_a_video_says_where_its_frames_are(clip, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     run = ["run", str(EXAMPLE), "--set", f"source.path={clip}", "--set", "source.box=[36, 56, 11, 11]"]

@@ -68,6 +68,7 @@ def test_over_plain_sky_a_camera_stands_still():
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.5])
+@pytest.mark.costly
 def test_a_bright_target_does_not_turn_the_camera(turn):
     path = np.array([20.0, 20.0]) + np.arange(30)[:, None] * np.array([turn, 0.4 * turn])
     motion, alone = Registration(), Registration()

@@ -125,6 +125,7 @@ BROKEN = {
         ("noise correlated over space, SNR 10", "full R", "A proper correlation"),
     ],
 )
+@pytest.mark.costly
 def test_a_broken_component_flips_what_is_reproduced(study, label, name, text, monkeypatch):
     found, kept = study
     assert verdict(found, kept, text) == "reproduced"

@@ -192,6 +192,7 @@ def test_a_bar_promises_no_end_of_a_stream(camera, monkeypatch):
     assert totals == [None, 2]
 
 
+@pytest.mark.costly
 def test_memory_does_not_grow_with_a_stream(camera, tmp_path, pytestconfig, monkeypatch):
     """Half as many frames leave as much: what is held after 100 (nightly 6,000) is that after half of them.
 

@@ -49,6 +49,7 @@ def test_imm_beats_the_best_cv_on_boats_that_manoeuvre(boats):
         assert outcome.ratio(records, "CT-PDAF", "centre").measured < 1.0
 
 
+@pytest.mark.costly
 def test_the_modes_separate_when_tuned_and_do_not_with_one_q(boats):
     records = boats["boat 1"]
     assert np.std(records["IMM-PDAF"].modes[:, 1]) > 0.1
@@ -88,6 +89,7 @@ def test_a_frame_s_number_for_its_time_makes_errors_of_the_published_size_alike_
         assert found[0] == pytest.approx(published, rel=0.15)
 
 
+@pytest.mark.costly
 def test_the_study_says_all_and_its_seed_decides(monkeypatch):
     short = {name: lambda scene=scene: scene() | {"frames": 40, "lost": 2} for name, scene in study.SCENES.items()}
     monkeypatch.setattr(study, "SCENES", short)

@@ -90,6 +90,7 @@ MUTANTS = {
 
 
 @pytest.mark.parametrize("name", MUTANTS)
+@pytest.mark.costly
 def test_a_mutant_is_caught(name, monkeypatch):
     owner, attribute, mutant, law, given = MUTANTS[name]
     law(*given)

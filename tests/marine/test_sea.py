@@ -48,6 +48,7 @@ def test_noise_alone_is_exponential_and_has_the_beam_s_and_the_pulse_s_correlati
 
 
 @pytest.mark.statistical(alpha=1e-5)
+@pytest.mark.costly
 def test_the_texture_s_field_has_variance_one_everywhere():
     smooth = Upsampling((12, 9), (8, 16), (1.5, 0.0))
     made = np.stack([smooth(own_stream(3, k).standard_normal((12, 9), dtype=np.float32)) for k in range(4000)])

@@ -226,6 +226,7 @@ CASES = {
 
 
 @pytest.mark.parametrize("case", CASES, ids=str)
+@pytest.mark.costly
 def test_whatever_a_run_lacks_it_can_be_drawn_and_told(case, scene, tmp_path):
     experiment, done = scene[0], CASES[case]()
     assert write_pictures(tmp_path, experiment, done) == ["errors.png", "picture.png"]

@@ -106,6 +106,7 @@ def test_what_comes_out_is_what_an_undisturbed_run_leaves(kind, monkeypatch, cap
 
 
 @pytest.mark.parametrize("kind", ["imm", "k_best"])
+@pytest.mark.costly
 def test_a_run_that_smooths_goes_on_smoothing(kind, monkeypatch, capsys):
     """The states within the lag are kept with the last one, and what was smoothed is played again."""
     write(**KINDS[kind])

@@ -58,6 +58,7 @@ def test_the_lines_are_those_of_a_run_that_keeps_all(both):
         assert (streamed / name).read_bytes() == (kept / name).read_bytes()
 
 
+@pytest.mark.costly
 def test_the_tracks_read_back_as_they_were(both):
     wanted, found = ({track.id: track for track in read_tracks(folder / "tracks.jsonl")} for folder in both)
     assert sorted(found) == sorted(wanted)

@@ -55,6 +55,7 @@ NOISY = {"detects": 0.9, "clutter": 1e-4}
         ({"bearing": 0.5}, {"bearing": 1.0}, "R of radar along bearing", 2.0),
     ],
 )
+@pytest.mark.costly
 def test_the_noise_that_is_wrong_is_named_with_its_size(wrong, right, name, factor):
     report = judged(wrong, right)
     assert size(report.cause, name) == pytest.approx(factor, rel=0.25)
@@ -86,6 +87,7 @@ def test_both_are_named_where_both_are_wrong():
         (NOISY | {"clutter": 0.0}, NOISY, "false returns", "it declares none"),
     ],
 )
+@pytest.mark.costly
 def test_detection_and_clutter_are_counted(wrong, right, name, words):
     report = judged(wrong, right)
     (verdict,) = (verdict for verdict in report.verdicts if verdict.name == name)

@@ -65,6 +65,7 @@ def test_an_import_is_seen_wherever_it_stands(line, reached, tmp_path, monkeypat
 
 
 @pytest.mark.parametrize("cls", [Nearest, MOfN, ConstantVelocity], ids=lambda cls: cls.__name__)
+@pytest.mark.costly
 def test_what_its_laws_execute_is_among_its_files(cls):
     """But for the hooks, which the registry looks up once, and the plugins' parts beside which far scenes try it."""
     beside = names(closure({type(part).__module__ for _, part in (*parts(apart._usual(0.0)), *parts(apart._usual(9.0)))}))

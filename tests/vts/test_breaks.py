@@ -71,5 +71,6 @@ def test_every_component_of_the_paper_is_broken():
 
 
 @pytest.mark.parametrize("component", BREAKS)
+@pytest.mark.costly
 def test_a_break_moves_the_verdicts_that_it_names_and_no_other(component, right):
     assert moved(study, right, BREAKS[component]) == named(right, BREAKS[component].moves)

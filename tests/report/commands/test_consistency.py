@@ -124,6 +124,7 @@ def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_pa
     assert (out / "consistency.png").read_bytes().startswith(b"\x89PNG")
 
 
+@pytest.mark.costly
 def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, untold, tmp_path, capsys):
     assert main(["consistency", str(scene), "--json"]) == 0
     (known,) = json.loads(capsys.readouterr().out.splitlines()[-1])["tracks"]

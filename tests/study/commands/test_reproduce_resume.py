@@ -127,6 +127,7 @@ def test_full_takes_the_runs_that_the_study_is_worth(study, capsys):
 
 
 @pytest.mark.parametrize(("form", "head"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+@pytest.mark.costly
 def test_pictures_come_as_asked_the_same_each_time(form, head, study, tmp_path):
     study(3)
     for name in "ab":

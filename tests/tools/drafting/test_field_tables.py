@@ -96,6 +96,7 @@ def spots(recording, polar):
 
 
 @pytest.mark.parametrize("name", READ)
+@pytest.mark.costly
 def test_it_is_read_as_the_plain_table(name, tmp_path):
     path, text = tmp_path / "d.csv", READ[name]
     path.write_bytes(text if isinstance(text, bytes) else text.encode())

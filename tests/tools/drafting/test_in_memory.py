@@ -21,6 +21,7 @@ SAME = {
 
 
 @pytest.mark.parametrize("name", SAME)
+@pytest.mark.costly
 def test_it_is_tracked(name):
     result = vedette.track(SAME[name])
     assert (len(result.scans), len(result.refused), len(result.tracks)) == (30, 0, 1)

@@ -126,6 +126,7 @@ def test_names_that_judge_are_the_truths(tmp_path):
         ("colour", lambda i: i % 3, False),
     ],
 )
+@pytest.mark.costly
 def test_a_column_names_objects_if_names_come_again_one_at_a_time(title, cells, named, tmp_path):
     rows = [(i // 3, 100 * (i % 3) + 2 * (i // 3) + 0.1 * (i * 7 % 5), 0.1 * (i * 3 % 7), cells(i)) for i in range(60)]
     found = tomllib.loads(drafted(table(tmp_path / "d.csv", f"time,x,y,{title}", rows)).text)["source"]["detections"]

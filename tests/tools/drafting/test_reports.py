@@ -16,6 +16,7 @@ def file_of(path, rows):
 
 
 @pytest.mark.parametrize("error", [0.1, 1.0, 3.0])
+@pytest.mark.costly
 def test_targets_that_report_in_turn_have_a_chain_each(error):
     """Errors of that many steps; where chains may take turns for nothing, three targets have fourteen."""
     rng = np.random.default_rng(11)

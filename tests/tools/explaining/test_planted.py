@@ -228,6 +228,7 @@ def by_night(name: str) -> tuple[pytest.MarkDecorator, ...]:
 
 
 @pytest.mark.parametrize("name", [pytest.param(name, marks=by_night(name)) for name in examples()])
+@pytest.mark.costly
 def test_no_shipped_example_has_any(name: str) -> None:
     it = situation(load(EXAMPLES / name, installed()))
     if it.opened.recording is None:
