@@ -193,8 +193,10 @@ class DetectionColumns:
                 refused.append(Problem(row.place, str(error)))
             else:
                 told[sensor].append(sample)
-        group = _by_scan if self.scan else _by_time if self.turn is None else partial(_by_turn, self.turn)
-        group = _by_row if self.scan == BY_ROW else group
+        if self.scan:
+            group = _by_row if self.scan == BY_ROW else _by_scan
+        else:
+            group = _by_time if self.turn is None else partial(_by_turn, self.turn)
         placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
 

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import combinations
 
 from vedette_files.csv_numbers import is_number
-from vedette_tools.drafting.titles import words_of
+from vedette_tools.drafting.titles import by_words_of
 
 DEVIATION, VARIANCE = ("sigma", "std", "stddev", "stdev", "sd", "deviation"), ("var", "variance")
 """Words before or behind that of an axis."""
@@ -23,7 +23,7 @@ def own_errors(axes: Mapping[str, str], columns: Mapping[str, Sequence[str]]) ->
     >>> own_errors({"x": "x", "y": "y"}, {"x_std": ["2.0"], "y_std": ["3.0"]})
     {'x': 'x_std', 'y': 'y_std'}
     """
-    by_words = {"_".join(words_of(title)): title for title in columns}
+    by_words = by_words_of(columns)
     found: dict[str, str] = {}
     for axis, word in axes.items():
         deviations = [name for each in DEVIATION for name in (f"{each}_{word}", f"{word}_{each}")]

@@ -9,7 +9,7 @@ from attrs import evolve
 
 from vedette_files.composed import FRACTIONS, PARTS, PLUS, cell_of, coordinates
 from vedette_tools.drafting.dates import is_day, is_time_of_day
-from vedette_tools.drafting.titles import Meaning, meaning, words_of
+from vedette_tools.drafting.titles import Meaning, by_words_of, meaning, words_of
 
 Columns = Mapping[str, Sequence[str]]
 
@@ -32,9 +32,7 @@ MOST = 0.9
 
 def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, str]:
     """Return the column of the time, which may be made of several, and the pattern of dates if it is known already."""
-    by_word: dict[str, str] = {}
-    for title in columns:
-        by_word.setdefault("_".join(words_of(title)), title)
+    by_word = by_words_of(columns)
     parts = [(pattern, next((by_word[name] for name in names if name in by_word), "")) for pattern, names in CALENDAR]
     present = [(pattern, title) for pattern, title in parts if title]
     whole = found is not None and not _most(columns[found.title], is_day) and found.title not in dict(parts).values()

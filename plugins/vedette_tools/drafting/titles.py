@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import zip_longest
 
@@ -248,6 +248,14 @@ def words_of(title: str) -> list[str]:
     """Return the words of a title, in small letters without accents."""
     plain = "".join(each for each in unicodedata.normalize("NFKD", title) if not unicodedata.combining(each))
     return [word.lower() for word in re.findall(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|°", plain)]
+
+
+def by_words_of(titles: Iterable[str]) -> dict[str, str]:
+    """Return titles by their words, joined by underscores; of those alike the first."""
+    found: dict[str, str] = {}
+    for title in titles:
+        found.setdefault("_".join(words_of(title)), title)
+    return found
 
 
 def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:

@@ -82,3 +82,8 @@ def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask
     every = np.concatenate(rows)
     starts = np.concatenate([[0], np.cumsum(lengths)]).astype(int)
     return paths.only(every, starts), every, np.concatenate(own)
+
+
+def edges_of(codes: Indices) -> Indices:
+    """Return where runs of equal codes begin, and where the last ends."""
+    return np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]]).astype(int)

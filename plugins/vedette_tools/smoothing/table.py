@@ -18,7 +18,7 @@ from vedette_tools.smoothing.cleaning import gaps
 from vedette_tools.smoothing.columns import NAMELESS, Column, Columns, check_titles
 from vedette_tools.smoothing.faults import first_fault
 from vedette_tools.smoothing.noises import Model
-from vedette_tools.smoothing.paths import Paths
+from vedette_tools.smoothing.paths import Paths, edges_of
 from vedette_tools.smoothing.plane import Plane
 from vedette_tools.smoothing.several_objects import check_apart, mixed
 from vedette_tools.smoothing.smoother import sampled, smoothed
@@ -218,7 +218,7 @@ def _repeated(*columns: Array | Indices) -> Mask:
 def _plane(places: Array, told: Mask, codes: Indices) -> tuple[Plane, Array]:
     """Return the plane of each object and its steady positions; a row without one is where the one before it is."""
     last = np.maximum.accumulate(np.where(told, np.arange(len(told)), 0))
-    starts = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [len(codes)]]).astype(int)
+    starts = edges_of(codes)
     first = starts[:-1][codes]
     later = np.minimum.accumulate(np.where(told, np.arange(len(told)), len(told))[::-1])[::-1]
     known = np.where((last >= first) & told[last], last, np.minimum(later, len(told) - 1))

@@ -8,7 +8,7 @@ from attrs import evolve
 from vedette.space import Array, Indices, Mask
 from vedette_tools.smoothing.modes import bank
 from vedette_tools.smoothing.noises import Model
-from vedette_tools.smoothing.paths import Paths
+from vedette_tools.smoothing.paths import Paths, edges_of
 from vedette_tools.smoothing.smoother import Smooth, speeds
 
 WINDOW, MOST = 24, 12
@@ -70,7 +70,7 @@ def _of_longest(piece: Indices, objects: Indices) -> Mask:
 
 def _runs(values: Indices) -> tuple[Indices, Indices]:
     """Return where runs of equal values begin, and how long they are."""
-    edges = np.concatenate([[0], np.flatnonzero(np.diff(values)) + 1, [len(values)]])
+    edges = edges_of(values)
     return edges[:-1], np.diff(edges)
 
 
