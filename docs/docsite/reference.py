@@ -121,7 +121,8 @@ def table_of(rows: tuple[Any, ...]) -> Iterator[str]:
 
 def page(entry: Installed, example: tuple[str, str] | None) -> str:
     """Return the page of a kind."""
-    body, reference = _halves(entry.cls.__doc__ or "")
+    said, worked, example_of_use = inspect.cleandoc(entry.cls.__doc__ or "").partition("\n\n>>> ")
+    body, reference = _halves(said)
     out = [
         f"# {entry.kind}",
         "",
@@ -158,6 +159,8 @@ def page(entry: Installed, example: tuple[str, str] | None) -> str:
             "```",
             "",
         ]
+    if worked:
+        out += ["## Worked example", "", "```pycon", f">>> {example_of_use}", "```", ""]
     if entry.role == "reproduction":
         out += ["## Example", "", "```text", f"vedette reproduce {entry.kind.replace('_', '-')}", "```", ""]
     out += _laws(entry)

@@ -21,6 +21,16 @@ class ReappearingTarget(Lifecycle):
     e <- s + (e - s) exp(-dt (1 / shown + 1 / away)), s = shown / (shown + away). After a scan e <- e L / (1 - e + e L), L
     the scan's likelihood ratio. A target that was lost is found again as its evidence returns, since e never stays at 0.
     Musicki, Evans, Integrated Probabilistic Data Association, IEEE T-AES 30, 1994 (two models of existence).
+
+    >>> from vedette import Review
+    >>> life = ReappearingTarget(shown=57.0, away=3.0)  # in view for 57 / 60 = .95 of the time
+    >>> rate = 1.0 / 57.0 + 1.0 / 3.0
+    >>> np.allclose(life.predict(np.array([0.2, 1.0]), 4.0), 0.95 + np.array([-0.75, 0.05]) * np.exp(-4.0 * rate))
+    True
+    >>> scan = Review(4.0, np.array([0.9, 0.0]), np.zeros(2), np.ones(2))
+    >>> memory, confirmed, alive = life.review(life.start(np.ones(2)), scan)
+    >>> confirmed.tolist(), alive.tolist(), life.usual_birth["kind"]
+    ([True, True], [True, True], 'given')
     """
 
     kind: ClassVar[str] = "reappearing_target"

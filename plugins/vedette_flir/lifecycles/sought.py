@@ -30,6 +30,24 @@ class SoughtTarget(Lifecycle):
     track is confirmed once e is at least `confirm` and it is `settled` s old. It ends below `delete` before that, or when it
     was lost, with e below one half, for `forget` s.
     Musicki, Evans, Integrated Probabilistic Data Association, IEEE T-AES 30, 1994 (two models of existence).
+
+    >>> from vedette import Review
+    >>> life = SoughtTarget(shown=57.0, away=3.0, confirm=0.9, settled=2.0, delete=0.2, forget=4.0)
+    >>> np.allclose(life.predict(np.array([0.2]), 4.0), 0.95 - 0.75 * np.exp(-4.0 * (1.0 / 57.0 + 1.0 / 3.0)))
+    True
+    >>> memory, none = life.start(np.full(3, 0.5)), np.zeros(3)  # one is lost, one is found again, one is never confirmed
+    >>> for existence, p in ([0.95, 0.9, 0.21], 1), ([0.9, 0.9, 0.2], 1), ([0.49, 0.49, 0.19], 1), ([0.4, 0.5, 0], 0):
+    ...     memory, confirmed, alive = life.review(memory, Review(1.5, np.array(existence), none, none + p))
+    ...     print(confirmed.tolist(), alive.tolist())
+    [False, False, False] [True, True, True]
+    [True, True, False] [True, True, True]
+    [True, True, False] [True, True, False]
+    [True, True, False] [True, True, False]
+    >>> for _ in range(2):  # lost for 3 s and 4.5 s, as nothing was looked at in one scan, and for 1.5 and 3 s
+    ...     memory, confirmed, alive = life.review(memory, Review(1.5, np.array([0.4, 0.4, 0.0]), none, none + 1))
+    ...     print(alive.tolist())
+    [True, True, False]
+    [False, True, False]
     """
 
     kind: ClassVar[str] = "sought_target"

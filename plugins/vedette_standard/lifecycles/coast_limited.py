@@ -30,6 +30,19 @@ class CoastLimited(Limited):
     that sees a track badly, or not at all, does not end it. For a tentative track it is compared with `tentative`, for a
     confirmed one with `confirmed`. A detection is a probability above 1/2 that a return was the track's.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.2.
+
+    >>> from vedette import Review
+    >>> life = CoastLimited(hits=2, tentative=0.8, confirmed=1.6, max_out_of_coverage=5.0)
+    >>> memory = life.start(np.full(4, 0.5))
+    >>> scans = [([0.6, 0.0, 0.5, 0.9], [0.7, 0.7, 0.7, 0.7]), ([0.0, 0.0, 0.0, 0.0], [0.9, 0.05, 0.2, 0.001])]
+    >>> scans += [([0.0, 1.0, 0.0, 0.0], [0.8, 0.3, 0.0, 0.001]), ([0.0, 0.0, 0.0, 0.0], [0.1, 0.9, 0.9, 0.001])]
+    >>> for hit, p in scans:
+    ...     memory, confirmed, alive = life.review(memory, Review(2.0, np.ones(4), np.array(hit), np.array(p)))
+    ...     print(confirmed.tolist(), alive.tolist())
+    [True, False, False, True] [True, True, True, True]
+    [True, False, False, True] [True, True, False, True]
+    [True, True, False, True] [False, True, False, True]
+    [True, True, False, True] [False, True, False, False]
     """
 
     kind: ClassVar[str] = "coast_limited"

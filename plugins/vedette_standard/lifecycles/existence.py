@@ -22,6 +22,18 @@ class Existence(Limited):
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
     stays so as long as e is at least `show`, and ends when e falls below `delete`.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
+
+    >>> from vedette import Review
+    >>> life = Existence(lifetime=100.0, confirm=0.9, delete=0.2, show=0.6, max_spread=30.0)
+    >>> np.allclose(life.predict(np.array([0.8, 1.0]), 25.0), np.exp([-0.25 + np.log(0.8), -0.25])), life.least_existence
+    (True, 0.2)
+    >>> memory, none, spread = life.start(np.array([0.95, 0.2, 0.3, 0.3])), np.zeros(4), np.array([30.0, 30.0, 30.0, 31.0])
+    >>> for existence in ([0.9, 0.89, 0.5, 0.5], [0.59, 0.89, 0.2, 0.5], [0.6, 0.9, 0.19, 0.5]):
+    ...     memory, confirmed, alive = life.review(memory, Review(2.0, np.array(existence), none, none + 0.5, spread))
+    ...     print(confirmed.tolist(), alive.tolist())
+    [True, False, False, False] [True, True, True, False]
+    [False, False, False, False] [True, True, True, False]
+    [True, True, False, False] [True, True, False, False]
     """
 
     kind: ClassVar[str] = "existence"

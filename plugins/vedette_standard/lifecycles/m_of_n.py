@@ -32,6 +32,19 @@ class MOfN(Limited):
     A look is a scan in which the sensor should see the track with a probability of at least `worth`; a detection is a
     probability above 1/2 that a return was the track's. A tentative track ends as soon as `looks` looks have too few hits.
     Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.3.
+
+    >>> from vedette import Review
+    >>> life = MOfN(hits=2, looks=3, misses=2, worth=0.3, max_without_detection=8.0)
+    >>> memory = life.start(np.full(4, 0.5))
+    >>> scans = [([0.9, 0.5, 0.0, 0.6], [0.5, 0.3, 0.5, 0.2]), ([0.0, 0.0, 0.0, 0.0], [0.5, 0.29, 0.5, 0.2])]
+    >>> scans += [([0.0, 0.6, 0.0, 0.0], [0.3, 0.1, 0.5, 0.2]), ([0.0, 0.0, 0.0, 0.0], [0.3, 0.3, 0.3, 0.2])]
+    >>> for hit, p in scans:
+    ...     memory, confirmed, alive = life.review(memory, Review(3.0, np.ones(4), np.array(hit), np.array(p)))
+    ...     print(confirmed.tolist(), alive.tolist())
+    [True, False, False, True] [True, True, True, True]
+    [True, False, False, True] [True, True, False, True]
+    [True, True, False, True] [False, True, False, True]
+    [True, True, False, True] [False, True, False, False]
     """
 
     kind: ClassVar[str] = "m_of_n"

@@ -35,6 +35,21 @@ class Score(Limited):
     track. A tentative track is confirmed at log((1 - beta)/alpha) and ends at log(beta/(1 - alpha)), alpha = `false_tracks`,
     beta = `lost_targets`. A confirmed one, whose score grows without bound, ends once it has fallen `drop` below its best.
     Wald, Sequential Tests of Statistical Hypotheses, Annals of Mathematical Statistics 16, 1945.
+
+    >>> from vedette import Review
+    >>> from vedette_standard.regions import Polygon
+    >>> corner = Polygon([[0.0, 0.0], [90.0, 0.0], [0.0, 90.0]])
+    >>> life = Score(false_tracks=0.01, lost_targets=0.1, drop=3.0, survives_in=(corner,))  # log(.9/.01) = 4.500
+    >>> memory, off, place = life.start(np.full(5, 0.2)), np.zeros(5), np.array([[10.0, 20.0]] * 4 + [[50.0, 60.0]])
+    >>> for score in ([4.51, 4.49, -2.28, -2.3, 1.0], [8.0, 4.6, 0.0, -2.3, 1.0], [5.1, 1.5, 0.0, -2.3, 1.0]):
+    ...     existence = 1.0 / (1.0 + 4.0 * np.exp(-np.array(score)))  # first, odds of 1 to 4; ends at log(.1/.99) = -2.293
+    ...     memory, confirmed, alive = life.review(memory, Review(2.0, existence, off, off + 0.5, place=place))
+    ...     print(confirmed.tolist(), alive.tolist())
+    [True, False, False, False, False] [True, True, True, False, False]
+    [True, True, False, False, False] [True, True, True, False, False]
+    [True, True, False, False, False] [True, False, True, False, False]
+    >>> life.predict(np.array([0.3]), 50.0).tolist(), bool(life.predict(np.ones(1), 50.0)[0] < 1.0)
+    ([0.3], True)
     """
 
     kind: ClassVar[str] = "score"
