@@ -11,7 +11,10 @@ PLUS = " + "
 PARTS = ("x", "y", "z")
 """How titles of a position's coordinates end, after the title of its column and a point."""
 
-FRACTIONS = {"nsec": 9, "nsecs": 9, "nanosec": 9, "nanosecs": 9, "nanoseconds": 9, "usec": 6, "usecs": 6, "microseconds": 6}
+FRACTIONS = {
+    **dict.fromkeys(("nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds", "nanos", "ns"), 9),
+    **dict.fromkeys(("usec", "usecs", "microseconds", "micros", "us"), 6),
+}
 """Last words of titles that count parts of a second beside whole ones, and how many digits these have."""
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
@@ -59,8 +62,13 @@ def cell_of(title: str, header: Sequence[str]) -> Cell:
     if len(parts) == 1:
         axis = PARTS.index(title[-1])
         return lambda cells: _coordinate(cells[where[0]], axis)
-    digits = FRACTIONS.get(re.split(r"[^a-z]+", parts[-1].lower())[-1], 0) if len(parts) == 2 else 0
+    digits = digits_of(parts[-1]) if len(parts) == 2 else 0
     return lambda cells: joined([cells[i] for i in where], digits)
+
+
+def digits_of(title: str) -> int:
+    """Return how many digits the parts of a second have that a title counts; 0 if it counts none."""
+    return FRACTIONS.get(re.split(r"[^a-z]+", title.lower())[-1], 0)
 
 
 def joined(cells: Sequence[str], digits: int = 0) -> str:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 
 from attrs import evolve
 
-from vedette_files.composed import FRACTIONS, PARTS, PLUS, cell_of, coordinates
+from vedette_files.composed import PARTS, PLUS, cell_of, coordinates, digits_of
 from vedette_tools.drafting.dates import is_day, is_time_of_day
-from vedette_tools.drafting.titles import Meaning, by_words_of, meaning, words_of
+from vedette_tools.drafting.titles import Meaning, by_words_of, words_of
 
 Columns = Mapping[str, Sequence[str]]
 
@@ -26,6 +25,9 @@ CALENDAR = (
 LONGITUDE_FIRST = ("coordinates", "coordinate", "coords", "lonlat", "lnglat", "geom", "geometry", "wkt")
 """Words of titles whose pairs of degrees begin with the longitude; others begin with the latitude."""
 
+SECONDS = (["s"], ["sec"], ["secs"], ["seconds"])
+"""Last words of titles of whole seconds, which are a time where another column has the parts of one."""
+
 MOST = 0.9
 """Such a part of a column's cells are what it holds."""
 
@@ -41,16 +43,24 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
         decimal = ".%f" if last[0] == "%S" and any("." in cell for cell in columns[last[1]]) else ""
         return _time(PLUS.join(title for _, title in present)), " ".join(pattern for pattern, _ in present) + decimal
     if found is None:
+        found = next((_time(title) for title in columns if _counts_seconds(title) and _rest(title, columns)), None)
+    if found is None:
         return None, ""
     if _most(columns[found.title], is_day):
         clock = next((title for title, cells in columns.items() if _most(cells, is_time_of_day)), "")
         if clock and len(set(columns[found.title])) == 1 and columns[clock][-1] < columns[clock][0]:
             return _time(clock), ""  # the day is that of the beginning, and midnight passed
         return (_time(PLUS.join((found.title, clock))), "") if clock else (found, "")
-    rest = next((title for title, cells in columns.items() if _is_rest(title) and _most(cells, str.isdigit)), "")
-    if rest and rest != found.title and _most(columns[found.title], str.isdigit):
-        return evolve(found, title=PLUS.join((found.title, rest)), unit="s"), ""
-    return found, ""
+    return with_rest(found, columns), ""
+
+
+def with_rest(found: Meaning, columns: Columns) -> Meaning:
+    """Return a column of whole seconds with the one that counts parts of a second beside them, if there is one."""
+    whole, stem = found.title, words_of(found.title)[:-1]
+    if digits_of(whole):
+        whole = next((title for title in columns if _counts_seconds(title) and words_of(title)[:-1] == stem), whole)
+    rest = _rest(whole, columns)
+    return evolve(found, title=PLUS.join((whole, rest)), unit="s") if rest else found
 
 
 def position_of(columns: Columns, degrees: Callable[[Sequence[str], Sequence[str]], bool]) -> dict[str, Meaning]:
@@ -95,10 +105,17 @@ def _time(title: str) -> Meaning:
     return Meaning(title, "time", "", False, True)
 
 
-def _is_rest(title: str) -> bool:
-    """Return whether a title counts parts of a second beside whole ones."""
-    words = re.split(r"[^a-z]+", title.lower())
-    return words[-1] in FRACTIONS and (len(words) > 1 or meaning(title).axis != "time")
+def _counts_seconds(title: str) -> bool:
+    return words_of(title)[-1:] in SECONDS
+
+
+def _rest(seconds: str, columns: Columns) -> str:
+    """Return the column that counts parts of a second beside one of whole seconds, or ""."""
+    for title, cells in columns.items():
+        digits = digits_of(title)
+        if digits and title != seconds and _most(cells, lambda cell: cell.isdigit() and len(cell) <= digits):  # noqa: B023
+            return title if _most(columns[seconds], str.isdigit) else ""
+    return ""
 
 
 def _most(cells: Sequence[str], holds: Callable[[str], bool]) -> bool:

@@ -25,7 +25,7 @@ from vedette_tools.drafting.own_errors import own_errors
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
-from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made
+from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.titles import Meaning, chosen
 from vedette_tools.drafting.wishes import Wishes
 
@@ -166,6 +166,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     below_header, own = chosen(titles, below)
     measured = wishes.measured(path, titles, below_header)
     time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
+    if time is not None and wishes.time and not wishes.rate:
+        time = with_rest(time, columns)
     geodetic_pair = partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
     if not any(set(pair) <= set(measured) for pair in PAIRS):
         measured |= position_of(columns, geodetic_pair)

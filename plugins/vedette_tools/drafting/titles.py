@@ -88,7 +88,7 @@ IN_LISTS = re.compile(r"(.*\.)?(translation|position|location|center|centre|xyz)
 PROPERTIES = "properties."
 """How titles of what GeoJSON tells beside positions begin."""
 
-CENTRES = ("pos", "position", "center", "centre", "p", "utm")
+CENTRES = ("pos", "position", "pose", "center", "centre", "p", "utm")
 """Words before an axis of a position, as of the middle of a box."""
 
 PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")

@@ -6,6 +6,7 @@ from vedette.errors import InputError
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.table import read_table
 from vedette_tools.drafting.titles import meaning
+from vedette_tools.drafting.wishes import Wishes
 
 
 @pytest.mark.parametrize(
@@ -47,6 +48,29 @@ def test_a_title_says_axis_unit_and_whose_it_is(title, axis, unit, own):
 def table(folder, text, name="d.csv"):
     (folder / name).write_text(text)
     return read_table(folder / name)
+
+
+@pytest.mark.parametrize(
+    ("titles", "stated", "time"),
+    [
+        ("sec,nanosec", "", "sec + nanosec"),
+        ("time_s,time_ns", "", "time_s + time_ns"),
+        ("header.stamp.sec,header.stamp.nanosec", "header.stamp.sec", "header.stamp.sec + header.stamp.nanosec"),
+        ("stamp.secs,stamp.nsecs", "", "stamp.secs + stamp.nsecs"),
+    ],
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_parts_of_a_second_belong_to_its_time(titles, stated, time, turned, tmp_path):
+    """Cut to whole seconds, ten scans were taken as one."""
+    names, cells = titles.split(","), [("1700000000", "5000000"), ("1700000001", "999999999")]
+    names, cells = (names[::-1], [pair[::-1] for pair in cells]) if turned else (names, cells)
+    rows = [",".join([*names, "pose.x", "pose.y"]), *(",".join([*pair, "1", "2"]) for pair in cells)]
+    (tmp_path / "d.csv").write_text("\n".join(rows) + "\n")
+    assert read_table(tmp_path / "d.csv", wishes=Wishes(time=stated)).time.title == time
+
+
+def test_nanoseconds_since_1970_are_no_part_of_a_second(tmp_path):
+    assert table(tmp_path, "time,ns,x,y\n1700000000,1700000000005000000,1,2\n").time.title == "time"
 
 
 def test_a_polar_table_of_a_ship(tmp_path):
