@@ -19,6 +19,24 @@ class Detected(Birth):
     axes are 0 with the standard deviations in `spread`. A track starts with existence `initial`, which the estimator's
     evidence raises or lowers from then on.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.
+
+    >>> from vedette import Detections
+    >>> from vedette_flir.motion.constant_axes import Carrying
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> from vedette_flir.sensors.detected_box import DetectedBox
+    >>> from vedette_standard import Kalman
+    >>> birth = Detected({"vx": 6.0, "vy": 7.0}, sensors=("detector",), claimed=0.2, initial=0.3)
+    >>> estimator = Kalman(Carrying(ImageVelocity(), {"width": "px", "height": "px"}))  # a box has no variance
+    >>> z = [[10.0, 20.0, 30.0, 40.0], [50.0, 60.0, 7.0, 8.0], [90.0, 9.0, 9.0, 9.0], [1.0, 2.0, 3.0, 4.0]]
+    >>> seen = Detections(z, [True, True, False, True], missing=[[False] * 4] * 3 + [[False, False, True, False]])
+    >>> claimed = np.array([0.19, 0.2, 0.0, 0.0])
+    >>> new = birth.begin(None, estimator, DetectedBox(3.0), "detector", seen, claimed)
+    >>> new.returns.tolist(), new.prior.mean.tolist(), new.existence.tolist(), birth.initial_existence
+    ([0], [[10.0, 20.0, 0.0, 0.0, 30.0, 40.0]], [0.3], 0.3)
+    >>> new.prior.cov[0].tolist() == np.diag([9.0, 9.0, 36.0, 49.0, 0.0, 0.0]).tolist()
+    True
+    >>> birth.starts_from("detector"), birth.starts_from("camera")
+    (True, False)
     """
 
     kind: ClassVar[str] = "detected"

@@ -18,6 +18,16 @@ class Announced(GivenTracks):
 
     Each starts at its position then, with `spread` as standard deviations; an axis that the truth lacks starts at 0.
     A good standard deviation of the position is the greatest of 10 m, the antenna's offset and half the length.
+
+    >>> from vedette import Recording, Scan, Space, Trajectory
+    >>> times, own = np.array([0.0, 10.0]), Space.of(y="m", x="m")
+    >>> paths = [Trajectory(str(t), own, times + t, np.array([[100.0, 7.0], [140.0, 9.0]])) for t in (0.0, 2.0, 4.0)]
+    >>> birth = Announced({"x": 3.0, "y": 4.0, "vx": 6.0})
+    >>> tracks = birth.given(Space.of(x="m", y="m", vx="m/s"), Recording([Scan(2.5, "radar", [])], truth=tuple(paths)))
+    >>> tracks.mean.tolist()  # the third is not there yet
+    [[7.5, 110.0, 0.0], [7.1, 102.0, 0.0]]
+    >>> tracks.cov.tolist() == [np.diag([9.0, 16.0, 36.0]).tolist()] * 2
+    True
     """
 
     kind: ClassVar[str] = "announced"

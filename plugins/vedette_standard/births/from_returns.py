@@ -20,6 +20,22 @@ class FromReturns(Birth):
     The axes that the sensor observes have the mean and covariance of the return, from `Sensor.invert`; the others are 0 with
     the standard deviations in `spread`, uncorrelated.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.
+
+    >>> from vedette import Detections
+    >>> from vedette_standard import CartesianPosition, ConstantVelocity, Kalman
+    >>> from vedette_standard.regions import Polygon
+    >>> here = Polygon([[-99.0, -99.0], [99.0, -99.0], [99.0, 99.0], [-99.0, 99.0]])
+    >>> birth = FromReturns({"vx": 6.0, "vy": 7.0}, sensors=("radar",), claimed=0.4, initial=0.3, appears_in=(here,))
+    >>> z, R = [[10.0, 20.0], [30.0, 40.0], [50.0, 60.0], [500.0, 0.0]], [[4.0, 1.0], [1.0, 9.0]]
+    >>> seen = Detections(z, [True, True, False, True], noise=[R] * 4)  # of a track; padding; outside of the area
+    >>> claimed = np.array([0.39, 0.4, 0.0, 0.0])
+    >>> new = birth.begin(None, Kalman(ConstantVelocity(0.5)), CartesianPosition(3.0), "radar", seen, claimed)
+    >>> new.returns.tolist(), new.prior.mean.tolist(), new.existence.tolist()  # over x, y, vx, vy
+    ([0], [[10.0, 20.0, 0.0, 0.0]], [0.3])
+    >>> new.prior.cov[0].tolist()
+    [[4.0, 1.0, 0.0, 0.0], [1.0, 9.0, 0.0, 0.0], [0.0, 0.0, 36.0, 0.0], [0.0, 0.0, 0.0, 49.0]]
+    >>> birth.starts_from("radar"), birth.starts_from("camera"), birth.initial_existence
+    (True, False, 0.3)
     """
 
     kind: ClassVar[str] = "from_returns"

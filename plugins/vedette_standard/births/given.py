@@ -18,6 +18,18 @@ class Given(GivenTracks):
 
     An axis in `start` begins there. Another axis begins at the state that the source gives, or else at the recording's first
     true state, plus `offset`; its standard deviation is that of `spread`. An axis without such a state begins at 0.
+
+    >>> from vedette import Recording, Scan, Space, Trajectory
+    >>> times, own = np.array([0.0, 10.0]), Space.of(y="m", vx="m/s")
+    >>> first = Trajectory("first", own, times, np.array([[100.0, 7.0], [140.0, 9.0]]))
+    >>> later = Trajectory("later", own, times + 1.0, np.array([[-50.0, 1.0], [-70.0, 3.0]]))
+    >>> birth = Given(start={"x": (5.0, 2.0)}, spread={"y": 3.0, "vx": 4.0, "vy": 6.0}, offset={"vx": -0.5})
+    >>> state, scan = Space.of(x="m", y="m", vx="m/s", vy="m/s"), Scan(2.5, "radar", [])
+    >>> tracks = birth.given(state, Recording([scan], truth=(later, first)))  # a quarter of the way from 0 to 10 s
+    >>> tracks.mean.tolist(), np.sqrt(np.diag(tracks.cov[0])).tolist()
+    ([[5.0, 110.0, 7.0, 0.0]], [2.0, 3.0, 4.0, 6.0])
+    >>> birth.given(state, Recording([scan], truth=(first,), starts=(later, first))).mean.tolist()
+    [[5.0, -53.0, 0.8, 0.0], [5.0, 110.0, 7.0, 0.0]]
     """
 
     kind: ClassVar[str] = "given"

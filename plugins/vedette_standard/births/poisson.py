@@ -41,6 +41,38 @@ class Poisson(Birth):
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
     moments given z. So the tracker is a Poisson multi-Bernoulli filter.
     Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
+
+    >>> from vedette import Detections
+    >>> from vedette.sampling import NO_DRAWS
+    >>> from vedette_standard import CartesianPosition, ConstantVelocity, Kalman
+    >>> from vedette_standard.births.places import Appearance, Edge
+    >>> at = {"x": (100.0, 20.0), "y": (-50.0, 30.0), "vx": (4.0, 2.0), "vy": (0.0, 1.0)}
+    >>> west = Edge([-900.0, 80.0], [-900.0, -80.0], 10.0, [7.0, 1.0], parts=2, rate=0.01)  # two parts, each 40 m wide
+    >>> birth = Poisson((Appearance(at, initial=0.3, rate=0.02),), (west,), lifetime=50.0, sensors=("radar",), least=0.1, recycles=True)
+    >>> estimator, sensor = Kalman(ConstantVelocity(0.5)), CartesianPosition(10.0, 0.8, 1e-4)
+    >>> memory = birth.predict(birth.initial_memory(estimator, NO_DRAWS), estimator, 10.0, NO_DRAWS)
+    >>> came = 50.0 * (1.0 - np.exp(-0.2))  # of one a second, as many are there after 10 s
+    >>> np.allclose(memory.weights, [0.3 * np.exp(-0.2), 0.02 * came, 0.005 * came, 0.005 * came])
+    True
+    >>> memory.belief.mean.round(9).tolist()[::2], memory.belief.cov[2].diagonal().round(9).tolist()
+    ([[140.0, -50.0, 4.0, 0.0], [-900.0, 40.0, 7.0, 0.0]], [100.0, 1600.0, 1.0, 1.0])
+    >>> seen = Detections.of([[130.0, -10.0], [130.0, -10.0], [5000.0, 0.0]])
+    >>> density, found = birth.reveal(memory, estimator, sensor, seen, 0.9)
+    >>> x = np.array([[140.0, 100.0], [400.0 + 10.0**2 * 4.0 + 0.25 * 10.0**3 / 3.0, 400.0]])  # moved, and anew
+    >>> y = np.array([[-50.0, -50.0], [900.0 + 10.0**2 * 1.0 + 0.25 * 10.0**3 / 3.0, 900.0]])  # means, variances
+    >>> apart = (130.0 - x[0]) ** 2 / (x[1] + 100.0) + (-10.0 - y[0]) ** 2 / (y[1] + 100.0)
+    >>> share = memory.weights[:2] * np.exp(-0.5 * apart) / (2.0 * np.pi * np.sqrt((x[1] + 100.0) * (y[1] + 100.0)))
+    >>> np.allclose(density, [0.8 * share.sum()] * 2 + [0.0])
+    True
+    >>> new = birth.begin(found, estimator, sensor, "radar", seen, np.array([0.25, 0.95, 0.0]))
+    >>> new.returns.tolist(), np.allclose(new.existence, 0.75 * density[0] / (density[0] + 1e-4))
+    ([0], True)
+    >>> np.allclose(new.prior.mean[0, 0], share @ (x[0] + x[1] / (x[1] + 100.0) * (130.0 - x[0])) / share.sum())
+    True
+    >>> left = birth.update(memory, estimator, sensor, seen, np.zeros(3), 0.9)
+    >>> left = birth.recycle(left, estimator, new.prior, np.array([0.4]))
+    >>> np.allclose(left.weights, [*(memory.weights * (1.0 - 0.8 * 0.9)), 0.4])
+    True
     """
 
     kind: ClassVar[str] = "poisson"

@@ -39,6 +39,24 @@ class ThreePoint(Following):
     return lies within `deviations` of it and updates it. No three belong to tracks; the nearest counts. False returns start
     fewer tracks than by two scans, and real ones start a scan later.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.3.
+
+    >>> from vedette import Detections
+    >>> from vedette_standard import CartesianPosition, ConstantVelocity, Kalman
+    >>> birth = ThreePoint(max_speed=12.0, max_acceleration=2.0, deviations=2.0, claimed=0.4, initial=0.3)
+    >>> sensor, estimator, memory = CartesianPosition(3.0), Kalman(ConstantVelocity(0.1)), None
+    >>> for seen, dt in ([[0.0, 0.0], [0.0, 900.0]], 2.0), ([[20.0, 0.0], [0.0, 880.0], [60.0, 0.0]], 3.0):
+    ...     claimed = np.array([0.0, 0.4, 0.0][: len(seen)])
+    ...     memory = birth.update(memory, estimator, sensor, Detections.of(seen), claimed, 1.0)
+    ...     memory = birth.predict(memory, estimator, dt, None)
+    >>> seen = Detections.of([[52.0, 0.0], [76.0, 0.0], [0.0, 850.0], [75.5, 0.0]])
+    >>> new = birth.begin(memory, estimator, sensor, "radar", seen, np.zeros(4))
+    >>> new.returns.tolist(), new.existence.tolist()  # predicted: 50 m, with 9 + 2 (3 4.5) + 9 4.5 + 9^2 m^2; S = 166.5
+    ([0, 3], [0.3, 0.3])
+    >>> np.allclose(new.prior.mean[:, ::2], np.array([50.0, 10.0]) + np.outer([2.0, 25.5], [157.5, 18.0]) / 166.5)
+    True
+    >>> after = np.array([[157.5, 18.0], [18.0, 40.5]]) - np.outer([157.5, 18.0], [157.5, 18.0]) / 166.5  # 40.5 = 4.5 + 6^2
+    >>> np.allclose(new.prior.cov[0][::2, ::2], after), np.allclose(new.prior.cov[0][1::2, 1::2], after)
+    (True, True)
     """
 
     kind: ClassVar[str] = "three_point"

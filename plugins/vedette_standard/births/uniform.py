@@ -29,6 +29,27 @@ class Uniform(Birth):
     ratio of the return's standard deviations in the state, by `Sensor.invert`, and in the measurement. The prior is that of
     the return, and `spread` for the axes that no return gives.
     Houssineau, Laneuville, PHD Filter with Diffuse Spatial Prior on the Birth Process, FUSION 2010.
+
+    >>> from vedette import Detections
+    >>> from vedette.sampling import Bounds
+    >>> from vedette_standard import ConstantVelocity, Kalman, LinearSensor
+    >>> box = {"x": Bounds(-500.0, 500.0), "y": Bounds(-400.0, 400.0)}  # 8e5 m^2
+    >>> birth = Uniform(box, {"vx": 5.0, "vy": 6.0}, initial=0.4, rate=0.02, lifetime=50.0, sensors=("radar",), least=0.02)
+    >>> sensor = LinearSensor(("x", "y"), np.diag([4.0, 9.0]), np.diag([2.0, 1.0]), (), 0.8, 1e-6)  # |dx/dz| = 1/2
+    >>> estimator, seen = Kalman(ConstantVelocity(0.5)), Detections.of([[20.0, 30.0], [1010.0, 0.0], [20.0, 30.0]])
+    >>> number = birth.predict(birth.initial_memory(estimator, None), estimator, 10.0, None)
+    >>> np.allclose(number, 0.4 * np.exp(-0.2) + 0.02 * 50.0 * (1.0 - np.exp(-0.2)))
+    True
+    >>> density, found = birth.reveal(number, estimator, sensor, seen, 0.9)
+    >>> np.allclose(density, np.array([1.0, 0.0, 1.0]) * number * 0.8 * 0.5 / 8e5)
+    True
+    >>> new = birth.begin(found, estimator, sensor, "radar", seen, np.array([0.25, 0.0, 0.98]))
+    >>> new.returns.tolist(), new.prior.mean.tolist(), np.diag(new.prior.cov[0]).tolist()
+    ([0], [[10.0, 30.0, 0.0, 0.0]], [1.0, 9.0, 25.0, 36.0])
+    >>> np.allclose(new.existence, 0.75 * density[0] / (density[0] + 1e-6))
+    True
+    >>> np.allclose(birth.update(number, estimator, sensor, seen, np.zeros(3), 0.9), number * (1.0 - 0.9 * 0.8))
+    True
     """
 
     kind: ClassVar[str] = "uniform"
