@@ -48,7 +48,8 @@ class Poisson(Birth):
     >>> from vedette_standard.births.places import Appearance, Edge
     >>> at = {"x": (100.0, 20.0), "y": (-50.0, 30.0), "vx": (4.0, 2.0), "vy": (0.0, 1.0)}
     >>> west = Edge([-900.0, 80.0], [-900.0, -80.0], 10.0, [7.0, 1.0], parts=2, rate=0.01)  # two parts, each 40 m wide
-    >>> birth = Poisson((Appearance(at, initial=0.3, rate=0.02),), (west,), lifetime=50.0, sensors=("radar",), least=0.1, recycles=True)
+    >>> port = Appearance(at, initial=0.3, rate=0.02)
+    >>> birth = Poisson((port,), (west,), lifetime=50.0, sensors=("radar",), least=0.1, recycles=True)
     >>> estimator, sensor = Kalman(ConstantVelocity(0.5)), CartesianPosition(10.0, 0.8, 1e-4)
     >>> memory = birth.predict(birth.initial_memory(estimator, NO_DRAWS), estimator, 10.0, NO_DRAWS)
     >>> came = 50.0 * (1.0 - np.exp(-0.2))  # of one a second, as many are there after 10 s
