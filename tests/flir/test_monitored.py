@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics.consistency import nees
-from vedette.sampling.trajectories import draw_states
+from vedette.sampling import draw_states
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.motion.jittered_acceleration import JitteredAcceleration
 from vedette_standard.estimators.kalman import Kalman

@@ -8,7 +8,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
 from vedette.metrics.consistency import nees
-from vedette.sampling.trajectories import draw_gaussian, draw_states
+from vedette.sampling import draw_gaussian, draw_states
 from vedette_flir.motion.atmospheric_wander import AtmosphericWander
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.gaussian_spot import GaussianSpot

@@ -9,7 +9,7 @@ import pytest
 from support.paths import EXAMPLES
 from vedette import Detections, Gaussian, Scan, build, load, to_config
 from vedette.metrics.consistency import nees
-from vedette.sampling.trajectories import draw_states
+from vedette.sampling import draw_states
 from vedette_marine import configs, outcome, scenes
 from vedette_marine import reproduction as study
 from vedette_marine.points import by_frame_number, draw, first_late, near, prior

@@ -10,7 +10,7 @@ from scipy import stats
 from support.scenes import REGION, Polar
 from support.statistics import ALPHA, dispersion_p, moments_match
 from vedette import sampling
-from vedette.sampling.detections import shuffled
+from vedette.sampling import shuffled
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 

@@ -5,8 +5,8 @@ import pytest
 
 import vedette
 from vedette.metrics import judge
+from vedette.sampling import follow, psd_root
 from vedette.sampling.generators import NotInLockStep
-from vedette.sampling.trajectories import follow, psd_root
 from vedette_study.chunk import goes_together, run_chunk
 from vedette_study.seeds import RunSeeds, sequence
 

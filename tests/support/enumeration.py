@@ -7,7 +7,7 @@ from attrs import evolve
 
 from support.smoothing import estimates, tracker_of
 from vedette import Detections, Gaussian
-from vedette.sampling.trajectories import draw_jump_markov
+from vedette.sampling import draw_jump_markov
 from vedette.tracking.smoothing import smoothed
 
 RNG = np.random.default_rng(0)

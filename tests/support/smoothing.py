@@ -8,7 +8,7 @@ from scipy.linalg import block_diag
 
 from support.models import Linear, Looking
 from vedette import Associator, Detections, Gaussian, Scan, Tracker
-from vedette.sampling.trajectories import draw_states
+from vedette.sampling import draw_states
 from vedette_standard.lifecycles.single_target import SingleTarget
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.sensors.range_bearing import RangeBearing

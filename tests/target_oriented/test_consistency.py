@@ -6,7 +6,7 @@ import pytest
 import vedette
 from vedette import Detections, Gaussian, MotionModel, Scan
 from vedette.metrics.consistency import nees
-from vedette.sampling.trajectories import draw_gaussian, draw_jump_markov, draw_states
+from vedette.sampling import draw_gaussian, draw_jump_markov, draw_states
 from vedette_study.lockstep import run_together
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.consistent import TargetOriented

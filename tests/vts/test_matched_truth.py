@@ -6,8 +6,7 @@ import pytest
 import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.metrics import nees
-from vedette.sampling import draw_gaussian, draw_states
-from vedette.sampling.trajectories import draw_jump_markov
+from vedette.sampling import draw_gaussian, draw_jump_markov, draw_states
 from vedette_study.lockstep import run_together
 from vedette_vts.configs import FILTERS
 

@@ -1,26 +1,9 @@
 """Draw trajectories from motion models, and detections of them from sensors."""
 
-from vedette.sampling.detections import (
-    Bounds,
-    ceiling,
-    corners,
-    densities,
-    draw_clutter,
-    draw_detections,
-    returns,
-    shuffled,
-    thinned,
-)
+from vedette.sampling.clutter import Bounds, ceiling, corners, densities, draw_clutter, thinned
+from vedette.sampling.detections import draw_detections, returns, shuffled
+from vedette.sampling.gaussians import draw_gaussian, psd_root
 from vedette.sampling.generators import NO_DRAWS, NotInLockStep
+from vedette.sampling.jumps import Modes, common_state, draw_jump_markov, follow_modes, switch, union_state
 from vedette.sampling.seeds import Seeds
-from vedette.sampling.trajectories import (
-    common_state,
-    draw_gaussian,
-    draw_jump_markov,
-    draw_states,
-    follow,
-    follow_modes,
-    psd_root,
-    switch,
-    union_state,
-)
+from vedette.sampling.trajectories import draw_states, follow

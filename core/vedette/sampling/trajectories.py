@@ -1,105 +1,42 @@
 """Draw trajectories from motion models, in lock-step over any batch axes: the only loop is over time.
 
-Each draw is a pure function of its standard noise (`follow`, `switch`, `follow_modes`), wrapped by one that draws the
-noise from a generator (`draw_states`, `draw_jump_markov`). To give each run its own generator, stack the runs' noise.
+Each draw is a pure function of its standard noise (`follow`), wrapped by one that draws the noise from a generator
+(`draw_states`). To give each run its own generator, stack the runs' noise.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import reduce
-from typing import Any
-
 import numpy as np
 
-from vedette import kernels
 from vedette.roles import MotionModel
+from vedette.sampling.gaussians import psd_root, spread
 from vedette.space import Array, Space
 
-Modes = np.ndarray[Any, np.dtype[np.intp]]
-"""Index of the active model, from 0."""
 
-
-def psd_root(cov: Array) -> Array:
-    """Return the lower triangular L with L L' = cov: Cholesky's, but singular covariances are allowed.
-
-    Parameters
-    ----------
-    cov
-        Covariances (*b, n, n).
-
-    Returns
-    -------
-    array
-        L (*b, n, n).
-
-    Raises
-    ------
-    ValueError
-        If `cov` is not symmetric positive semi-definite.
-    """
-    lower = kernels.root(cov)
-    # A variance of 0 may have fallen below the least number: what covaries with it need not be 0 then.
-    spread = np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), np.finfo(float).tiny))
-    left = np.abs(lower @ np.swapaxes(lower, -1, -2) - cov)
-    if not np.all(left <= 1e-6 * spread[..., :, None] * spread[..., None, :]):
-        raise ValueError(f"covariance: must be symmetric positive semi-definite, got {cov}")
-    return lower
-
-
-def draw_gaussian(mean: Array, cov: Array, rng: np.random.Generator, size: tuple[int, ...] = ()) -> Array:
-    """Draw from N(mean, cov).
-
-    Parameters
-    ----------
-    mean
-        Means (*b, n).
-    cov
-        Covariances (*b, n, n), singular or not.
-    rng
-        The generator that is drawn from.
-    size
-        Batch axes: so many draws are made of each.
-
-    Returns
-    -------
-    array
-        Draws (*size, *b, n).
-    """
-    return mean + _coloured(cov, rng.standard_normal((*size, *np.shape(mean))))
-
-
-def _coloured(cov: Array, standard: Array) -> Array:
-    return _spread(psd_root(cov), standard)
-
-
-def _spread(lower: Array, standard: Array) -> Array:
-    """Return L w; one product for all of them if L (n, n) is the same for all."""
-    return standard @ lower.T if lower.ndim == 2 else (lower @ standard[..., None])[..., 0]
-
-
-def _steps(times: Array) -> list[float]:
+def steps_of(times: Array) -> list[float]:
+    """Return the steps between times in s; raise ValueError if these go back."""
     times = np.asarray(times, dtype=float)
     if times.ndim != 1 or not len(times) or not np.all(np.isfinite(times)) or np.any(np.diff(times) < 0):
         raise ValueError(f"times: must be finite numbers in s, at least one, never going back, got {times}")
     return [float(step) for step in np.diff(times)]
 
 
-def _over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
+def over(state: Space, x0: Array, batch: tuple[int, ...]) -> Array:
+    """Return first states over batch axes; raise ValueError if they lack an axis."""
     x0 = np.asarray(x0, dtype=float)
     if x0.shape[-1:] != (len(state),):
         raise ValueError(f"x0: must have the {len(state)} axes {state}, got shape {x0.shape}")
     return np.broadcast_to(x0, (*batch, len(state)))
 
 
-def _step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
+def step(model: MotionModel, x: Array, dt: float, standard: Array, factors: dict[float, Array]) -> Array:
     """Move one step; `factors` holds this model's L by dt where Q lacks the batch's axes, as it then depends on dt alone."""
     lower = factors.get(dt)
     if lower is None:
         lower = psd_root(model.noise(x, dt))
         if lower.ndim == 2:
             factors[dt] = lower
-    return model.state.displace(model.move(x, dt), _spread(lower, standard))
+    return model.state.displace(model.move(x, dt), spread(lower, standard))
 
 
 def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Array:
@@ -126,15 +63,15 @@ def follow(model: MotionModel, x0: Array, times: Array, standard: Array) -> Arra
     ValueError
         If a shape is wrong, or times go back.
     """
-    steps = _steps(times)
+    steps = steps_of(times)
     if standard.shape[-2:] != (len(steps), len(model.state)):
         raise ValueError(f"standard: must end in {(len(steps), len(model.state))}, got shape {standard.shape}")
-    x = model.state.canonical(_over(model.state, x0, standard.shape[:-2]))
+    x = model.state.canonical(over(model.state, x0, standard.shape[:-2]))
     states = np.empty((*x.shape[:-1], len(steps) + 1, x.shape[-1]))
     states[..., 0, :] = x
     factors: dict[float, Array] = {}
     for k, dt in enumerate(steps):
-        states[..., k + 1, :] = x = _step(model, x, dt, standard[..., k, :], factors)
+        states[..., k + 1, :] = x = step(model, x, dt, standard[..., k, :], factors)
     return states
 
 
@@ -161,156 +98,3 @@ def draw_states(model: MotionModel, x0: Array, times: Array, rng: np.random.Gene
     """
     shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0), len(model.state))
     return follow(model, x0, times, rng.standard_normal(shape))
-
-
-def union_state(models: Sequence[MotionModel]) -> Space:
-    """Return all axes that any of `models` has, in the order in which they first appear."""
-    return reduce(Space.union, (model.state for model in models), Space())
-
-
-def common_state(models: Sequence[MotionModel]) -> Space:
-    """Return the axes that all of `models` have, in the first one's order."""
-    return Space(tuple(axis for axis in union_state(models).axes if all(axis.name in model.state for model in models)))
-
-
-def switch(transition: Array, mode0: Modes | int, times: Array, uniform: Array) -> Modes:
-    """Return a Markov chain under given noise. Over a step of 0 s nothing switches, as in the IMM estimator.
-
-    Parameters
-    ----------
-    transition
-        Probabilities (r, r) of every step longer than 0 s: row the mode, column the next.
-    mode0
-        First modes () or (*b).
-    times
-        Times in s (s,), never going back.
-    uniform
-        Numbers in [0, 1), (*b, s-1).
-
-    Returns
-    -------
-    array
-        Modes from 0 (*b, s).
-
-    Raises
-    ------
-    ValueError
-        If `transition` is no matrix of probabilities, or `mode0` is none of its modes.
-    """
-    transition = np.asarray(transition, dtype=float)
-    r = transition.shape[0]
-    if transition.shape != (r, r) or np.any(transition < 0) or not np.all(np.abs(transition.sum(axis=-1) - 1) < 1e-6):
-        raise ValueError(f"transition: must be square with rows of probabilities that sum to 1, got {transition.tolist()}")
-    if not np.all((np.asarray(mode0) >= 0) & (np.asarray(mode0) < r)):
-        raise ValueError(f"mode0: must be one of the {r} modes, 0 to {r - 1}, got {mode0}")
-    below = np.cumsum(transition, axis=-1)[:, :-1]
-    modes = np.empty((*uniform.shape[:-1], uniform.shape[-1] + 1), dtype=np.intp)
-    modes[..., 0] = mode0
-    for k, dt in enumerate(_steps(times)):
-        mode = modes[..., k]
-        modes[..., k + 1] = mode if dt == 0 else np.sum(uniform[..., k, None] >= below[mode], axis=-1)
-    return modes
-
-
-def follow_modes(
-    models: Sequence[MotionModel], modes: Modes, x0: Array, times: Array, standard: Array, fresh: Array
-) -> Array:
-    """Return the trajectory over `union_state(models)`, u axes, under given modes and noise.
-
-    Parameters
-    ----------
-    models
-        The motion model of each mode.
-    modes
-        Modes (*b, s): modes[k] moves the state from times[k-1] to times[k]; modes[0] only decides which axes of x0 count.
-    x0
-        First states (*b, u).
-    times
-        Times in s (s,), never going back, x0 at the first.
-    standard
-        Standard normal numbers (*b, s-1, u).
-    fresh
-        Where an axis starts that the last model lacked (*b, s-1, u).
-
-    Returns
-    -------
-    array
-        States (*b, s, u), NaN on the axes that the current mode lacks.
-    """
-    space = union_state(models)
-    places = [np.array(space.locate(model.state), dtype=np.intp) for model in models]
-    lacks = np.ones((len(models), len(space)), dtype=bool)
-    for j, axes in enumerate(places):
-        lacks[j, axes] = False
-    x = np.where(lacks[modes[..., 0]], np.nan, space.canonical(_over(space, x0, modes.shape[:-1])))
-    states = np.empty((*modes.shape, len(space)))
-    states[..., 0, :] = x
-    factors: list[dict[float, Array]] = [{} for _ in models]
-    for k, dt in enumerate(_steps(times)):
-        x = np.where(np.isnan(x), fresh[..., k, :], x)
-        after = np.full(x.shape, np.nan)
-        for j, model in enumerate(models):
-            rows = modes[..., k + 1] == j
-            if np.any(rows):
-                part = np.full((int(np.sum(rows)), len(space)), np.nan)
-                part[:, places[j]] = _step(
-                    model, x[rows][:, places[j]], dt, standard[..., k, :][rows][:, places[j]], factors[j]
-                )
-                after[rows] = part
-        states[..., k + 1, :] = x = after
-    return states
-
-
-def draw_jump_markov(
-    models: Sequence[MotionModel],
-    transition: Array,
-    x0: Array,
-    mode0: Modes | int,
-    times: Array,
-    rng: np.random.Generator,
-    size: tuple[int, ...] = (),
-    starts: Mapping[str, tuple[float, float]] | None = None,
-) -> tuple[Modes, Array]:
-    """Draw trajectories that switch between models by a Markov chain; shared axes are carried over by their names.
-
-    Parameters
-    ----------
-    models
-        The motion model of each mode.
-    transition
-        Probabilities (r, r) of every step longer than 0 s: row the mode, column the next.
-    x0
-        First states (*b, u) over `union_state(models)`.
-    mode0
-        First modes () or (*b).
-    times
-        Times in s (s,), never going back, x0 at the first.
-    rng
-        The generator that is drawn from.
-    size
-        Batch axes: so many trajectories are drawn from each first state.
-    starts
-        Axis to [mean, standard deviation], in the axis' unit, from which it starts when the last model lacked it.
-
-    Returns
-    -------
-    tuple of arrays
-        Modes (*size, *b, s), and states (*size, *b, s, u), NaN on the axes that the mode lacks.
-
-    Raises
-    ------
-    ValueError
-        If an axis that not all models have is not in `starts`, or for what `switch` refuses.
-    """
-    space, starts = union_state(models), starts or {}
-    if len(transition) != len(models):
-        raise ValueError(f"transition: must have one row for each of the {len(models)} models, got {len(transition)}")
-    come_and_go = [name for name in space.names if name not in common_state(models)]
-    if missing := [name for name in come_and_go if name not in starts]:
-        raise ValueError(f"starts: must give [mean, standard deviation] of {', '.join(missing)}, which not all models have")
-    shape = (*size, *np.shape(x0)[:-1], max(len(times) - 1, 0))
-    modes = switch(transition, mode0, times, rng.random(shape))
-    standard = rng.standard_normal((*shape, len(space)))
-    mean, deviation = np.array([starts.get(name, (0.0, 0.0)) for name in space.names]).T
-    fresh = mean + deviation * rng.standard_normal((*shape, len(space)))
-    return modes, follow_modes(models, modes, x0, times, standard, fresh)

@@ -11,7 +11,7 @@ from attrs import evolve, field, fields_dict, frozen
 from vedette.config.registry import Registry
 from vedette.filters.linear import expected_return
 from vedette.roles import Sensor
-from vedette.sampling.detections import densities, returns, thinned
+from vedette.sampling import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Misuse

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.roles import Estimator, MotionModel, Sensor
-from vedette.sampling.trajectories import Modes, draw_gaussian, draw_jump_markov, draw_states, union_state
+from vedette.sampling import Modes, draw_gaussian, draw_jump_markov, draw_states, union_state
 from vedette.space import Array
 from vedette.testing.comparisons import Misuse
 from vedette.tracking.tracker import Tracker

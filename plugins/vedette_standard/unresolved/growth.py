@@ -10,47 +10,15 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
-from attrs import frozen
 
 from vedette import Array, Branching, Indices, Mask, kernels
 from vedette.hypotheses import Hypotheses, LeafScores
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
-from vedette_standard.unresolved.events import Events, of_pairs
-
-RARER = 0.01
-"""Events of a hypothesis' close leaves are dropped below this part of the weight at which hypotheses are."""
+from vedette_standard.unresolved.decided import RARER, Decided, counted, of_several, of_single, returns_of
 
 Held = list[tuple[float, tuple[int, ...]]]
 """The hypotheses of a cluster: weights and leaves."""
-
-
-@frozen(eq=False)
-class Decided:
-    """Events (e,) of sets of close pairs of leaves: the set, its share of the set's; and the leaves (n,) of each.
-
-    A leaf of event `event` is row `row` of those before; it gives the return `choice`, from 1, alone or with another, or 0,
-    is missed; column: of a return for two, from 1, 0 of others; takes: whether it takes the return of this number, which one
-    of two does. score: all that the set scores is its first leaf's, so that a hypothesis keeps its weight before the scan.
-    """
-
-    of: Indices
-    share: Array
-    event: Indices
-    row: Indices
-    choice: Indices
-    column: Indices
-    takes: Mask
-    score: Array
-
-    @classmethod
-    def joined(cls, parts: list[Decided]) -> Decided:
-        """Return the events of several, by their sets."""
-        before = np.cumsum([0, *(len(part.share) for part in parts)])
-        event = np.concatenate([start + part.event for start, part in zip(before, parts, strict=False)])
-        of, share = (np.concatenate([getattr(part, name) for part in parts]) for name in ("of", "share"))
-        names = ("row", "choice", "column", "takes", "score")
-        return cls(of, share, event, *(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def grown_close(
@@ -65,11 +33,11 @@ def grown_close(
     # The leaves of each: those that have not decided, and those of its events.
     free, own = _free(rows, leaves, sets, events)
     size = np.bincount(free, minlength=len(weights))
-    at = np.repeat((np.cumsum(size) - size)[split], size[split]) + _counted(size[split])
+    at = np.repeat((np.cumsum(size) - size)[split], size[split]) + counted(size[split])
     width = np.bincount(events.event, minlength=len(events.share))
     some, column = np.nonzero(event >= 0)
     made = event[some, column]
-    there = np.repeat((np.cumsum(width) - width)[made], width[made]) + _counted(width[made])
+    there = np.repeat((np.cumsum(width) - width)[made], width[made]) + counted(width[made])
     holder = np.concatenate([np.repeat(np.arange(len(split)), size[split]), np.repeat(some, width[made])])
     weight = weights[split] * share
     undecided = np.zeros((4, len(leaves)), dtype=np.int64)
@@ -96,11 +64,6 @@ def grown_close(
     return _contracted(wide.grown(asked, begins, most, least), every)
 
 
-def _counted(count: Indices) -> Indices:
-    """Return 0, 1, ... of each, as many as its count."""
-    return np.arange(int(np.sum(count))) - np.repeat(np.cumsum(count) - count, count)
-
-
 def _split(sets: Indices, events: Decided, least: float) -> tuple[Indices, Array, Indices]:
     """Return which of the hypotheses (h, s) each is that they are split into, its share, and its events (n, s), -1: none."""
     number = np.bincount(events.of, minlength=int(np.max(sets, initial=-1)) + 1)
@@ -110,7 +73,7 @@ def _split(sets: Indices, events: Decided, least: float) -> tuple[Indices, Array
         mine = column[split]
         count = np.where(mine >= 0, np.append(number, 0)[mine], 1)
         again = np.repeat(np.arange(len(split)), count)
-        own = np.where(mine[again] >= 0, np.append(first, 0)[mine[again]] + _counted(count), -1)
+        own = np.where(mine[again] >= 0, np.append(first, 0)[mine[again]] + counted(count), -1)
         share = share[again] * np.append(events.share, 1.0)[own]
         kept = share > least
         split, share = split[again][kept], share[kept]
@@ -149,8 +112,8 @@ def _events(
     for h, some in enumerate(asked):
         sets[h, : len(some)] = [number[one] for one in some]
     single = np.array([one[0] for one in every if len(one) == 1], dtype=np.int64)
-    several = [_of_several(one, number[one], scores, close, least) for one in every[len(single) :]]
-    return sets, Decided.joined([_of_single(single, scores, close, least), *several])
+    several = [of_several(one, number[one], scores, close, least) for one in every[len(single) :]]
+    return sets, Decided.joined([of_single(single, scores, close, least), *several])
 
 
 def _apart(pairs: tuple[int, ...], scores: LeafScores, close: Close) -> list[tuple[int, ...]]:
@@ -159,7 +122,7 @@ def _apart(pairs: tuple[int, ...], scores: LeafScores, close: Close) -> list[tup
         return [kept for kept in [_chosen(np.array(pairs, dtype=np.int64), scores, close)] if kept]
     members = close.pairs[list(pairs)]
     leaves, inverse = np.unique(members, return_inverse=True)
-    returns = [_returns(members[i], [pair], scores, close) for i, pair in enumerate(pairs)]
+    returns = [returns_of(members[i], [pair], scores, close) for i, pair in enumerate(pairs)]
     tracks = np.concatenate([inverse.ravel(), np.repeat(inverse.reshape(-1, 2)[:, 0], [len(one) for one in returns])])
     nodes = np.concatenate([scores.k + np.repeat(np.arange(len(pairs)), 2), *returns])
     label = kernels.linked_clusters(tracks, nodes, len(leaves), scores.k + len(pairs))[inverse.reshape(-1, 2)[:, 0]]
@@ -179,47 +142,6 @@ def _pairs_within(rows: Indices, leaves: Indices, count: int, scores: LeafScores
     return both.row[order].astype(np.int64), usable[both.col[order]]
 
 
-def _of_single(pairs: Indices, scores: LeafScores, close: Close, least: float) -> Decided:
-    """Return the events of pairs (s,) of leaves that are close to no other leaf of their hypothesis."""
-    number, sides = np.arange(len(pairs)), close.pairs[pairs]
-    starts = np.concatenate([[0], scores.ends])
-    mine = [np.repeat(number, np.diff(starts)[sides[:, side]]) for side in (0, 1)]
-    at = [starts[sides[of, side]] + _counted(np.bincount(of, minlength=len(pairs))) for side, of in enumerate(mine)]
-    given = np.flatnonzero(np.isin(close.pair, pairs))
-    both = np.searchsorted(pairs, close.pair[given]), close.returns[given]
-    codes = [of * scores.k + scores.returns[i] for of, i in zip(mine, at, strict=True)]
-    every = np.unique(np.concatenate([*codes, both[0] * scores.k + both[1]]))
-    of, returns = np.divmod(every, max(scores.k, 1))
-    place = _counted(np.bincount(of, minlength=len(pairs)))
-    width = int(np.max(place, initial=-1)) + 1
-    names = np.zeros((len(pairs), width), dtype=np.int64)
-    names[of, place] = returns
-    alone, joint = np.full((len(pairs), 2, width), -np.inf), np.full((len(pairs), width), -np.inf)
-    for side, (code, i) in enumerate(zip(codes, at, strict=True)):
-        to = np.searchsorted(every, code)
-        alone[of[to], side, place[to]] = scores.scores[i]
-    joint[of, place] = close.joint(pairs[of], returns)
-    weight = of_pairs(scores.miss[sides], alone, joint, close.apart(pairs, names))
-    total = kernels.log_sum(weight, axis=1)
-    share = np.exp(weight - total[:, None])
-    which, event = np.nonzero(share > RARER * least)
-    first, second = np.divmod(event, 1 + width)
-    merged = event >= (1 + width) ** 2
-    given = np.where(merged, event - (1 + width) ** 2, 0)
-    taken = np.stack([np.where(merged, 1 + given, first), np.where(merged, 1 + given, second)], axis=1)
-    choice = np.where(taken > 0, 1 + names[which[:, None], np.maximum(taken - 1, 0)] if width else 0, 0)
-    column = np.zeros_like(choice)
-    for side in (0, 1):
-        column[merged, side] = 1 + close.column(pairs[which[merged]], side, choice[merged, side] - 1)
-    takes = (choice > 0) & ~(merged[:, None] & np.array([False, True]))
-    score = total[which][:, None] * np.array([1.0, 0.0])
-    event = np.repeat(np.arange(len(which)), 2)
-    return Decided(
-        which, share[share > RARER * least], event, sides[which].ravel(), choice.ravel(), column.ravel(), takes.ravel(),
-        score.ravel(),
-    )  # fmt: skip
-
-
 def _chosen(inside: Indices, scores: LeafScores, close: Close) -> tuple[int, ...]:
     """Return the likeliest of close pairs, as many as allow all events."""
     kept: list[int] = []
@@ -236,42 +158,7 @@ def _chosen(inside: Indices, scores: LeafScores, close: Close) -> tuple[int, ...
 def _allowed(pairs: Indices, scores: LeafScores, close: Close) -> bool:
     """Return whether the events of close pairs are not too many."""
     tracks = np.unique(close.pairs[pairs])
-    return len(tracks) <= MOST_TRACKS and len(_returns(tracks, pairs, scores, close)) <= MOST_RETURNS
-
-
-def _returns(leaves: Indices, pairs: Indices | list[int], scores: LeafScores, close: Close) -> Indices:
-    """Return the returns that leaves may give, alone or with another."""
-    starts = np.concatenate([[0], scores.ends])
-    alone = [scores.returns[starts[leaf] : starts[leaf + 1]] for leaf in leaves.tolist()]
-    return np.unique(np.concatenate([*alone, close.returned(np.asarray(pairs))]))
-
-
-def _of_several(chosen: tuple[int, ...], number: int, scores: LeafScores, close: Close, least: float) -> Decided:
-    """Return the events of a set of close pairs."""
-    pairs = np.array(chosen, dtype=np.int64)
-    leaves = np.unique(close.pairs[pairs])
-    returns = _returns(leaves, pairs, scores, close)
-    table = np.full((len(leaves), 1 + len(returns)), -np.inf)
-    table[:, 0] = scores.miss[leaves]
-    for row, leaf in zip(table[:, 1:], leaves.tolist(), strict=True):
-        own = slice(scores.ends[leaf - 1] if leaf else 0, scores.ends[leaf])
-        row[np.searchsorted(returns, scores.returns[own])] = scores.scores[own]
-    members = np.searchsorted(leaves, close.pairs[pairs])
-    events = Events.of(table, members, close.joint(pairs[:, None], returns), close.apart(pairs, returns))
-    total = float(kernels.log_sum(events.weight))
-    share, names = np.exp(events.weight - total), np.concatenate([[0], 1 + returns])
-    some = share > RARER * least
-    pair, choice = events.pair[some], names[events.taken[some]]
-    merged, n = pair >= 0, len(leaves)
-    side = (members[pair, 1] == np.arange(n)).astype(np.int64)
-    column = np.where(merged, 1 + close.column(pairs[pair], side, choice - 1), 0)
-    takes = (choice > 0) & ~(merged & (side == 1))
-    score = np.broadcast_to(total * (np.arange(n) == 0), choice.shape)
-    count = np.count_nonzero(some)
-    return Decided(
-        np.full(count, number), share[some], np.repeat(np.arange(count), n), np.tile(leaves, count), choice.ravel(),
-        column.ravel(), takes.ravel(), score.ravel(),
-    )  # fmt: skip
+    return len(tracks) <= MOST_TRACKS and len(returns_of(tracks, pairs, scores, close)) <= MOST_RETURNS
 
 
 def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> tuple[Indices, Array, Indices, Indices]:
@@ -309,7 +196,7 @@ def _scores_of(every: Indices, takes: Mask, score: Array, scores: LeafScores) ->
     number = np.where(decided, takes, np.diff(starts)[every[0]])
     miss = np.where(decided, np.where(takes, -np.inf, score), scores.miss[every[0]])
     own = np.repeat(np.arange(len(miss)), number)
-    at = np.where(decided[own], len(scores.returns), starts[every[0]][own] + _counted(number))
+    at = np.where(decided[own], len(scores.returns), starts[every[0]][own] + counted(number))
     taken = np.where(decided[own], every[2][own] - 1, np.append(scores.returns, 0)[at])
     gain = np.where(decided[own], score[own], np.append(scores.scores, 0.0)[at])
     return LeafScores(miss, np.cumsum(number), taken, gain, scores.k)

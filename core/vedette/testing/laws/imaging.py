@@ -6,7 +6,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette.roles import Sensor
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from vedette.roles import MotionModel
-from vedette.sampling.trajectories import draw_states, psd_root
+from vedette.sampling import draw_states, psd_root
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same

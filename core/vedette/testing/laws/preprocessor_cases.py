@@ -6,7 +6,7 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
 from vedette.testing.comparisons import Closed, demand, frozen_copy

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.config.parameters import parameters
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
 from vedette.testing.bands import judge_run_means

@@ -10,8 +10,7 @@ import numpy as np
 from vedette.filters import evaluate_linearised
 from vedette.metrics.consistency import nees
 from vedette.roles import Sensor
-from vedette.sampling.detections import returns
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root, returns
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
 from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same

@@ -13,7 +13,7 @@ from attrs import frozen
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.sampling.trajectories import psd_root
+from vedette.sampling import psd_root
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
