@@ -20,6 +20,16 @@ class ParallelKalmanPrinted(GaussianFilter):
     P lacks sum w_i (x_i - x)(x_i - x)': where returns compete, the filter is far too confident. `kalman` and `ekf` with
     the same associator include it.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import LinearSensor, RandomWalk
+    >>> estimator, sensor = ParallelKalmanPrinted(RandomWalk(2.0, axes=("x",))), LinearSensor(("x",), [[4.0]])
+    >>> belief = estimator.start(Gaussian(np.array([[100.0]]), np.array([[[9.0]]])), estimator.state, None)
+    >>> ahead = estimator.predict(belief, 0.75, None)  # 9 + 4 .75 = 12, S = 16, K = 3/4
+    >>> seen = estimator.evaluate(ahead, sensor, Detections.of([[104.0], [96.0]]), 1.0)
+    >>> after = estimator.update(ahead, seen, np.array([[0.25, 0.5, 0.25]]))
+    >>> after.mean.round(9).tolist(), after.cov.round(9).tolist()  # 100 + .5 3 - .25 3; .25 12 + .75 3
+    ([[100.75]], [[[5.25]]])
     """
 
     kind: ClassVar[str] = "parallel_kalman_printed"

@@ -37,6 +37,33 @@ class ResidualMonitored(Estimator[Monitored]):
     + Q gets D Q D - Q more, Q at the previous state. On the axes outside of `blocks` D is 1: noise that is known, as that of
     an atmosphere's jitter, must not grow with a manoeuvre, or the filter takes the manoeuvre for jitter.
     Maybeck, Stochastic Models, Estimation, and Control, vol. 2, 1982, section 10.8.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, Kalman, LinearSensor
+    >>> inner = Kalman(ConstantVelocity(0.3, axes=("x",)))
+    >>> estimator = ResidualMonitored(inner, gain=0.2, most=4.0, least=0.7, largest=3.0, blocks=("vx",))
+    >>> prior = Gaussian(np.array([[100.0, 5.0]]), np.array([[[21.0, 2.0], [2.0, 4.0]]]))
+    >>> sensor = LinearSensor(("x",), [[4.0]])
+    >>> belief, scales = estimator.start(prior, estimator.state, None), []
+    >>> for z in (110.0, 200.0, 100.0):  # NIS 100 / 25 and more count as 4, 0 as 0
+    ...     seen = estimator.evaluate(belief, sensor, Detections.of([[z]]), 1.0)
+    ...     scales.append(estimator.update(belief, seen, np.array([[0.25, 0.75]])).scale.item())
+    >>> np.allclose(scales, np.exp([0.2 * 0.75 * 3.0, 0.2 * 0.75 * 3.0, -0.2 * 0.75]))
+    True
+    >>> seen = estimator.evaluate(belief, sensor, Detections.of([[107.5]]), 1.0)  # NIS 2.25
+    >>> after = estimator.update(belief, seen, np.array([[0.0, 1.0]]))
+    >>> ahead, own, a = estimator.predict(after, 2.0, None), inner.predict(after.belief, 2.0, None), np.exp(0.2 * 1.25)
+    >>> D, Q = np.diag([1.0, np.sqrt(a)]), inner.motion.noise(prior.mean, 2.0)
+    >>> np.allclose(after.scale, a), np.allclose(ahead.belief.cov[0], own.cov[0] + D @ Q @ D - Q)
+    (True, True)
+    >>> for z in (100.0, 200.0):  # between `least` and `largest`
+    ...     one = belief
+    ...     for _ in range(9):
+    ...         seen = estimator.evaluate(one, sensor, Detections.of([[z]]), 1.0)
+    ...         one = type(one)(prior, estimator.update(one, seen, np.array([[0.0, 1.0]])).scale)
+    ...     print(round(float(one.scale[0]), 6))
+    0.7
+    3.0
     """
 
     kind: ClassVar[str] = "residual_monitored"

@@ -61,6 +61,22 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     elsewhere, as on an uninformative scan, it reweights like the bootstrap filter. The draws of the second move are made
     with the first.
     Pitt, Shephard, Filtering via Simulation: Auxiliary Particle Filters, J. American Statistical Association 94, 1999.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import LinearSensor, RandomWalk
+    >>> rng, prior = np.random.default_rng(1), Gaussian(np.array([[100.0]]), np.array([[[9.0]]]))
+    >>> estimator = AuxiliaryParticles(RandomWalk(2.0, axes=("x",)), particles=4000, resample=0.5)
+    >>> belief = estimator.start(prior, estimator.state, rng)
+    >>> np.allclose(estimator.moments(belief).mean, 100.0), np.allclose(estimator.moments(belief).cov, 9.0)
+    (True, True)
+    >>> ahead = estimator.predict(belief, 4.0, rng)  # variance 9 + 16
+    >>> for R, far in (4.0, 5.0), (100.0, 20.0):  # sharper than the prediction, and less
+    ...     seen = estimator.evaluate(ahead, LinearSensor(("x",), [[R]]), Detections.of([[100.0 + far]]), 1.0)
+    ...     after, P = estimator.moments(estimator.update(ahead, seen, np.array([[0.0, 1.0]]))), 25.0 * R / (25.0 + R)
+    ...     off = (after.mean.item() - 100.0 - P / R * far) / np.sqrt(P)
+    ...     print(abs(off) < 0.25, 0.7 < after.cov.item() / P < 1.4)
+    True True
+    True True
     """
 
     kind: ClassVar[str] = "auxiliary_particles"

@@ -35,6 +35,30 @@ class BootstrapParticles(OverMotion[Particles]):
     moments. Errors fall as 1/sqrt(particles); where the sensor is much more precise than the prediction few points remain,
     and 'auxiliary_particles' does better.
     Gordon, Salmond, Smith, Novel Approach to Nonlinear/Non-Gaussian Bayesian State Estimation, IEE Proc. F 140, 1993.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import LinearSensor, RandomWalk
+    >>> rng, prior = np.random.default_rng(1), Gaussian(np.array([[100.0]]), np.array([[[9.0]]]))
+    >>> estimator = BootstrapParticles(RandomWalk(2.0, axes=("x",)), particles=400, resample=0.5)
+    >>> belief = estimator.start(prior, estimator.state, rng)
+    >>> np.allclose(estimator.moments(belief).mean, 100.0), np.allclose(estimator.moments(belief).cov, 9.0)
+    (True, True)
+    >>> seen = estimator.evaluate(belief, LinearSensor(("x",), [[1.0]], [[1.0]], (), 0.8), Detections.of([[106.0]]), 0.9)
+    >>> x = belief.points[0, :, 0]
+    >>> likely = 0.8 * np.exp(-0.5 * (106.0 - x) ** 2) / np.sqrt(2.0 * np.pi)
+    >>> np.allclose(seen.loglik[0], np.log([0.28, np.mean(likely)]))
+    True
+    >>> after = estimator.update(belief, seen, np.array([[0.01, 0.99]]))
+    >>> w = (0.01 + 0.99 * likely / np.mean(likely)) / 400.0
+    >>> np.allclose(np.exp(after.log_weights[0]), w), bool(1.0 / np.sum(w**2) < 200.0)
+    (True, True)
+    >>> ahead = estimator.predict(after, 0.25, rng)  # resampled, and spread by a variance of 4 / 4
+    >>> m, P = w @ x, w @ x**2 - (w @ x) ** 2 + 1.0
+    >>> np.allclose(ahead.log_weights, -np.log(400.0)), bool(abs(np.mean(ahead.points) - m) < 4.0 * np.sqrt(P / 400.0))
+    (True, True)
+    >>> kept = BootstrapParticles(RandomWalk(2.0, axes=("x",)), particles=400, resample=0.05).predict(after, 0.25, rng)
+    >>> np.allclose(kept.log_weights, after.log_weights), bool(0.8 < np.std(kept.points - after.points) < 1.2)
+    (True, True)
     """
 
     kind: ClassVar[str] = "bootstrap_particles"

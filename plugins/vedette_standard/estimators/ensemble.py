@@ -55,6 +55,30 @@ class EnsembleKalman(OverMotion[Ensemble]):
     measurements, D that of these. Under soft association each point takes one return or the miss, by their weights.
     Errors fall as 1 / sqrt(members). A new track's points have exactly its prior's moments.
     Burgers, van Leeuwen, Evensen, Analysis Scheme in the Ensemble Kalman Filter, Monthly Weather Review 126, 1998.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import LinearSensor, RandomWalk
+    >>> rng, prior = np.random.default_rng(1), Gaussian(np.array([[100.0]]), np.array([[[9.0]]]))
+    >>> estimator = EnsembleKalman(RandomWalk(2.0, axes=("x",)), members=2000)
+    >>> belief = estimator.start(prior, estimator.state, rng)
+    >>> np.allclose(estimator.moments(belief).mean, 100.0), np.allclose(estimator.moments(belief).cov, 9.0)
+    (True, True)
+    >>> ahead = estimator.predict(belief, 4.0, rng)
+    >>> m, D = np.mean(ahead.points), np.var(ahead.points, ddof=1)  # about 100 and 9 + 16
+    >>> bool(abs(D - 25.0) < 4.0 * 25.0 * np.sqrt(2.0 / 2000.0)), np.allclose(estimator.cross_covariance(ahead, 1.0), D)
+    (True, True)
+    >>> seen = estimator.evaluate(ahead, LinearSensor(("x",), [[9.0]], [[1.0]], (), 0.8), Detections.of([[110.0]]), 0.9)
+    >>> S, K, nu = D + 9.0, D / (D + 9.0), 110.0 - m
+    >>> np.allclose(seen.loglik[0], [np.log(0.28), np.log(0.8) - 0.5 * (nu**2 / S + np.log(2.0 * np.pi * S))])
+    True
+    >>> after = estimator.moments(estimator.update(ahead, seen, np.array([[0.0, 1.0]])))
+    >>> bool(abs(after.mean.item() - m - K * nu) < 4.0 * np.sqrt(K * K * 9.0 / 2000.0))
+    True
+    >>> bool(0.87 < after.cov.item() / (K * 9.0) < 1.13)
+    True
+    >>> half = estimator.update(ahead, seen, np.array([[0.25, 0.75]])).points
+    >>> int(np.sum(half == ahead.points))  # a quarter of the points take the miss
+    500
     """
 
     kind: ClassVar[str] = "ensemble_kalman"

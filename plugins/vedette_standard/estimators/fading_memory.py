@@ -20,6 +20,22 @@ class FadingMemory(GaussianFilter):
     For motion that the model does not describe: a return that is T s old has a^-2 times the weight that it has in `ekf`.
     With alpha = 1 it is `ekf`. A gap takes no variance beyond 1e30, where nothing is remembered.
     Simon, Optimal State Estimation, 2006, section 7.4.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, LinearSensor
+    >>> x, P, T = np.array([100.0, 5.0]), np.array([[30.0, 2.0], [2.0, 4.0]]), 3.0
+    >>> F, Q = np.array([[1.0, T], [0.0, 1.0]]), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> estimator = FadingMemory(ConstantVelocity(0.3, axes=("x",)), alpha=1.1, step=2.0)  # a^2 = 1.1^3 over 3 s
+    >>> belief = estimator.start(Gaussian(x[None], P[None]), estimator.state, None)
+    >>> ahead = estimator.predict(belief, T, None)
+    >>> np.allclose(ahead.mean[0], F @ x), np.allclose(ahead.cov[0], 1.331 * F @ P @ F.T + Q)
+    (True, True)
+    >>> np.allclose(estimator.cross_covariance(belief, T)[0], 1.331 * P @ F.T)
+    True
+    >>> seen = estimator.evaluate(ahead, LinearSensor(("x",), [[25.0]]), Detections.of([[125.0]]), 1.0)
+    >>> after, K = estimator.update(ahead, seen, np.array([[0.0, 1.0]])), ahead.cov[0, :, 0] / (ahead.cov[0, 0, 0] + 25.0)
+    >>> np.allclose(after.mean[0], F @ x + K * 10.0), np.allclose(after.cov[0], ahead.cov[0] - np.outer(K, ahead.cov[0, 0]))
+    (True, True)
     """
 
     kind: ClassVar[str] = "fading_memory"

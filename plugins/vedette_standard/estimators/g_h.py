@@ -40,6 +40,28 @@ class GH(GaussianFilter):
     pseudo-inverse of H converts nu to the axes that the sensor observes. The covariance is that of such a filter's errors,
     by Joseph's form P+ = (I - K H) P- (I - K H)' + K R K', which holds for any gain.
     Brookner, Tracking and Kalman Filtering Made Easy, 1998, sections 1.2 and 1.3.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantAcceleration, LinearSensor
+    >>> estimator = GH(ConstantAcceleration(0.1, axes=("x",)), g=0.5, h=0.3, k=0.04, step=2.0)  # x, vx, ax
+    >>> x, P = np.array([100.0, 5.0, 0.5]), np.array([[30.0, 2.0, 0.1], [2.0, 4.0, 0.2], [0.1, 0.2, 1.0]])
+    >>> belief = estimator.start(Gaussian(x[None], P[None]), estimator.state, None)
+    >>> seen = estimator.evaluate(belief, LinearSensor(("x",), [[25.0]]), Detections.of([[112.0]]), 1.0)
+    >>> after = estimator.update(belief, seen, np.array([[0.0, 1.0]]))
+    >>> after.mean[0].round(9).tolist()  # by 12 g, 12 h / 2 and 12 2 k / 2^2
+    [106.0, 6.8, 0.74]
+    >>> K, H = np.array([0.5, 0.15, 0.02]), np.array([1.0, 0.0, 0.0])
+    >>> left = np.eye(3) - np.outer(K, H)
+    >>> np.allclose(after.cov[0], left @ P @ left.T + 25.0 * np.outer(K, K))
+    True
+    >>> doubled = LinearSensor(("x",), [[25.0]], [[2.0]])  # z = 2 x: by the pseudo-inverse, half the residual
+    >>> seen = estimator.evaluate(belief, doubled, Detections.of([[224.0]]), 1.0)
+    >>> estimator.update(belief, seen, np.array([[0.0, 1.0]])).mean[0].round(9).tolist()
+    [106.0, 6.8, 0.74]
+    >>> F = np.array([[1.0, 2.0, 2.0], [0.0, 1.0, 2.0], [0.0, 0.0, 1.0]])
+    >>> ahead = estimator.predict(belief, 2.0, None)
+    >>> np.allclose(ahead.mean[0], F @ x), np.allclose(ahead.cov[0], F @ P @ F.T + estimator.motion.noise(x, 2.0))
+    (True, True)
     """
 
     kind: ClassVar[str] = "g_h"

@@ -21,6 +21,28 @@ class GaussianSum(Estimator[Modes]):
     mean and covariance, and all moments along d up to order 2 parts - 1. What a single linearisation cannot cover, such as
     the unknown range behind a bearing, each part covers over its own interval. It is an IMM whose modes never switch.
     Alspach, Sorenson, Nonlinear Bayesian Estimation Using Gaussian Sum Approximations, IEEE T-AC 17, 1972.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import Kalman, LinearSensor, RandomWalk
+    >>> x, P = np.array([10.0, 20.0]), np.array([[16.0, 6.0], [6.0, 9.0]])
+    >>> estimator = GaussianSum(Kalman(RandomWalk(0.5)), parts=3, share=0.75, axis="x")  # d = (4, 1.5), nodes 0, +- sqrt(3)
+    >>> belief = estimator.start(Gaussian(x[None], P[None]), estimator.state, None)
+    >>> [part.mean[0].round(9).tolist() for part in belief.beliefs]
+    [[4.0, 17.75], [10.0, 20.0], [16.0, 22.25]]
+    >>> belief.beliefs[0].cov[0].round(9).tolist(), estimator.mode_prob(belief)[0].round(4).tolist()
+    ([[4.0, 1.5], [1.5, 7.3125]], [0.1667, 0.6667, 0.1667])
+    >>> whole = estimator.moments(belief)
+    >>> np.allclose(whole.mean[0], x), np.allclose(whole.cov[0], P)
+    (True, True)
+    >>> seen = estimator.evaluate(belief, LinearSensor(("x",), [[5.0]]), Detections.of([[16.0]]), 1.0)
+    >>> after = estimator.update(belief, seen, np.array([[0.0, 1.0]]))
+    >>> weights = np.array([1.0, 4.0, 1.0]) * np.exp([-8.0, -2.0, 0.0])  # S = 9, so exp(-12^2 / 18) and so on
+    >>> np.allclose(estimator.mode_prob(after)[0], weights / np.sum(weights))
+    True
+    >>> estimator, P = GaussianSum(Kalman(RandomWalk(0.5)), 3, 0.75), np.diag([4.0, 25.0])
+    >>> widest = estimator.start(Gaussian(x[None], P[None]), estimator.state, None)
+    >>> [part.mean[0].round(9).tolist() for part in widest.beliefs]
+    [[10.0, 12.5], [10.0, 20.0], [10.0, 27.5]]
     """
 
     kind: ClassVar[str] = "gaussian_sum"

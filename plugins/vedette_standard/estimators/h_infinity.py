@@ -24,6 +24,24 @@ class HInfinity(GaussianFilter):
     below 1 / theta times that of all noises, each weighted by its inverse covariance. With theta = 0 it is `ekf`. Where
     theta is so large that there is no such bound, it is lowered for that step.
     Simon, Optimal State Estimation, 2006, section 11.3.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, LinearSensor
+    >>> x, P, T = np.array([100.0, 5.0]), np.array([[30.0, 2.0], [2.0, 4.0]]), 3.0
+    >>> F, Q = np.array([[1.0, T], [0.0, 1.0]]), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> estimator = HInfinity(ConstantVelocity(0.3, axes=("x",)), theta=0.002, weight={"x": 1.0, "vx": 5.0}, step=2.0)
+    >>> ahead = estimator.predict(estimator.start(Gaussian(x[None], P[None]), estimator.state, None), T, None)
+    >>> less = np.linalg.inv(np.linalg.inv(F @ P @ F.T + Q) - 0.002 * np.diag([1.0, 5.0]) * T / 2.0)
+    >>> np.allclose(ahead.mean[0], F @ x), np.allclose(ahead.cov[0], less)
+    (True, True)
+    >>> seen = estimator.evaluate(ahead, LinearSensor(("x",), [[25.0]]), Detections.of([[125.0]]), 1.0)
+    >>> after, K = estimator.update(ahead, seen, np.array([[0.0, 1.0]])), less[:, 0] / (less[0, 0] + 25.0)
+    >>> np.allclose(after.mean[0], F @ x + K * 10.0), np.allclose(after.cov[0], less - np.outer(K, less[0]))
+    (True, True)
+    >>> greedy = HInfinity(estimator.motion, theta=9.0, weight={"x": 1.0, "vx": 5.0})  # beyond any bound: it is lowered
+    >>> far = greedy.predict(Gaussian(x[None], P[None]), T, None).cov[0]
+    >>> bool(np.all(np.linalg.eigvalsh(far) > 0.0)), bool(far[0, 0] < 100.01 * (F @ P @ F.T + Q)[0, 0])
+    (True, True)
     """
 
     kind: ClassVar[str] = "h_infinity"

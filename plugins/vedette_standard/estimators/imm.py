@@ -77,6 +77,43 @@ class Imm(Estimator[Modes]):
     Modes may have different states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
     0 and 0 by default (a constant-velocity target does not turn). At dt = 0 no mode switches.
     Blom, Bar-Shalom, The Interacting Multiple Model Algorithm, IEEE Trans. Automatic Control 33, 1988.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, Kalman, LinearSensor, RandomWalk
+    >>> slow, fast, p = Kalman(RandomWalk(1.0, ("x",))), Kalman(RandomWalk(3.0, ("x",))), np.array([[0.9, 0.1], [0.3, 0.7]])
+    >>> estimator, sensor = Imm((slow, fast), p, initial=[0.6, 0.4]), LinearSensor(("x",), [[4.0]], [[1.0]], (), 0.8)
+    >>> belief = estimator.start(Gaussian(np.array([[100.0]]), np.array([[[9.0]]])), estimator.state, None)
+    >>> belief = estimator.predict(belief, 2.0, None)  # weights .6 .9 + .4 .3 = .66; variances 9 + 2, 9 + 2 9
+    >>> seen = estimator.evaluate(belief, sensor, Detections.of([[106.0]]), 0.9)
+    >>> S = np.array([15.0, 31.0])
+    >>> likely = np.array([0.66, 0.34]) * 0.8 * np.exp(-18.0 / S) / np.sqrt(2.0 * np.pi * S)
+    >>> np.allclose(seen.loglik[0], np.log([0.28, np.sum(likely)]))
+    True
+    >>> belief = estimator.update(belief, seen, np.array([[0.2, 0.8]]))
+    >>> mu = 0.2 * np.array([0.66, 0.34]) + 0.8 * likely / np.sum(likely)
+    >>> np.allclose(estimator.mode_prob(belief)[0], mu)
+    True
+    >>> m, P = (np.array([getattr(part, of).ravel()[0] for part in belief.beliefs]) for of in ("mean", "cov"))
+    >>> whole = estimator.moments(belief)
+    >>> np.allclose(whole.mean, mu @ m), np.allclose(whole.cov, mu @ (P + m**2) - (mu @ m) ** 2)
+    (True, True)
+    >>> ahead, share = estimator.predict(belief, 2.0, None), p * mu[:, None] / (mu @ p)
+    >>> np.allclose([part.mean for part in ahead.beliefs], (m @ share)[:, None, None])
+    True
+    >>> mixed = (P + m**2) @ share - (m @ share) ** 2
+    >>> np.allclose([part.cov.ravel()[0] for part in ahead.beliefs], mixed + [2.0, 18.0])
+    True
+    >>> mover, still = Kalman(ConstantVelocity(0.3, axes=("x",))), {"vx": (0.5, 0.2)}
+    >>> pair = Imm((mover, slow), rates=[[-0.1, 0.1], [0.3, -0.3]], initial=[0.6, 0.4], absent=still)
+    >>> belief = pair.start(Gaussian(np.array([[9.0, 4.0]]), np.diag([1.0, 0.25])[None]), pair.state, None)
+    >>> pair.moments(belief).mean.round(9).tolist(), pair.moments(belief).cov[0, 1, 1].round(9).item()  # 16.25, .29; 2.6^2
+    ([[9.0, 2.6]], 3.106)
+    >>> np.allclose(pair.mode_prob(pair.predict(belief, 2.0, None))[0, 0], 0.75 - 0.15 * np.exp(-0.8))  # settled: 3/4
+    True
+    >>> scaled = Imm((slow, fast), p, interval=2.0, initial=[0.6, 0.4])
+    >>> belief = scaled.start(Gaussian(np.full((1, 1), 9.0), np.ones((1, 1, 1))), scaled.state, None)
+    >>> np.allclose(scaled.mode_prob(scaled.predict(belief, 4.0, None))[0], np.array([0.6, 0.4]) @ p @ p)
+    True
     """
 
     kind: ClassVar[str] = "imm"

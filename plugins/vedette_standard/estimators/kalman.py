@@ -31,6 +31,27 @@ class Kalman(GaussianFilter):
 
     x- = F x, P- = F P F' + Q, S = H P- H' + R, K = P- H' S^-1, P+ = (I - K H) P- (I - K H)' + K R K'.
     Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82, 1960.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, LinearSensor
+    >>> x, P, R, T = np.array([[100.0, 5.0]]), np.array([[[30.0, 2.0], [2.0, 4.0]]]), 25.0, 2.0
+    >>> F, Q = np.array([[1.0, T], [0.0, 1.0]]), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> estimator = Kalman(ConstantVelocity(0.3, axes=("x",)))
+    >>> ahead = estimator.predict(estimator.start(Gaussian(x, P), estimator.state, None), T, None)
+    >>> np.allclose(ahead.mean[0], F @ x[0]), np.allclose(ahead.cov[0], F @ P[0] @ F.T + Q)
+    (True, True)
+    >>> z, weights = np.array([104.0, 121.0]), np.array([[0.2, 0.5, 0.3]])
+    >>> sensor = LinearSensor(("x",), [[R]], [[1.0]], (), 0.8)
+    >>> seen = estimator.evaluate(ahead, sensor, Detections.of(z[:, None]), 0.9)
+    >>> nu, S, K = z - ahead.mean[0, 0], ahead.cov[0, 0, 0] + R, ahead.cov[0, :, 0] / (ahead.cov[0, 0, 0] + R)
+    >>> likely = 0.8 * np.exp(-0.5 * nu**2 / S) / np.sqrt(2.0 * np.pi * S)
+    >>> np.allclose(seen.loglik[0], np.log([1.0 - 0.8 * 0.9, *likely]))
+    True
+    >>> after, step = estimator.update(ahead, seen, weights), weights[0, 1:] @ nu  # of a mixture
+    >>> np.allclose(after.mean[0], ahead.mean[0] + K * step)
+    True
+    >>> np.allclose(after.cov[0], ahead.cov[0] + np.outer(K, K) * (weights[0, 1:] @ nu**2 - step**2 - 0.8 * S))
+    True
     """
 
     kind: ClassVar[str] = "kalman"

@@ -44,6 +44,23 @@ class LeastSquares(OverMotion[Root]):
     a track counts like a return. A gap takes no variance beyond 1e30, where nothing is remembered. The filter keeps a square
     root of the covariance, so the prior may be very wide.
     Zarchan, Musoff, Fundamentals of Kalman Filtering: A Practical Approach, 2009, chapter 3.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, LinearSensor
+    >>> times, z = np.array([0.0, 1.0, 3.0, 4.0]), np.array([10.0, 13.0, 15.0, 21.0])
+    >>> sensor = LinearSensor(("x",), [[4.0]])
+    >>> for forgetting in (1.0, 0.9):
+    ...     estimator = LeastSquares(ConstantVelocity(0.3, axes=("x",)), forgetting=forgetting, step=2.0)
+    ...     belief = estimator.start(Gaussian(np.zeros((1, 2)), 1e12 * np.eye(2)[None]), estimator.state, None)
+    ...     for dt, value in zip(np.diff(times, prepend=0.0), z, strict=True):
+    ...         ahead = estimator.predict(belief, float(dt), None)
+    ...         seen = estimator.evaluate(ahead, sensor, Detections.of([[value]]), 1.0)
+    ...         belief = estimator.update(ahead, seen, np.array([[0.0, 1.0]]))
+    ...     A, w = np.stack([np.ones(4), times - 4.0], axis=1), forgetting ** ((4.0 - times) / 2.0) / 4.0
+    ...     after, P = estimator.moments(belief), np.linalg.inv((w * A.T) @ A)  # a line through all
+    ...     np.allclose(after.mean[0], P @ (w * A.T) @ z), np.allclose(after.cov[0], P), estimator.declares.conservative
+    (True, True, False)
+    (True, True, True)
     """
 
     kind: ClassVar[str] = "least_squares"

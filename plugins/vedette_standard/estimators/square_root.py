@@ -37,6 +37,30 @@ class SquareRootKalman(OverMotion[Root]):
     All steps are orthogonal triangularisations: [F L, Q^1/2] -> L-, and [R^1/2, H L-; 0, L-] -> [S^1/2, 0; K S^1/2, L+]. So
     noises may differ by 1e12 and more. Soft association stacks its hypotheses' roots in the same way.
     Kaminski, Bryson, Schmidt, Discrete Square Root Filtering, IEEE Trans. Automatic Control 16, 1971.
+
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import ConstantVelocity, LinearSensor
+    >>> x, P, T = np.array([100.0, 5.0]), np.array([[30.0, 2.0], [2.0, 4.0]]), 2.0
+    >>> F, Q = np.array([[1.0, T], [0.0, 1.0]]), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> estimator, sensor = SquareRootKalman(ConstantVelocity(0.3, axes=("x",))), LinearSensor(("x",), [[25.0]])
+    >>> ahead = estimator.predict(estimator.start(Gaussian(x[None], P[None]), estimator.state, None), T, None)
+    >>> np.allclose(ahead.root[0] @ ahead.root[0].T, F @ P @ F.T + Q), float(ahead.root[0, 0, 1])
+    (True, 0.0)
+    >>> m, P = F @ x, F @ P @ F.T + Q
+    >>> S, nu = P[0, 0] + 25.0, np.array([104.0, 121.0]) - m[0]
+    >>> K, step = P[:, 0] / S, 0.5 * nu[0] + 0.3 * nu[1]
+    >>> seen = estimator.evaluate(ahead, sensor, Detections.of([[104.0], [121.0]]), 1.0)
+    >>> np.allclose(seen.loglik[0, 1:], -0.5 * (nu**2 / S + np.log(2.0 * np.pi * S)))
+    True
+    >>> after = estimator.moments(estimator.update(ahead, seen, np.array([[0.2, 0.5, 0.3]])))
+    >>> spread = 0.5 * nu[0] ** 2 + 0.3 * nu[1] ** 2 - step**2
+    >>> np.allclose(after.mean[0], m + K * step), np.allclose(after.cov[0], P + np.outer(K, K) * (spread - 0.8 * S))
+    (True, True)
+    >>> wide = estimator.start(Gaussian(x[None], np.diag([1e14, 4.0])[None]), estimator.state, None)
+    >>> sharp = estimator.evaluate(wide, LinearSensor(("x",), [[1e-4]]), Detections.of([[104.0]]), 1.0)
+    >>> after = estimator.moments(estimator.update(wide, sharp, np.array([[0.0, 1.0]])))
+    >>> np.allclose(after.cov[0], np.diag([1e-4, 4.0]), atol=1e-9)
+    True
     """
 
     kind: ClassVar[str] = "srkf"
