@@ -133,7 +133,8 @@ def page(entry: Installed, example: tuple[str, str] | None) -> str:
     if entry.cls.misprint:
         out += ["", f"**Not for use.** {escaped(entry.cls.misprint)}"]
     if body:
-        out += ["", *(escaped(line) for line in body.splitlines())]
+        for part in body.split("\n\n"):
+            out += ["", f"```pycon\n{part}\n```" if part.startswith(">>>") else escaped(part)]
     if reference:
         out += ["", "## Reference", "", escaped(reference)]
     out += ["", "## Parameters", ""]

@@ -61,7 +61,7 @@ SETS = {"foreign": foreign, "controls": controls, "right": right, "own": own}
 def measured(cls, drawn, profile, stop, first=()):
     """Return what each law said and its cost: the `first` ones before the others, statistical and long ones last."""
     caught, cost, skipped = {}, {}, {}
-    laws = sorted(laws_of(cls), key=lambda law: (law.name not in first, law.effort != "exact"))
+    laws = sorted(laws_of(cls), key=lambda law: (law.name not in first, law.effort not in ("exact", "shown")))
     for law in laws:
         if stop and caught:
             break

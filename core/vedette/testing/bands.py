@@ -51,10 +51,8 @@ def judge_run_means(what: str, values: Array, low: float, high: float, alpha: fl
 
     mean, error = float(np.mean(values)), float(np.std(values, ddof=1) / np.sqrt(len(values)))
     reach = float(-stdtrit(len(values) - 1, alpha / 2)) * error
-    demand(
-        low - reach <= mean <= high + reach,
-        f"{what}: {mean:.3g} (standard error {error:.2g}, equivalence band {low:g} to {high:g})",
-    )
+    told = f"{what}: {mean:.3g} (standard error {error:.2g}, equivalence band {low:g} to {high:g})"
+    demand(low - reach <= mean <= high + reach, told)
 
 
 def judge_frequency(what: str, count: int, trials: int, probability: float, alpha: float) -> None:

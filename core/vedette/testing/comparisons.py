@@ -84,10 +84,8 @@ def same(
     place = f"{what}[{', '.join(map(str, worst))}]" if worst else what
     allowed = np.broadcast_to(tolerance * np.asarray(scale), off.shape)[worst]
     near = f" to within {allowed:.2g}" if allowed > 1e-9 * abs(got[worst] - wanted[worst]) else ""
-    demand(
-        off[worst] <= tolerance,
-        f"{place}: must be {wanted[worst]:.9g}{near}, got {got[worst]:.9g}",
-    )
+    told = f"{place}: must be {wanted[worst]:.9g}{near}, got {got[worst]:.9g}"
+    demand(off[worst] <= tolerance, told)
 
 
 def finite(what: str, values: Array) -> None:

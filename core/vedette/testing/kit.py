@@ -49,6 +49,7 @@ from vedette.testing.laws import (
     source_pictures,
     source_returns,
     source_stated,
+    worked_examples,
 )
 from vedette.testing.limits import TooLong, at_most
 from vedette.testing.strategies import components
@@ -108,7 +109,7 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
         raise Misuse(reason)
     if "__attrs_attrs__" not in vars(cls):
         raise Misuse(f"{cls.__name__}: is not an attrs class: decorate it with @attrs.frozen")
-    return _ROLES[role][0]
+    return _ROLES[role][0] + worked_examples.OF_ALL
 
 
 def own_laws(cls: type[Component]) -> tuple[str, frozenset[str]]:
@@ -202,11 +203,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         component, data = tried[:2]
         return Outcome(law, "failed", counterexample(what, component, data, None), tried[2] + 1, alpha)
     except Unsatisfiable:
-        raise Misuse(
-            f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
-        ) from None
+        text = f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
+        raise Misuse(text) from None
     except SkipTest:
-        return Outcome(law, "skipped", closed[0][0], 0, 0.0, lacks=closed[0][1])
+        tried[2:] = [0]
     except DidNotReproduce:
         return Outcome(law, "held", "", 1, alpha)
     except InvalidArgument as other:
@@ -220,7 +220,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             what = f"{method}raised {type(error).__name__}: {error}{line_of(error)}"
             what = what if method else _promise(law, *tried[:2]) or what
         component, data = tried[:2]
-        told = counterexample(what, component, data, lambda: law.check(component, data))
+        shown = law.effort == "shown"
+        told = what if shown else counterexample(what, component, data, lambda: law.check(component, data))
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
         return Outcome(law, "failed", told, tried[2] + 1, alpha, "/".join(note.groups()) if note else "")
     if not tried[2]:
@@ -290,6 +291,6 @@ def _test(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], known: 
     test.__name__, test.__doc__ = f"test_{law.name}", law.sentence
     if known is not None:
         test = pytest.mark.xfail(reason=known, strict=True)(test)
-    if law.effort != "exact":
+    if law.effort not in ("exact", "shown"):
         test = pytest.mark.statistical(test)
     return test

@@ -42,7 +42,7 @@ class Profile:
 FAST = Profile("fast", examples=20, trials=2, runs=400, steps=10_000)
 NIGHTLY = Profile("nightly", examples=400, trials=10, runs=6000, steps=10_000, seconds=1200.0)
 
-Effort = Literal["exact", "statistical", "long"]
+Effort = Literal["exact", "statistical", "long", "shown"]
 
 
 @frozen
@@ -51,8 +51,8 @@ class Law:
 
     `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`), or with
     which (`not draws`). A
-    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once, and an exact one on
-    one `share`th of the examples.
+    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once, a `shown` one too,
+    on what its class shows and not what is drawn; an exact one on one `share`th of the examples.
     """
 
     check: Callable[[Any, Any], None]
@@ -72,4 +72,4 @@ class Law:
 
     def examples(self, profile: Profile) -> int:
         """Return how often it is tried."""
-        return {"exact": profile.examples // self.share, "statistical": profile.trials, "long": 1}[self.effort]
+        return {"exact": profile.examples // self.share, "statistical": profile.trials}.get(self.effort, 1)

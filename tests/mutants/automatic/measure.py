@@ -109,7 +109,7 @@ def judged(
             raising[f"{kind} is drawn"] = f"{type(error).__name__}: {error}"[:200]
             continue
         at_once = 0
-        for law in sorted(laws_of(cls), key=lambda law: ("exact", "statistical", "long").index(law.effort)):
+        for law in sorted(laws_of(cls), key=lambda law: ("shown", "exact", "statistical", "long").index(law.effort)):
             if law.name in cls.known_failures or (only and law.name not in only):
                 continue
             try:

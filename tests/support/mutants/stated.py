@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 
 from vedette import Gaussian, Space
 from vedette_flir.camera import Camera
+from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sensors.elliptic_spot import EllipticSpot
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.estimators.extended import ExtendedKalman
@@ -53,6 +54,8 @@ def framed(self, x, frame, at):
 
 
 STATED = [
+    ("a centroid in rows for columns", BoxCentroid, "worked_examples_hold", {"information": lambda s, x, frame, at: (
+        BoxCentroid.information(s, x, evolve(frame, pixels=frame.pixels.T), at))}, {}),
     ("clutter even over range and stated over area", RB, "false_returns_spread_as_stated",
      {"clutter": lambda s, z: RB.clutter(evolve(s, clutter_uniform_over="range"), z)}, {}),
     ("a density per m for one per area", PolarPosition, "false_returns_spread_as_stated",

@@ -44,10 +44,8 @@ def clutter_takes_any_number_of_returns(sensor: Sensor, drawn: Looks) -> None:
         none = sensor.invert(np.zeros((0, m)))
     except NotImplementedError:
         return
-    demand(
-        none.mean.shape == (0, n) and none.cov.shape == (0, n, n),
-        f"invert: of no returns must have shapes {(0, n)} and {(0, n, n)}, got {none.mean.shape} and {none.cov.shape}",
-    )
+    told = f"invert: of no returns must have shapes {(0, n)} and {(0, n, n)}, got {none.mean.shape} and {none.cov.shape}"
+    demand(none.mean.shape == (0, n) and none.cov.shape == (0, n, n), told)
 
 
 def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:

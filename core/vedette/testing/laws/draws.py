@@ -50,10 +50,8 @@ def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
 def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: what it draws of a track, or of a run, is not what it draws of the others."""
     shape, prior = drawn.prior.mean.shape, drawn.prior
-    alike_all = Gaussian(
-        frozen_copy(np.broadcast_to(prior.mean[:1, :1], shape)),
-        frozen_copy(np.broadcast_to(prior.cov[:1, :1], prior.cov.shape)),
-    )
+    mean, cov = np.broadcast_to(prior.mean[:1, :1], shape), np.broadcast_to(prior.cov[:1, :1], prior.cov.shape)
+    alike_all = Gaussian(frozen_copy(mean), frozen_copy(cov))
     ends = []
     for seed in (1, 2):
         rng = np.random.default_rng(seed)
@@ -65,11 +63,9 @@ def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
     if other < 1e-6:
         raise Closed("what it draws leaves its means alone")
     for b, t in ((0, 1), (1, 0)):
-        demand(
-            np.max(np.abs(apart[b, t])) > 1e-6 * other,
-            f"predict: {'tracks' if t else 'runs'} that start alike are given the same numbers; draw for each, in shape "
-            "(*b, t, ...)",
-        )
+        who = f"{'tracks' if t else 'runs'} that start alike"
+        told = f"predict: {who} are given the same numbers; draw for each, in shape (*b, t, ...)"
+        demand(np.max(np.abs(apart[b, t])) > 1e-6 * other, told)
 
 
 def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:

@@ -67,7 +67,4 @@ def order_of_sensors_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(estimator, other, one, 1e-7)
 
 
-LAWS = (
-    Law(equals_joint_conditioning, needs="traits.exact_when_linear"),
-    Law(order_of_sensors_is_free, needs="traits.exact_when_linear"),
-)
+LAWS = tuple(Law(law, needs="traits.exact_when_linear") for law in (equals_joint_conditioning, order_of_sensors_is_free))

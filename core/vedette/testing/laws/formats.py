@@ -63,10 +63,8 @@ def _through(format_: Format, pieces: Sequence[bytes]) -> tuple[list[Message], l
 
 def _told(messages: Sequence[Message]) -> list[tuple[Any, ...]]:
     """What messages tell, to be compared."""
-    return [
-        tuple(_plain(getattr(message, field.name)) for field in attrs.fields(Message) if field.name != "pose")
-        for message in messages
-    ]
+    names = [field.name for field in attrs.fields(Message) if field.name != "pose"]
+    return [tuple(_plain(getattr(message, name)) for name in names) for message in messages]
 
 
 def _plain(value: Any) -> Any:

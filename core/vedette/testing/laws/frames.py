@@ -157,7 +157,5 @@ def frames_are_compared_with_the_first(estimator: Estimator[Any], drawn: Scene) 
 
 
 # Pictures cost much, and show a fault in nearly every example: a quarter of the examples caught the same mutants.
-LAWS = (
-    Law(frames_show_the_target, needs="traits.takes_frames", share=4),
-    Law(frames_are_compared_with_the_first, needs="traits.takes_frames", share=4),
-)
+_TWO = (frames_show_the_target, frames_are_compared_with_the_first)
+LAWS = tuple(Law(law, needs="traits.takes_frames", share=4) for law in _TWO)

@@ -44,11 +44,9 @@ def pictures_inform(sensor: Sensor, drawn: Looks) -> None:
     root = np.sqrt(np.maximum(np.trace(J, axis1=-2, axis2=-1), 1e-12))[:, None]
     otherwise = f"score: must be the slope of llr, {slope.tolist()}, got {g.tolist()}"
     demand(np.all(np.abs(g - slope) <= 1e-2 * (np.abs(slope).max() + root)), otherwise)
+    elsewhere = cases.informed(camera, x, frame, cases.pair(camera, COLUMN + 1.5, ROW + 1.0))[1]
     otherwise = "information: must be linearised at `at`, not at the expected place"
-    demand(
-        np.any(np.abs(cases.informed(camera, x, frame, cases.pair(camera, COLUMN + 1.5, ROW + 1.0))[1] - g) > 1e-9),
-        otherwise,
-    )
+    demand(np.any(np.abs(elsewhere - g) > 1e-9), otherwise)
 
 
 def pictures_show_where(sensor: Sensor, drawn: Looks) -> None:

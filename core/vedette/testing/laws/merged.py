@@ -52,15 +52,11 @@ def one_return_may_be_of_two(associator: Associator, drawn: Scores) -> None:
     white = np.linalg.solve(S, seen)
     log = 0.5 * np.sum(np.log(C / (2 * np.pi) / np.linalg.det(S)) - (np.swapaxes(seen, -1, -2) @ white)[:, 0, 0])
     both = p_d**2 * np.exp(log)
-    alone = (
-        p_d
-        * (1.0 - p_d)
-        * np.exp(-0.5 * np.sum((z - x) ** 2, axis=-1) / (PRIOR + VARIANCE))
-        / (2 * np.pi * (PRIOR + VARIANCE))
-    )
+    spread = PRIOR + VARIANCE
+    alone = p_d * (1.0 - p_d) * np.exp(-0.5 * np.sum((z - x) ** 2, axis=-1) / spread) / (2 * np.pi * spread)
     total = (1.0 - p_d) ** 2 * CLUTTER + np.sum(alone) + both
     towards = np.stack([-PRIOR, 0.5 * PRIOR], axis=-1) * [[1.0, 1.0], [-1.0, 1.0]]
-    own = (alone / total * PRIOR / (PRIOR + VARIANCE))[:, None]
+    own = (alone / total * PRIOR / spread)[:, None]
     crowd = tracker.start(Gaussian(np.zeros((12, 4)), np.broadcast_to(np.eye(4), (12, 4, 4))), 0.0)
     told = tracker.step(crowd, Scan(0.0, "radar", Detections.of([z], 2))).approximated
     demand(0 <= told <= 12, f"approximated: must be a number of the 12 tracks, got {told}")

@@ -12,11 +12,8 @@ def difference_undoes_displace(space: Space, x: Array, step: Array) -> None:
     """A step of less than half a period is what the displaced point differs by, across the wrap too."""
     periods = np.array([np.inf if axis.period is None else axis.period for axis in space.axes])
     short = np.clip(step, -0.49 * periods, 0.49 * periods)
-    for point in (
-        x,
-        np.where(np.isfinite(periods), 0.499 * periods, x),
-        np.where(np.isfinite(periods), -0.499 * periods, x),
-    ):
+    near_wraps = [np.where(np.isfinite(periods), share * periods, x) for share in (0.499, -0.499)]
+    for point in (x, *near_wraps):
         for change in (short, -short):
             there = space.displace(point, change)
             same("difference", space.difference(there, point), change, 1e-9, np.abs(point).max(initial=1.0))

@@ -59,10 +59,13 @@ def _compare_looks(sensor: Sensor, x: Array) -> None:
     _same_matrix("jacobian", seen.slope, full(sensor.jacobian(x), x, (m, n)))
     _same_matrix("noise", seen.noise, full(sensor.noise(x), x, (m, m)))
     same("detects", seen.detects, full(sensor.detects(x), x, ()))
-    for i in range(len(x) if twin.parameters.ndim == 1 else 0):
-        alone = kernels.measure_twin(x[i], twin.function, twin.parameters, m)
-        assert alone is not None
-        for name, one, among in zip(seen._fields, alone, seen, strict=True):
+    if twin.parameters.ndim == 1:
+        _alone_as_among(seen, [kernels.measure_twin(one, twin.function, twin.parameters, m) for one in x])
+
+
+def _alone_as_among(all_states: Any, each: list[Any]) -> None:
+    for i, alone in enumerate(each):
+        for name, one, among in zip(all_states._fields, alone, all_states, strict=True):
             same(f"{name} of one state", one, among[i], 0.0)
 
 
@@ -78,11 +81,7 @@ def says_what_the_motion_says(motion: MotionModel, drawn: Moves) -> None:
         _same_value("move", motion.state, moved.mean, motion.state.canonical(motion.move(x, dt)))
         _same_matrix("jacobian", moved.slope, full(motion.jacobian(x, dt), x, (n, n)))
         _same_matrix("noise", moved.noise, full(motion.noise(x, dt), x, (n, n)))
-        for i in range(len(x)):
-            alone = kernels.move_twin(x[i], *step)
-            assert alone is not None
-            for name, one, among in zip(moved._fields, alone, moved, strict=True):
-                same(f"{name} of one state", one, among[i], 0.0)
+        _alone_as_among(moved, [kernels.move_twin(one, *step) for one in x])
 
 
 def sees_by_a_twin_as_without(estimator: Estimator[Any], drawn: Scene) -> None:
