@@ -50,13 +50,15 @@ def unbroken(chain: Chain, width: float) -> list[Chain]:
     """Return a chain's pieces, cut where it jumps by more than `width` in m from where the two returns before point.
 
     So chains jump where they go over from one target to another, and a filter that followed would be told of violent motion.
+    One return off the way is a piece of its own: it makes three jumps in a row, for it is the end, middle and start of one.
     """
     if len(chain.times) < 3:
         return [chain]
     dt, step = np.diff(chain.times), np.diff(chain.spots, axis=0)
     jumps = np.linalg.norm(step[1:] - step[:-1] * (dt[1:] / dt[:-1])[:, None], axis=-1) > width
-    first = jumps & ~np.concatenate([[False], jumps[:-1]])  # the step after a jump starts at its end, and is large as well
-    pieces = np.split(np.arange(len(chain.times)), np.flatnonzero(first) + 2)
+    begun, ended = np.flatnonzero(np.diff(np.concatenate([[False], jumps, [False]]))).reshape(-1, 2).T
+    cuts = np.sort(np.concatenate([begun + 2, ended[ended - begun == 3]]))
+    pieces = np.split(np.arange(len(chain.times)), cuts)
     return [Chain(chain.scans[rows], chain.returns[rows], chain.times[rows], chain.spots[rows]) for rows in pieces]
 
 

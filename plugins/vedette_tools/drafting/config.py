@@ -24,7 +24,7 @@ from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
-from vedette_tools.drafting.trial import tried
+from vedette_tools.drafting.trial import Trial, tried
 from vedette_tools.drafting.wishes import Wishes
 
 UNREAD = 0.5
@@ -115,14 +115,15 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         facts = {name: _by_names(one, name, best.recording.scans) for name, one in facts.items()}
     some = _some(best.recording.scans)
     bare = [evolve(scan, detections=evolve(scan.detections, noise=None)) for scan in some] if best.table.noise else []
+    known: dict[Design, Trial | None] = {}
     if bare and (common := tried(text(first), bare)) is not None:
-        own = tried(text(first), some)
+        known[first] = own = tried(text(first), some)
         if own is None or own.loglik < common.loglik:
-            some, best = bare, evolve(best, table=best.table.without_noise())
+            some, best, known[first] = bare, evolve(best, table=best.table.without_noise()), common
     steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
-        first, lambda design: tried(text(design), some), steady, errors=not table.reports,
+        first, lambda design: known.get(design) or tried(text(design), some), steady, errors=not table.reports,
         in_turn=any(one.in_turn and not one.named for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
         budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip

@@ -105,7 +105,7 @@ class _Trials:
                 continue
             self.run_all([best, *stage(best)])
             if alike := {design: trial for design, trial in self.known.items() if design.sure == best.sure}:
-                best = kept(_as_likely(alike, best), best, clean=clean, in_turn=self.in_turn)
+                best = kept(_no_worse(alike, best, clean), best, clean=clean, in_turn=self.in_turn)
             if self.spent:
                 break
         return best
@@ -196,17 +196,19 @@ def _broken(design: Design, trial: Trial, clean: bool) -> float:
     return tracks + trial.misnamed
 
 
-def _as_likely(known: dict[Design, Trial], before: Design) -> dict[Design, Trial]:
+def _no_worse(known: dict[Design, Trial], before: Design, clean: bool) -> dict[Design, Trial]:
     """Return the trials without those of larger errors or acceleration that are far less likely: any make tracks whole if
-    large, and objects that report in turn one.
+    large, and objects that report in turn one; and of faster targets, in clutter, without those that explain fewer returns:
+    each false return begins a track, and the wider these are spread the likelier is clutter.
     """
     if before not in known:
         return known
-    least = known[before].loglik - DOUBTED * known[before].explained
+    least, most = known[before].loglik - DOUBTED * known[before].explained, 0.0 if clean else known[before].explained
     return {
         design: trial
         for design, trial in known.items()
-        if (design.errors <= before.errors and design.accel <= before.accel) or trial.loglik >= least
+        if ((design.errors <= before.errors and design.accel <= before.accel) or trial.loglik >= least)
+        and (design.speed <= before.speed or trial.explained >= most)
     }
 
 

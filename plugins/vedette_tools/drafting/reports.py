@@ -15,7 +15,7 @@ from vedette_tools.drafting.chains import LEAST, Chain
 MOST = 600
 """So many returns tell how large their errors are, and how targets move."""
 
-ERRORS = tuple(float(part) for part in np.geomspace(1e-5, 0.1, 9))
+ERRORS = tuple(float(part) for part in np.geomspace(1e-5, 0.2, 9))
 """The errors that are tried, in parts of the side of the area."""
 
 SPEEDS, COURSES = (0.1, 1.0, 10.0, 100.0, 1000.0), (3.0, 30.0, 1000.0)

@@ -1,12 +1,14 @@
 """Columns of each return's own errors are found, and kept where returns are likelier by them."""
 
 import tomllib
+from collections import Counter
 
 import numpy as np
 import pytest
 
 from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.trial import tried
 
 ERRORS = {
     "deviations": ("x_std,y_std", lambda k: (2.0 + k, 3.0), {"x": "x_std", "y": "y_std"}),
@@ -29,7 +31,15 @@ def test_errors_of_returns_are_read_where_each_axis_has_them(what, tmp_path):
 
 
 @pytest.mark.parametrize(("far", "kept"), [(1.0, True), (1000.0, False)])
-def test_a_draft_keeps_errors_of_returns_only_where_these_are_likelier_by_them(far, kept, tmp_path):
+def test_a_draft_keeps_errors_of_returns_only_where_these_are_likelier_by_them(far, kept, tmp_path, monkeypatch):
+    """Each design is tried once on returns with errors of their own, and without."""
+    tries = Counter()
+
+    def counted(text, scans):
+        tries[text, scans[0].detections.noise is None] += 1
+        return tried(text, scans)
+
+    monkeypatch.setattr("vedette_tools.drafting.config.tried", counted)
     rng = np.random.default_rng(4)
     sigmas = [3.0 if k % 2 else 60.0 for k in range(80)]
     spots = (
@@ -39,4 +49,5 @@ def test_a_draft_keeps_errors_of_returns_only_where_these_are_likelier_by_them(f
     (tmp_path / "d.csv").write_text("\n".join(["time,x,y,sigma_x,sigma_y", *rows]))
     draft = draft_config(tmp_path / "d.csv")
     assert ("noise" in tomllib.loads(draft)["source"]["detections"]) == kept
+    assert set(tries.values()) == {1}
     assert ("left out: returns are less likely" in draft) != kept

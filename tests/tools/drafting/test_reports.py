@@ -33,6 +33,15 @@ def test_targets_that_report_in_turn_have_a_chain_each(error):
         assert np.max(np.bincount(own[chain.scans])) > 0.9 * len(chain.times)
 
 
+@pytest.mark.parametrize("moved", [0.0, 3.0, 10.0, 30.0])
+def test_a_target_at_rest_or_nearly_so_has_one_chain(moved):
+    """Moved by so many errors in all: at rest these are a fifth of the area's side, and a tenth made three chains of it."""
+    rng = np.random.default_rng(12)
+    spots = 27.0 * (moved * np.linspace(0, 1, 160)[:, None] * [1.0, 0.0] + rng.normal(size=(160, 2)))
+    longest = max(in_turn(0.4 * np.arange(160), list(spots[:, None])), key=lambda chain: len(chain.times))
+    assert len(longest.times) > 150
+
+
 def scene(seed, false):
     """One target that hovers, flies 5 m/s, and hovers, 40 looks 5 s apart with errors of 1 m, and `false` returns a look."""
     rng = np.random.default_rng(seed)

@@ -51,6 +51,15 @@ def test_a_chain_is_cut_where_it_goes_over_to_another_target():
     assert [len(piece.times) for piece in unbroken(late, 40.0)] == [5, 7, 8]  # a pause of 7 s that moved it 10 m
 
 
+def test_a_return_off_the_way_is_a_piece_of_its_own():
+    """It began a piece, and two in 76 returns made errors of 38 m of 14. What goes on otherwise is not left out."""
+    spots = np.stack([10.0 * np.arange(20), np.zeros(20)], axis=-1)
+    for off in ([7], [7, 8]):
+        spots[off, 1] = 500.0 * np.arange(1, 1 + len(off))
+        chain = Chain(np.arange(20), np.zeros(20, dtype=int), np.arange(20.0), spots)
+        assert [len(piece.times) for piece in unbroken(chain, 40.0)] == [7, 1, 12] if len(off) == 1 else [7, 13]
+
+
 def test_targets_that_swap_chains_are_not_taken_for_violent_ones():
     """Two straight courses joined wrongly where one passes the other: the likeliest noise is that of the courses."""
     rng, times = np.random.default_rng(5), 3.0 * np.arange(60)
