@@ -198,17 +198,18 @@ def _broken(design: Design, trial: Trial, clean: bool) -> float:
 
 def _no_worse(known: dict[Design, Trial], before: Design, clean: bool) -> dict[Design, Trial]:
     """Return the trials without those of larger errors or acceleration that are far less likely: any make tracks whole if
-    large, and objects that report in turn one; and of faster targets, in clutter, without those that explain fewer returns:
-    each false return begins a track, and the wider these are spread the likelier is clutter.
+    large, and objects that report in turn one; and of faster targets, in clutter, without those that hardly explain more
+    returns: each false one begins a track, and the wider these are spread the likelier is clutter.
     """
     if before not in known:
         return known
-    least, most = known[before].loglik - DOUBTED * known[before].explained, 0.0 if clean else known[before].explained
+    least = known[before].loglik - DOUBTED * known[before].explained
+    more = 0.0 if clean else (1 + LESS) * known[before].explained
     return {
         design: trial
         for design, trial in known.items()
         if ((design.errors <= before.errors and design.accel <= before.accel) or trial.loglik >= least)
-        and (design.speed <= before.speed or trial.explained >= most)
+        and (design.speed <= before.speed or trial.explained >= more)
     }
 
 

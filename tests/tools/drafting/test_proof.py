@@ -203,12 +203,12 @@ def test_what_leaves_out_false_returns_is_about_as_likely():
         assert kept({first: trial(-500, 9), other: trial(loglik, 5, share=0.75)}, first, clean=False) == chosen
 
 
-@pytest.mark.parametrize(("share", "false", "speed"), [(0.9, 0.5, 5.0), (1.0, 0.5, 15.0), (0.97, 0.0, 15.0)])
-def test_faster_targets_explain_no_fewer_returns_in_clutter(share, false, speed):
+@pytest.mark.parametrize(("share", "false", "speed"), [(0.8, 0.5, 5.0), (0.85, 0.5, 15.0), (0.78, 0.0, 15.0)])
+def test_faster_targets_explain_more_returns_in_clutter(share, false, speed):
     """Each of 50 false returns begins a track: of 58 m/s, not 19, all were likelier by 170, and targets came late."""
 
     def run(design):
-        return trial(-500.0 if design.speed == 5.0 else -300.0, 5, share=share if design.speed > 5.0 else 1.0)
+        return trial(-500.0 if design.speed == 5.0 else -300.0, 5, share=share if design.speed > 5.0 else 0.8)
 
     assert proved(Design(0.1, 5.0), run, 1.0 - false, errors=False).design.speed == speed
 
