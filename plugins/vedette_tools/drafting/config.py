@@ -18,7 +18,7 @@ from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.noise import plausible
-from vedette_tools.drafting.proof import BUDGET, LESS, proved
+from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
 from vedette_tools.drafting.reading import JUMP, Reading, opened
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
@@ -114,18 +114,18 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     if named:
         facts = {name: _by_names(one, name, best.recording.scans) for name, one in facts.items()}
     some = _some(best.recording.scans)
+    steady, in_turn = best.followed / max(best.returns, 1), any(one.in_turn and not one.named for one in facts.values())
+    clean = steady >= CLEAN or in_turn
     bare = [evolve(scan, detections=evolve(scan.detections, noise=None)) for scan in some] if best.table.noise else []
     known: dict[Design, Trial | None] = {}
-    if bare and (common := tried(text(first), bare)) is not None:
-        known[first] = own = tried(text(first), some)
+    if bare and (common := tried(text(first), bare, clean=clean)) is not None:
+        known[first] = own = tried(text(first), some, clean=clean)
         if own is None or own.loglik < common.loglik:
             some, best, known[first] = bare, evolve(best, table=best.table.without_noise()), common
-    steady = best.followed / max(best.returns, 1)
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
-        first, lambda design: known.get(design) or tried(text(design), some), steady, errors=not table.reports,
-        in_turn=any(one.in_turn and not one.named for one in facts.values()), lone=best.lone, vague=vague, progress=progress,
-        budget=max(BUDGET - (process_time() - begun), 0.0),
+        first, lambda design: known.get(design) or tried(text(design), some, clean=clean), steady, errors=not table.reports,
+        in_turn=in_turn, lone=best.lone, vague=vague, progress=progress, budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip
     ended = process_time() - begun > BUDGET
     if named and proof.trial is not None and len(facts) == 1 and not ended:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.config import load
 from vedette.errors import VedetteError
@@ -71,8 +71,12 @@ class Trial:
         return f"{told}{named}; log-likelihood {self.loglik / max(self.returns, 1):.2f} a return"
 
 
-def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
-    """Return what a config, as TOML, shows on scans of its source; None if it cannot run on them."""
+def tried(text: str, scans: Sequence[Scan], *, clean: bool = True) -> Trial | None:
+    """Return what a config, as TOML, shows on scans of its source; None if it cannot run on them.
+
+    clean: whether hardly a return is false. Else returns are predicted from confirmed tracks alone: each false one begins a
+    track, and the wider these are spread, the likelier is clutter.
+    """
     data = {name: part for name, part in tomllib.loads(text).items() if name != "source"}
     try:
         tracker = load(data).tracker
@@ -82,6 +86,7 @@ def tried(text: str, scans: Sequence[Scan]) -> Trial | None:
             for scan in scans:
                 it = tracker.expect(state, scan)
                 if scan.sensor in seen:
+                    it = it if clean else evolve(it, existence=np.where(state.confirmed, it.existence, 0.0))
                     total += predictive(it, seen[scan.sensor].cover(it.sensor, scan.pose))[0]
                 state = tracker.step(state, scan)
                 history.add(state)

@@ -15,7 +15,7 @@ from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.proof import kept, proved
 from vedette_tools.drafting.reports import steady
 from vedette_tools.drafting.text import Design
-from vedette_tools.drafting.trial import Trial
+from vedette_tools.drafting.trial import Trial, tried
 
 
 def table(path, head, rows):
@@ -211,6 +211,23 @@ def test_faster_targets_explain_more_returns_in_clutter(share, false, speed):
         return trial(-500.0 if design.speed == 5.0 else -300.0, 5, share=share if design.speed > 5.0 else 0.8)
 
     assert proved(Design(0.1, 5.0), run, 1.0 - false, errors=False).design.speed == speed
+
+
+def test_births_make_clutter_no_likelier(tmp_path):
+    """Of false returns alone no track is confirmed, and none is expected; others are likelier if spread wide."""
+    rng = np.random.default_rng(13)
+    path = table(
+        tmp_path / "d.csv", "time,x,y", [(i, *rng.uniform(-1e4, 1e4, 2).round(1)) for i in range(30) for _ in range(20)]
+    )
+    text = (
+        '[sensors.s]\nkind = "cartesian_position"\nsigma = 10\nclutter_density = 5e-8\n[birth]\nkind = "from_returns"\n'
+        'spread = {{ vx = {0}, vy = {0} }}\n[estimator]\nkind = "kalman"\n[estimator.motion]\nkind = "constant_velocity"\n'
+        'sigma_accel = 1\n[associator]\nkind = "jpda"\n[lifecycle]\nkind = "existence"\nconfirm = 0.9999\n'
+    )
+    source = {"kind": "csv", "path": str(path), "detections": {"time": "time", "columns": {"x": "x", "y": "y"}}}
+    scans = vedette.load(tomllib.loads(text.format(20)) | {"source": source}).run().recording.scans
+    few, many = ([tried(text.format(speed), scans, clean=clean).loglik for speed in (20, 200)] for clean in (False, True))
+    assert few[0] == few[1] > many[1] > many[0] + 10
 
 
 def test_alternatives_end_with_the_budget_and_it_is_told():
