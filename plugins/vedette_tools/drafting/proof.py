@@ -197,9 +197,9 @@ def _broken(design: Design, trial: Trial, clean: bool) -> float:
 
 
 def _no_worse(known: dict[Design, Trial], before: Design, clean: bool) -> dict[Design, Trial]:
-    """Return the trials without those of larger errors or acceleration that are far less likely: any make tracks whole if
-    large, and objects that report in turn one; and of faster targets, in clutter, without those that hardly explain more
-    returns: each false one begins a track, and the wider these are spread the likelier is clutter.
+    """Return the trials without those of other errors or larger acceleration that are far less likely, for some make tracks
+    whole, and objects that report in turn one; and, in clutter, of faster targets that hardly explain more returns: false
+    ones lie in births that are spread so wide.
     """
     if before not in known:
         return known
@@ -208,7 +208,7 @@ def _no_worse(known: dict[Design, Trial], before: Design, clean: bool) -> dict[D
     return {
         design: trial
         for design, trial in known.items()
-        if ((design.errors <= before.errors and design.accel <= before.accel) or trial.loglik >= least)
+        if ((design.errors == before.errors and design.accel <= before.accel) or trial.loglik >= least)
         and (design.speed <= before.speed or trial.explained >= more)
     }
 

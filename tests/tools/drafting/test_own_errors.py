@@ -35,9 +35,9 @@ def test_a_draft_keeps_errors_of_returns_only_where_these_are_likelier_by_them(f
     """Each design is tried once on returns with errors of their own, and without."""
     tries = Counter()
 
-    def counted(text, scans):
+    def counted(text, scans, clean):
         tries[text, scans[0].detections.noise is None] += 1
-        return tried(text, scans)
+        return tried(text, scans, clean=clean)
 
     monkeypatch.setattr("vedette_tools.drafting.config.tried", counted)
     rng = np.random.default_rng(4)
