@@ -26,6 +26,24 @@ class ClusteredDetection(Preprocessor):
     on any one error. Evidence: log p(k | H1, k > 1) - log p(k | H0, k > 1) with independent sensors, for `pda`;
     p_j = 1 - (1 - P_D)(1 - P_FA) given a target, P_FA without. The tracker's sensor states the density of false clusters.
     Comaniciu, Meer, Mean Shift, IEEE T-PAMI 24, 2002 (means that move); for the counts, `count_likelihood_detection`.
+
+    >>> from vedette_standard import CartesianPosition
+    >>> settings = {"a": (4.0, 0.9, 1e-3), "b": (3.0, 0.8, 2e-3), "c": (6.0, 0.7, 5e-4)}  # sigma, P_D, clutter
+    >>> sensors = {j: CartesianPosition(s, detection_probability=p, clutter_density=l) for j, (s, p, l) in settings.items()}
+    >>> z = {"a": [[0.0, 2.0], [200.0, 0.0]], "b": [[1.0, 0.0], [206.0, 4.0]], "c": [[300.0, 9.0], [3.0, 0.0]]}
+    >>> scans = {name: Scan(0.0, name, Detections.of(each)) for name, each in z.items()}
+    >>> made = ClusteredDetection(sensors, threshold=8.0).process(scans)
+    >>> w = np.array([1 / 16, 1 / 9, 1 / 36])
+    >>> all_three, two = w @ [[0, 2], [1, 0], [3, 0]] / np.sum(w), w[:2] @ [[200, 0], [206, 4]] / np.sum(w[:2])
+    >>> np.allclose(made.z, [all_three, two]), np.allclose(made.noise[:, 0, 0], [1 / np.sum(w), 1 / np.sum(w[:2])])
+    (True, True)
+    >>> f = 1 - np.exp(-64 * np.pi * np.array([1e-3, 2e-3, 5e-4]))
+    >>> shares = []
+    >>> for p in (1 - (1 - np.array([0.9, 0.8, 0.7])) * (1 - f), f):
+    ...     pairs = np.sum(np.prod(p) / p * (1 - p))
+    ...     shares.append(np.array([np.prod(p), pairs]) / (np.prod(p) + pairs))
+    >>> np.allclose(made.evidence, np.log(shares[0] / shares[1]))
+    True
     """
 
     kind: ClassVar[str] = "clustered_detection"

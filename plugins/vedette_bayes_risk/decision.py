@@ -20,6 +20,22 @@ class BayesRiskDecision(DistributedDetection):
     R(k) is the Bayes risk of deciding so, with P_D(k) and P_F(k) as in `bayes_risk_detection`. What is left weighs alike.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), section 2 and equation 1; Hoballah, Varshney,
     Distributed Bayesian Signal Detection, IEEE T-IT 35, 1989.
+
+    >>> from scipy.special import chndtr
+    >>> from vedette import Detections, Scan
+    >>> from vedette_standard import CartesianPosition
+    >>> base, other = CartesianPosition(sigma=4.0), CartesianPosition(3.0, detection_probability=0.9, clutter_density=1e-3)
+    >>> sensors, costs = {"b": base, "o": other, "p": other}, Costs(miss=2.0, false_alarm=9.0, prior=0.4)
+    >>> decides = BayesRiskDecision(sensors, base="b", threshold=12.0, costs=costs)
+    >>> u, f = -np.log((np.arange(20000) + 0.5) / 20000), 1 - np.exp(-1e-3 * np.pi * 144)
+    >>> c = 1 - (1 - 0.9 * chndtr(144 / 9, 2, 2 * 16 * u / 9)) * (1 - f)  # that one confirms, given e^2 = 2 v_base u
+    >>> P_D, P_F = np.array([1.0, 1 - np.mean((1 - c) ** 2), np.mean(c**2)]), np.array([1.0, 1 - (1 - f) ** 2, f**2])
+    >>> np.allclose(decides.risks(), 0.4 * 2.0 * (1 - P_D) + 0.6 * 9.0 * P_F, rtol=1e-3), decides.best
+    (True, 3)
+    >>> z = {"b": [[0.0, 0.0], [60.0, 0.0]], "o": [[1.0, 0.0], [62.0, 3.0]], "p": [[0.0, 4.0], [90.0, 0.0]]}
+    >>> made = decides.process({name: Scan(0.0, name, Detections.of(each)) for name, each in z.items()})
+    >>> made.z.tolist(), made.evidence.tolist()  # of shares 9/41 and twice 16/41
+    ([[0.3902439024390244, 1.5609756097560976]], [0.0])
     """
 
     kind: ClassVar[str] = "bayes_risk_decision"

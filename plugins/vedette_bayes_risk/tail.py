@@ -21,6 +21,22 @@ class BayesRiskDetection(DistributedDetection):
     and p(k | H0) for a false return of the base, which is always counted. It is a weight for the associator `bayes_risk`,
     not a likelihood ratio: for `pda` use `count_likelihood_detection`.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equations 1 to 5, corrected.
+
+    >>> import numpy as np
+    >>> from vedette import Detections, Scan
+    >>> from vedette_standard import CartesianPosition
+    >>> base, other = CartesianPosition(sigma=4.0), CartesianPosition(3.0, detection_probability=0.8, clutter_density=2e-4)
+    >>> costs = Costs(miss=3.0, false_alarm=2.0, detection=0.5, rejection=0.25, prior=0.3)
+    >>> weighs = BayesRiskDetection({"b": base, "o": other}, base="b", threshold=12.0, costs=costs)
+    >>> z = {"b": [[90.0, 0.0], [10.0, 20.0]], "o": [[13.0, 24.0], [13.0, 9.0]]}  # R = 1 / (1/16 + 1/9), shares .36 and .64
+    >>> made = weighs.process({name: Scan(0.0, name, Detections.of(each)) for name, each in z.items()})
+    >>> made.z.round(9).tolist(), made.noise.round(9).tolist()
+    ([[11.92, 22.56]], [[[5.76, 0.0], [0.0, 5.76]]])
+    >>> f = 1 - np.exp(-2e-4 * np.pi * 144)
+    >>> d = 1 - (1 - 0.8 * (1 - np.exp(-144 / (2 * (16 + 9))))) * (1 - f)  # P_F(2), P_D(2); both are 1 at k = 1
+    >>> R = [0.3 * 0.5 + 0.7 * 2.0, 0.3 * (3.0 * (1 - d) + 0.5 * d) + 0.7 * (2.0 * f + 0.25 * (1 - f))]
+    >>> np.allclose(made.evidence, np.log(1 / R[0] + 1 / R[1]))
+    True
     """
 
     kind: ClassVar[str] = "bayes_risk_detection"

@@ -19,6 +19,12 @@ class RadarScreen(ImagingSensor):
     """A radar's screen, or the polar sweeps behind it, as named in a detector's `sensors`.
 
     By itself it carries no information on a target: J = 0, llr = 0. The detector turns its pictures into positions.
+
+    >>> screen, x = RadarScreen(resolution=12.0), np.array([[300.0, -40.0]])
+    >>> screen.measure(x).tolist(), screen.noise(x).tolist(), screen.jacobian(x).tolist(), float(screen.detects(x))
+    ([[300.0, -40.0]], [[144.0, 0.0], [0.0, 144.0]], [[1.0, 0.0], [0.0, 1.0]], 1.0)
+    >>> [part.tolist() for part in screen.information(x, Frame(np.ones((9, 9))), x)]
+    [[[[0.0, 0.0], [0.0, 0.0]]], [[0.0, 0.0]], [0.0]]
     """
 
     kind: ClassVar[str] = "radar_screen"

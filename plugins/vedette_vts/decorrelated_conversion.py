@@ -18,6 +18,13 @@ class DecorrelatedConversion(Preprocessor):
     That is `decorrelated_position`, which evaluates R where the target is believed to be, for z = exp(s/2) r (cos b, sin b),
     s = sigma_bearing^2, as `unbiased_conversion` makes it.
     Bordonaro, Willett, Bar-Shalom, Decorrelated Unbiased Converted Measurement Kalman Filter, IEEE T-AES 50, 2014.
+
+    >>> import numpy as np
+    >>> from vedette_standard import RangeBearing, UnbiasedConversion
+    >>> of = UnbiasedConversion({"radar": RangeBearing(sigma_range=20.0, sigma_bearing=0.3)})
+    >>> made = DecorrelatedConversion(of).process({"radar": Scan(0.0, "radar", Detections.of([[200.0, 0.8]]))})
+    >>> np.allclose(made.z[0], np.exp(0.045) * 200.0 * np.array([np.cos(0.8), np.sin(0.8)])), made.noise is None
+    (True, True)
     """
 
     kind: ClassVar[str] = "decorrelated_conversion"

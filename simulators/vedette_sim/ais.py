@@ -36,7 +36,35 @@ _TURNING, _MEAN, _CALM, _SLOWER = np.radians(5.0), 30.0, 20.0, 180.0
 @final
 @frozen
 class Transponder:
-    """A ship's AIS transponder. Resolution: position 1e-4 minutes, speed .1 knot, course .1 degree, heading 1 degree."""
+    """A ship's AIS transponder. Resolution: position 1e-4 minutes, speed .1 knot, course .1 degree, heading 1 degree.
+
+    >>> from vedette_sim.ships import Leg
+    >>> def sent(speed, last=300.0, legs=(), **how):
+    ...     rng = np.random.default_rng(1)
+    ...     return reports(Ship([0.0, 0.0], 0.7, speed, legs), Transponder(**how), 7, last, (54.0, 12.0), rng)
+    >>> plain = {"spread": 0.0, "gnss": 0.0, "antenna": [30.0, -5.0]}
+    >>> made = [sent(6.0, **plain), sent(10.0, **plain), sent(13.0, **plain), sent(6.0, carriage="B", **plain)]
+    >>> made += [sent(0.0, 900.0, moored=True, **plain), sent(6.0, 300.0, [Leg("turn", seconds=400.0, rate=0.02)], **plain)]
+    >>> [float(np.round(np.diff(each.time)[-1], 1)) for each in made]  # 11.7, 19.4, 25.3 and 11.7 knots, moored, turning
+    [10.0, 6.0, 2.0, 30.0, 180.0, 3.3]
+    >>> one, c, s = made[0], np.cos(0.7), np.sin(0.7)
+    >>> there = 6 * one.time[0] * np.array([c, s]) + [30 * c + 5 * s, 30 * s - 5 * c]
+    >>> np.allclose([(one.longitude[0] - 12) * 65_576, (one.latitude[0] - 54) * 111_305], there, atol=0.5)  # m a degree
+    True
+    >>> np.allclose([one.speed[0] / KNOT, *np.degrees([one.course[0], one.heading[0]])], [11.7, 49.9, 50.0])
+    True
+    >>> turn = np.radians((39 / 4.733) ** 2 / 60)  # 68.8 deg/min as ROT 39
+    >>> np.allclose(one.latitude * 6e5, np.round(one.latitude * 6e5)), np.allclose(made[-1].turn[-1], turn)
+    (True, True)
+    >>> rough, early = sent(6.0, 2e4, gnss=50.0, gnss_seconds=20.0, spread=0.0), sent(6.0, 2e4, spread=0.2, gnss=0.0)
+    >>> off = (rough.latitude - 54) * 111_305 - 6 * s * rough.time
+    >>> off -= np.polyval(np.polyfit(rough.time, off, 2), rough.time)  # the earth is round
+    >>> np.allclose([np.std(off), np.mean(off[1:] * off[:-1]) / np.var(off)], [50.0, np.exp(-10 / 20)], rtol=0.1)
+    True
+    >>> late = np.diff(early.time) - 10.0
+    >>> bool(np.max(np.abs(late)) < 2.01), np.allclose(np.std(late), 2 / 3**0.5, rtol=0.1)
+    (True, True)
+    """
 
     carriage: str = fields.choice("class A or B", ("A", "B"), default="A")
     antenna: Array = fields.array(

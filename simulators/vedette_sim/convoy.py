@@ -20,6 +20,19 @@ class Convoy:
     Member i stands i times `spacing` behind, or to port of, the leader's place, by the course on which the leader starts.
     The formation does not turn: all have the leader's velocity. `wander` adds to each its own deviation from its place,
     leader's included: a draw of that model from 0, as axes of the same names. Their names are NAME.1, NAME.2, ...
+
+    >>> from vedette_standard import ConstantVelocity, RandomWalk
+    >>> start = {"x": (100.0, 0.0), "y": (200.0, 0.0), "vx": (3.0, 0.0), "vy": (4.0, 0.0)}
+    >>> leader, rng = Drawn((ConstantVelocity(1e-9),), start, appears=1.0, disappears=5.0), np.random.default_rng(1)
+    >>> for formation in ("astern", "abreast"):
+    ...     paths = Convoy(leader, 50.0, formation, count=3).members("c", np.arange(9.0), 8.0, rng)
+    ...     paths[2].name, paths[2].times.tolist(), paths[2].states[-1].round(6).tolist()  # from 112, 216
+    ('c.3', [1.0, 2.0, 3.0, 4.0, 5.0], [52.0, 136.0, 3.0, 4.0])
+    ('c.3', [1.0, 2.0, 3.0, 4.0, 5.0], [32.0, 276.0, 3.0, 4.0])
+    >>> paths = Convoy(leader, 1e-9, "astern", 1000, RandomWalk(6.0, ("y",))).members("c", np.arange(9.0), 8.0, rng)
+    >>> y = np.array([path.states[:, 1] for path in paths]) - [200.0, 204.0, 208.0, 212.0, 216.0]
+    >>> np.allclose(np.mean(y**2, axis=0), [0.0, 36.0, 72.0, 108.0, 144.0], rtol=0.2)
+    True
     """
 
     leader: Drawn = fields.part("the path that all follow")

@@ -26,6 +26,20 @@ class Crossing:
     Each starts with `speed` on a course `angle` from its neighbour's and is drawn from the models; then its whole path is
     moved in the plane, so that at `time` it is at `at`, but for a Gaussian miss of `spread` an axis. Velocities are as the
     models have them; the models must not depend on where the object is. Their names are NAME.1, NAME.2, ...
+
+    >>> from vedette_standard import ConstantVelocity
+    >>> near = Crossing((ConstantVelocity(1e-9),), [30.0, -40.0], time=2.5, speed=8.0, count=3, angle=0.5, course=0.2,
+    ...                 start={}, appears=1.0, disappears=6.0)
+    >>> paths = near.members("m", np.arange(9.0), 8.0, np.random.default_rng(1))
+    >>> v = 8.0 * np.array([np.cos(1.2), np.sin(1.2)])  # of the third: .2 + 2 .5
+    >>> paths[2].name, paths[2].times.tolist()
+    ('m.3', [1.0, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0])
+    >>> np.allclose(paths[2].states, [[*([30.0, -40.0] + (t - 2.5) * v), *v] for t in paths[2].times])
+    True
+    >>> wide = Crossing((ConstantVelocity(1e-9),), [30.0, -40.0], time=2.0, speed=8.0, count=900, spread=5.0, start={})
+    >>> made = np.array([path.at(2.0) for path in wide.members("m", np.arange(9.0), 8.0, np.random.default_rng(1))])
+    >>> np.allclose(np.std(made[:, :2] - [30.0, -40.0], axis=0), 5.0, rtol=0.1), np.allclose(made[:, 2:].mean(axis=0), 0.0)
+    (True, True)
     """
 
     models: tuple[MotionModel, ...] = fields.part("how each moves; several models take turns at each scan time")

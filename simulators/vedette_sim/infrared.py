@@ -52,7 +52,27 @@ class HotSpot:
 @final
 @frozen
 class HotTarget:
-    """A target that moves through the image. It appears at the sum of some axes of its motion; its spots turn about that."""
+    """A target that moves through the image. It appears at the sum of some axes of its motion; its spots turn about that.
+
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> start = {"x": (20.0, 0.0), "y": (15.0, 0.0), "vx": (6.0, 0.0), "vy": (-4.0, 0.0)}
+    >>> spots = HotSpot(50.0, 2.0), HotSpot(-20.0, 1.0, 3.0, -4.0)
+    >>> target = HotTarget(ImageVelocity(1e-9, 0.0), spots, start, turn_rate=0.8)
+    >>> target.box()  # from -4 to 5 across, from -6 to 4 down
+    (9.0, 10.0)
+    >>> target.path(np.array([0.0, 0.5]), np.random.default_rng(0)).round(6).tolist()
+    [[20.0, 15.0, 0.0, 0.0], [23.0, 13.0, 0.0, 0.0]]
+    >>> def line(size, at, spread):  # 20 points a pixel
+    ...     u = ((np.arange(20 * size) + 0.5) / 20 - 0.5 - at) / spread
+    ...     return np.exp(-(u**2) / 2).reshape(-1, 20).mean(axis=1)
+    >>> def spot(peak, spread, x, y):
+    ...     return peak * np.outer(line(30, y, spread), line(40, x, spread))
+    >>> seen, c, s = np.zeros((1, 30, 40)), np.cos(0.4), np.sin(0.4)
+    >>> target.add_to(seen, np.array([[20.3, 15.6]]), np.array([0.5]))
+    >>> wanted = spot(50.0, 2.0, 20.3, 15.6) + spot(-20.0, 1.0, 20.3 + 3 * c + 4 * s, 15.6 + 3 * s - 4 * c)
+    >>> np.allclose(seen[0], wanted, atol=0.02)
+    True
+    """
 
     motion: MotionModel = fields.part("how it moves, in px")
     spots: tuple[HotSpot, ...] = fields.part("its hot spots")
@@ -121,6 +141,34 @@ class InfraredScene(Source):
     The background is a stationary Gaussian field with covariance clutter^2 e^(-d^2 / 4 l^2) e^(-t / tau), which the drift of
     the platform carries along with the targets. Dead pixels are NaN. Every target, the background and the noise have a
     random stream of its own: another target changes nothing else.
+
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> from vedette_flir.sensors.gaussian_spot import GaussianSpot
+    >>> start = {"x": (120.0, 0.0), "y": (230.0, 0.0), "vx": (6.0, 0.0), "vy": (-4.0, 0.0)}
+    >>> spot = {"a": HotTarget(ImageVelocity(1e-9, 0.0), (HotSpot(90.0, 2.0, 3.0, 1.0),), start)}
+    >>> camera = {"eye": GaussianSpot()}
+    >>> settings = {"frames": 3, "rate": 2.0, "sigma": 0.0, "level": 7.0, "drift": [2.0, 5.0]}
+    >>> made = InfraredScene(spot, 40, 48, corner=[100.0, 200.0], **settings).open(camera, np.random.default_rng(1))
+    >>> made.scans[2].time, made.truth[0].states[2].round(6).tolist()  # moved by 6 + 2 and -4 + 5 px in 1 s
+    (1.0, [128.0, 231.0, 0.0, 0.0, 8.0, 8.0])
+    >>> light = made.scans[2].frame.pixels - 7.0
+    >>> rows, columns = np.arange(48), np.arange(40)
+    >>> middle = [light.sum(axis=0) @ columns / light.sum(), light.sum(axis=1) @ rows / light.sum()]
+    >>> np.allclose([light.sum(), *middle], [90 * 2 * np.pi * 2.0**2, 31.0, 32.0], rtol=1e-4)
+    True
+    >>> made.scans[2].frame.corner.tolist()
+    [100.0, 200.0]
+    >>> noisy = InfraredScene(spot, 64, 64, frames=40, rate=4.0, sigma=3.0, level=50.0, dead=0.2)  # its target is outside
+    >>> pixels = np.stack([scan.frame.pixels for scan in noisy.open(camera, np.random.default_rng(1)).scans])
+    >>> np.allclose([np.nanmean(pixels), np.nanstd(pixels), np.isnan(pixels).mean()], [50.0, 3.0, 0.2], rtol=0.05)
+    True
+    >>> clouds = {"clutter": 6.0, "clutter_length": 3.0, "clutter_time": 0.5, "drift": [8.0, -4.0]}  # 2 and -1 px a frame
+    >>> cloudy = InfraredScene(spot, 128, 128, frames=120, rate=4.0, sigma=0.0, **clouds)
+    >>> z = np.stack([scan.frame.pixels for scan in cloudy.open(camera, np.random.default_rng(1)).scans])
+    >>> lags = [np.mean(z * z), np.mean(z * np.roll(z, 3, axis=2)), np.mean(z * np.roll(z, 4, axis=1))]
+    >>> lags.append(np.mean(z[1:] * np.roll(z[:-1], (2, -1), axis=(2, 1))))
+    >>> np.allclose(np.divide(lags, 36.0), [1.0, np.exp(-9 / 36), np.exp(-16 / 36), np.exp(-0.5)], rtol=0.1)
+    True
     """
 
     kind: ClassVar[str] = "infrared_scene"

@@ -15,7 +15,15 @@ from vedette.sampling import Bounds
 @final
 @frozen
 class Look:
-    """When one sensor looks, and where it sees clutter. The sensor's name in the tracker is the look's name."""
+    """When one sensor looks, and where it sees clutter. The sensor's name in the tracker is the look's name.
+
+    >>> look = Look(0.5, first=0.25, jitter=0.2, resolution={"bearing": 0.1})
+    >>> late = look.times(500.0, np.random.default_rng(1)) - np.arange(0.25, 500.0, 0.5)
+    >>> len(late), bool(np.max(np.abs(late)) <= 0.2), np.allclose(np.mean(late**2), 0.2**2 / 3, rtol=0.1)
+    (1000, True, True)
+    >>> look.cells(Space.of(range="m", bearing="rad mod 2pi")).tolist()
+    [inf, 0.1]
+    """
 
     interval: float = fields.quantity("s", "time from scan to scan", above=0)
     first: float = fields.quantity("s", "time of the first scan", default=0.0, at_least=0)

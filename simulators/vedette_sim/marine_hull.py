@@ -45,6 +45,28 @@ class Vessel:
     The superstructure has a share of the cross-section; the plates that face the radar share the rest by the cosine to the
     line of sight. The total is `cross_section` broadside, and smaller in other aspects as the hull looks shorter.
     From turn to turn the whole fluctuates as a gamma variable, and each scatterer exponentially.
+
+    >>> ship = Vessel(Ship([0.0, 0.0], appears=5.0, disappears=9.0), 100.0, 20.0, 300.0, superstructure=0.25, bridge=-0.3,
+    ...               steadiness=4.0)
+    >>> where, sections = ship.scatterers(0.5, 700.0 * np.array([np.cos(1.7), np.sin(1.7)]))  # 1.2 rad off its stern
+    >>> whole = 300 * np.sqrt(100**2 * np.sin(1.2) ** 2 + 20**2 * np.cos(1.2) ** 2) / 100
+    >>> np.allclose([sections.sum(), sections[-1]], [whole, whole / 4])
+    True
+    >>> np.allclose(where[-1], [-30 * np.cos(0.5), -30 * np.sin(0.5)])
+    True
+    >>> fore, port = (where @ np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])).T.round(6)
+    >>> right, left = (sections[(fore < 0) & (port == side)] for side in (-10, 10))
+    >>> stern = sections[fore == -50]
+    >>> np.allclose(right[0] / left[0], (np.sin(1.2) + 0.04) / 0.04)  # .04 is seen of any plate; a side's have 5 m
+    True
+    >>> np.allclose(stern[0] / right[0], 20 / 3 / 5 * (np.cos(1.2) + 0.04) / (np.sin(1.2) + 0.04))
+    True
+    >>> rng = np.random.default_rng(1)
+    >>> each = np.array([ship.draw(rng)[:20] for _ in range(4000)])
+    >>> np.allclose([each.mean(), np.mean(each**2), np.mean(each[:, 0] * each[:, 1])], [1.0, 2 * 1.25, 1.25], rtol=0.1)
+    True
+    >>> [ship.there(time) for time in (4.9, 5.0, 9.0, 9.1)]
+    [False, True, True, False]
     """
 
     path: Ship = fields.part("where its hull's centre goes; x is east, y is north")

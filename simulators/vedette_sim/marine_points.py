@@ -44,6 +44,26 @@ class RadarPointsScene(Source):
     The errors are Gaussian, along the hull with variance sigma^2 + (extent length)^2, across it sigma^2 + (extent width)^2.
     Clutter is uniform over the radar's disc. Paths, times, lost frames and AIS are the scene's. Each run has a random stream
     of its own: run 3 of 10 is also run 3 of 100.
+
+    >>> from vedette_sim.marine_hull import Vessel
+    >>> from vedette_sim.ppi import PpiRadar
+    >>> from vedette_sim.ships import Ship
+    >>> ship = Vessel(Ship([300.0, 400.0], course=0.5, speed=10.0, appears=1.5), 100.0, 20.0)
+    >>> radar, own = PpiRadar(10.0, 1500.0, size=320), Ship([100.0, 50.0], course=1.0)
+    >>> scene = RadarPicturesScene(radar, {"a": ship}, frames=2, interval=1.0, ownship=own)
+    >>> runs = RadarPointsScene(scene, 0.8, sigma=4.0, extent=0.1, clutter=0.0).batch(1000, 5)
+    >>> runs.times.tolist(), bool(runs.valid[:, 0].any())  # it appears at 1.5 s, and has gone 5 m at 2 s
+    ([1.0, 2.0], False)
+    >>> back = np.array([[np.cos(0.5), -np.sin(0.5)], [np.sin(0.5), np.cos(0.5)]])
+    >>> along, across = ((runs.z[:, 1, 0] - [300.0, 400.0])[runs.valid[:, 1, 0]] @ back).T
+    >>> wanted = [0.8, 5.0, np.hypot(4, 10), np.hypot(4, 2)]
+    >>> np.allclose([len(along) / 1000, along.mean(), along.std(), across.std()], wanted, rtol=0.1)
+    True
+    >>> runs = RadarPointsScene(scene, 0.0, clutter=2e-6).batch(1000, 5)
+    >>> false = (runs.z[:, 0] - [100.0, 50.0])[runs.valid[:, 0]]  # over the disc around own ship
+    >>> wanted = [2e-6 * np.pi * 1500**2, 1500**2 / 4, 1500**2 / 4]
+    >>> np.allclose([len(false) / 1000, *np.mean(false**2, axis=0)], wanted, rtol=0.1), bool(np.abs(false).max() < 1500)
+    (True, True)
     """
 
     kind: ClassVar[str] = "radar_points_scene"

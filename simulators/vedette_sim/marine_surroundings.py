@@ -40,7 +40,7 @@ def _corners(values: Array) -> str | None:
 @final
 @frozen
 class Land:
-    """Ground within an outline: a static, rough echo that falls by R^-3, fades inland, and hides what lies behind it."""
+    """Ground within an outline: a static, rough echo that falls by R^-3 and fades inland."""
 
     outline: Array = fields.array(
         "m", "corners [x, y], east and north", ndim=2, check=_corners,
@@ -53,7 +53,12 @@ class Land:
 @final
 @frozen
 class Rain:
-    """A shower: an echo with a Gaussian profile around its middle, drifting, which falls by R^-2."""
+    """A shower: an echo with a Gaussian profile around its middle, drifting, which falls by R^-2.
+
+    >>> rain = Rain([100.0, -200.0], radius=300.0, level=20.0, drift=[5.0, -2.0])
+    >>> np.allclose(rain.profile(np.array([150.0, 450.0]), np.array([-220.0, -220.0]), 10.0), [100.0, 100 * np.exp(-0.5)])
+    True
+    """
 
     at: Array = fields.array("m", "middle [x, y] at the start", ndim=1, check=pair)
     radius: float = fields.quantity("m", "standard deviation of its profile", above=0)
@@ -79,7 +84,15 @@ class Buoy:
 @final
 @frozen
 class Racon:
-    """A radar beacon: while on, it answers each pulse with a Morse letter, a spoke that starts behind its position."""
+    """A radar beacon: while on, it answers each pulse with a Morse letter, a spoke that starts behind its position.
+
+    >>> racon = Racon([0.0, 0.0], letter="N", on=20.0, every=50.0, first=7.0, length=800.0, delay=60.0)
+    >>> # a dash, a gap, a dot: 3 + 1 + 1 units of 160 m
+    >>> racon.profile(np.array([59.0, 61.0, 539.0, 541.0, 699.0, 701.0, 859.0, 861.0])).tolist()
+    [0.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 0.0]
+    >>> [racon.answers(time) for time in (6.9, 7.1, 26.9, 27.1, 56.9, 57.1)]
+    [False, True, True, False, False, True]
+    """
 
     at: Array = fields.array("m", "place [x, y]", ndim=1, check=pair)
     letter: str = fields.choice("what it sends", tuple(_DOTS), default="K")

@@ -26,6 +26,24 @@ class Population:
     With a rate l and a mean lifetime T, a scene of `duration` d holds a Poisson(l d) number of births, and at time t there
     are on average count e^(-t/T) + l T (1 - e^(-t/T)) objects: `count` = l T keeps it level. Each is drawn like a `Drawn`,
     independent of the others; `area` replaces `start` for axes that are uniform. Their names are NAME.1, NAME.2, ...
+
+    >>> from vedette_standard import ConstantVelocity
+    >>> start, area = {"y": (50.0, 4.0), "vx": (3.0, 0.0), "vy": (0.5, 0.0)}, {"x": Bounds(100.0, 180.0)}
+    >>> some = Population((ConstantVelocity(1e-9),), start, area, count=400, rate=8.0, lifetime=25.0)
+    >>> paths = some.members("p", np.arange(51.0), 50.0, np.random.default_rng(1))
+    >>> born = np.array([path.times[0] for path in paths])
+    >>> int(np.sum(born == 0)), abs(len(paths) - 800) < 4 * 20, paths[-1].name == f"p.{len(paths)}"
+    (400, True, True)
+    >>> there = [sum(path.times[0] <= t < path.times[-1] for path in paths) for t in (10.0, 40.0)]
+    >>> left = np.exp(-np.array([10.0, 40.0]) / 25)
+    >>> np.allclose(there, 400 * left + 8.0 * 25 * (1 - left), rtol=0.15), np.allclose(born[400:].mean(), 25.0, rtol=0.1)
+    (True, True)
+    >>> x = np.array([path.states[0] for path in paths])
+    >>> np.allclose([x[:, 0].mean(), x[:, 0].std(), x[:, 1].std()], [140.0, 80 / 12**0.5, 4.0], rtol=0.1)
+    True
+    >>> ends = np.array([[path.times[-1] - path.times[0], *(path.states[-1] - path.states[0])[:2]] for path in paths])
+    >>> np.allclose(ends[:, 1:], ends[:, :1] * [3.0, 0.5], atol=1e-3)
+    True
     """
 
     models: tuple[MotionModel, ...] = fields.part("how each moves; several models take turns at each scan time")

@@ -26,6 +26,22 @@ class PpiRadar:
     Powers are relative to the receiver's noise. A point of cross-section s at range R gives the power
     10^(echo/10) s / R^4, R in km, in the middle of a Gaussian of the two-way `beam` and the `pulse`'s width at half power.
     The azimuth a, clockwise from the bow, is looked at (k + a / 2 pi) `period` from the start, k = 0, 1, ..
+
+    >>> radar = PpiRadar(metres_per_pixel=10.0, range=1500.0, size=320, beam=np.pi / 16, pulse=30.0, azimuths=256, echo=20.0,
+    ...                  gain=-5.0, calm=800.0)
+    >>> radar.cell, radar.centre, radar.ranges[[0, 299]].tolist()
+    (5.0, 159.5, [2.5, 1497.5])
+    >>> np.allclose(radar.bearings[[0, 255]], [np.pi / 256, 511 * np.pi / 256])
+    True
+    >>> np.allclose(radar.strength(np.array([500.0, 2000.0])), [100 * 16, 100 / 16])
+    True
+    >>> power = np.zeros((256, 300), dtype=np.float32)
+    >>> radar.add_points(power, radar.bearings[[2]], radar.ranges[[100]], np.array([7.0]))
+    >>> power[[2, 6, 254, 2, 2], [100, 100, 100, 103, 97]].round(4).tolist()  # half of it half a width away
+    [7.0, 3.5, 3.5, 3.5, 3.5]
+    >>> got = radar.levels(np.full((1, 300), 10.0, dtype=np.float32))[0, [40, 299]]
+    >>> np.allclose(got, [10 - 5 + 30 * np.log10(202.5 / 800), 5.0], atol=1e-4)
+    True
     """
 
     metres_per_pixel: float = fields.quantity("m", "side of a pixel", above=0)

@@ -47,6 +47,19 @@ class Drawn:
 
     The first of `models` holds when it appears, at a state drawn from `start`. An axis that a switch adds starts from the
     same [mean, standard deviation]. The truth holds the axes that all models have.
+
+    >>> from vedette_standard import ConstantVelocity, RandomWalk
+    >>> start = {"x": (5.0, 0.0), "y": (-2.0, 0.0), "vx": (3.0, 0.0), "vy": (1.0, 0.0)}
+    >>> one = Drawn((ConstantVelocity(1e-9),), start, appears=1.5, disappears=4.0)
+    >>> path = one.path("boat", np.arange(7.0), 6.0, np.random.default_rng(0))
+    >>> path.name, path.times.tolist(), path.states.round(6).tolist()[-1]
+    ('boat', [1.5, 2.0, 3.0, 4.0], [12.5, 0.5, 3.0, 1.0])
+    >>> models = RandomWalk(0.1, ("x",)), RandomWalk(7.0, ("x",))
+    >>> swaps = Drawn(models, {"x": (40.0, 3.0)}, np.array([[0.0, 1.0], [0.5, 0.5]]))
+    >>> x = np.array([swaps.draw(np.array([0.0, 4.0, 8.0]), np.random.default_rng(i))[:, 0] for i in range(800)])
+    >>> steps = np.array([9.0, 7.0**2 * 4, (0.1**2 + 7.0**2) / 2 * 4])  # the second model, then either
+    >>> np.allclose([np.mean((x[:, 0] - 40) ** 2), *np.mean(np.diff(x) ** 2, axis=0)], steps, rtol=0.2)
+    True
     """
 
     models: tuple[MotionModel, ...] = fields.part("how it moves; several models take turns")

@@ -39,6 +39,16 @@ class SeaClutter:
     T = F^-1(Phi(g)), F the gamma distribution with shape nu and scale 1 / nu, g a standard Gaussian field, smooth in space,
     with autocorrelation e^(-t / tau) in time. Moments of the power z: <z^n> = n! Gamma(n + nu) / (nu^n Gamma(nu)) mean^n.
     Ward, Tough, Watts, Sea Clutter, 2nd ed., ch. 4.
+
+    >>> sea = SeaClutter(shape=0.5, level=7.0, wind_from=0.5, upwind=6.0)
+    >>> np.allclose(sea.mean(np.array([1000.0, 2000.0])), [10**0.7, 10**0.7 / 8])
+    True
+    >>> np.allclose(10 * np.log10(sea.rose(np.array([0.5, 1.5, 2.2, -2.0]))), [6.0, 6 * np.cos(1.0) ** 2, 0.0, 0.0])
+    True
+    >>> from scipy.special import ndtri
+    >>> T = sea.texture(ndtri((np.arange(100_000) + 0.5) / 100_000).astype(np.float32))
+    >>> np.allclose([np.mean(T), np.mean(T**2)], [1.0, 1 + 1 / 0.5], rtol=0.01)
+    True
     """
 
     shape: float = fields.quantity("1", "nu, the texture's shape: small is spiky", default=1.0, at_least=0.05, at_most=1000)

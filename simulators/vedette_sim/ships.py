@@ -105,7 +105,22 @@ def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]
 @final
 @frozen
 class Ship:
-    """An object that moves in legs: it appears at `start`, follows `legs`, and then keeps its course and speed."""
+    """An object that moves in legs: it appears at `start`, follows `legs`, and then keeps its course and speed.
+
+    >>> legs = Leg("turn", seconds=4.0, rate=0.25), Leg("accelerate", seconds=3.0, accel=2.0), Leg("stop", decel=7.0)
+    >>> ship = Ship(start=np.array([10.0, 20.0]), course=0.5, speed=8.0, legs=legs, appears=2.0)
+    >>> x, y = 10 + 32 * (np.sin(1.5) - np.sin(0.5)), 20 - 32 * (np.cos(1.5) - np.cos(0.5))  # an arc of radius 32 m
+    >>> c, s = np.cos(1.5), np.sin(1.5)
+    >>> after = [x + 33 * c, y + 33 * s, 14 * c, 14 * s], [x + 47 * c, y + 47 * s, 0, 0]  # 3 (8 + 14) / 2 m, 14^2 / 14 m
+    >>> np.allclose(ship.states([6.0, 9.0, 99.0]), [[x, y, 8 * c, 8 * s], *after]), ship.heading([4.0, 99.0]).tolist()
+    (True, [1.0, 1.5])
+    >>> legs = Leg("turn", seconds=2.0, lateral_accel=4.0), Leg("push", seconds=2.0, push=np.array([1.0, -3.0]))
+    >>> ship, v = Ship(start=np.zeros(2), speed=8.0, legs=legs), 8 * np.array([np.cos(1.0), np.sin(1.0)])
+    >>> place = [16 * np.sin(1.0), 16 - 16 * np.cos(1.0)] + 2 * v + [2.0, -6.0]
+    >>> pushed = v + [2.0, -6.0]  # which stays
+    >>> np.allclose(ship.states([4.0, 7.0]), [[*place, *pushed], [*(place + 3 * pushed), *pushed]])
+    True
+    """
 
     start: Array = fields.array(
         "m", "position [x, y] where it appears", ndim=1, check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}"

@@ -33,6 +33,19 @@ class Box(Sensor):
     s = `sigma`. A target is detected while its middle lies in the image and its sides between `sizes` a, b. False boxes lie
     anywhere there, the logarithms of their sides uniform: of n = `clutter_per_scan` the density is n / (W H w h log(b/a)^2).
     Wojke, Bewley, Paulus, Simple Online and Realtime Tracking with a Deep Association Metric, ICIP 2017 (errors as parts).
+
+    >>> box = Box(sigma_place=0.1, sigma_size=0.2, sigma=3.0, detection_probability=0.7, clutter_per_scan=5.0,
+    ...           image=np.array([640.0, 480.0]), sizes=np.array([10.0, 200.0]))
+    >>> z = np.array([[300.0, 200.0, 40.0, 100.0], [300.0, 200.0, 40.0, 210.0], [-1.0, 200.0, 40.0, 100.0]])
+    >>> np.diag(box.noise(z)[0]).round(9).tolist(), box.detects(z).tolist()  # 9 + 4^2 ..; too high; outside
+    ([25.0, 109.0, 73.0, 409.0], [0.7, 0.0, 0.0])
+    >>> np.diag(box.mean_noise(z[0], np.diag([1.0, 2.0, 100.0, 400.0]))).round(9).tolist()  # of mean squares 1700, 10400
+    [26.0, 113.0, 77.0, 425.0]
+    >>> np.allclose(box.clutter(z[0]), 5 / (640 * 480 * 40 * 100 * np.log(20) ** 2))
+    True
+    >>> found = box.invert(z[0])
+    >>> found.mean.tolist(), np.diag(found.cov).round(9).tolist()
+    ([300.0, 200.0, 40.0, 100.0], [25.0, 109.0, 73.0, 409.0])
     """
 
     kind: ClassVar[str] = "box"

@@ -26,6 +26,22 @@ class SpotDetector(Preprocessor):
     Gonzalez, Woods, Digital Image Processing, 2008, section 9.6.3 (top-hat); Rohling, Radar CFAR Thresholding in Clutter
     and Multiple Target Situations, IEEE T-AES 19, 1983 (ordered statistics); Trunk, Range Resolution of Targets Using
     Automatic Detectors, IEEE T-AES 14, 1978 (the smallest of halves).
+
+    >>> from vedette import Frame
+    >>> from vedette_flir.sensors.gaussian_spot import GaussianSpot
+    >>> rows, columns = np.mgrid[:200, :240].astype(float)
+    >>> frame = 100.0 + np.random.default_rng(1).standard_normal((200, 240))
+    >>> for peak, x, y, spread in ((60.0, 70.0, 90.0, 2.0), (-90.0, 180.0, 120.0, 3.0), (30.0, 150.0, 40.0, 1.5)):
+    ...     frame += peak * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * spread**2))
+    >>> scan = {"eye": Scan(0.0, "eye", Detections.of([], 4), None, Frame(frame, np.array([1000.0, 500.0])))}
+    >>> for polarity in ("hot", "dark", "both"):  # the clearest first; a size is about 2.355 spread + 2
+    ...     z = SpotDetector({"eye": GaussianSpot()}, polarity=polarity, most=2).process(scan).z
+    ...     z[:, :2].round().tolist()
+    [[1070.0, 590.0], [1150.0, 540.0]]
+    [[1180.0, 620.0]]
+    [[1180.0, 620.0], [1070.0, 590.0]]
+    >>> bool(np.all(np.abs(z[:, 2:] - 2.355 * np.array([[3.0], [2.0]]) - 2.0) < 1.0))
+    True
     """
 
     kind: ClassVar[str] = "spot_detector"

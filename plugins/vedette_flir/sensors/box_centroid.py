@@ -19,6 +19,7 @@ class BoxCentroid(ApparentPosition):
 
     J = I / sigma^2, g = J (centroid - at). With contrast c and border spread s, the ratio to the background is
     llr = (c / s)^2 / 2 - 8, which is 0 at 4 standard deviations, less the centroid's own (centroid - at)^2 / (2 sigma^2).
+    Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 10.
 
     >>> pixels = np.full((20, 24), 100.0)
     >>> pixels[8, 10:12] = 140.0, 130.0
@@ -27,8 +28,6 @@ class BoxCentroid(ApparentPosition):
     >>> off = np.array([30.0 / 70.0, -0.5])
     >>> np.allclose(J[0], np.eye(2) / 4), np.allclose(g[0], off / 4), np.allclose(llr[0], 4.5 - off @ off / 8)
     (True, True, True)
-
-    Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 10.
     """
 
     kind: ClassVar[str] = "box_centroid"

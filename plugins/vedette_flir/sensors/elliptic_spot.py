@@ -25,6 +25,35 @@ class EllipticSpot(FittedImage):
     mirrored target would have other widths. Amplitude, spreads, correlation and background are axes of the state,
     which this sensor may learn, as the circular spot does.
     Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
+
+    >>> from vedette import Frame
+    >>> from vedette_flir.camera import Camera
+    >>> spot = EllipticSpot(camera=Camera(2.0, window=16, correlated=0.4, length=3.0), gain_shape=0.5)
+    >>> x, fine = np.array([[7.6, 7.3, 40.0, 2.5, 1.6, 0.4, 10.0]]), (np.arange(320) + 0.5) / 20 - 0.5  # 20 points a pixel
+    >>> def image(px, py, sx=2.5, sy=1.6, r=0.4):
+    ...     u, v = (fine - px) / sx, ((fine - py) / sy)[:, None]
+    ...     Z = (u**2 - 2 * r * u * v + v**2) / (1 - r**2)
+    ...     return 40.0 * np.exp(-Z / 2).reshape(16, 20, 16, 20).mean(axis=(1, 3)).ravel()
+    >>> z, h = 10.0 + image(7.9, 7.2), image(7.6, 7.3)
+    >>> J, g, llr = spot.information(x, Frame(z.reshape(16, 16)), x)
+    >>> D = np.array([image(7.601, 7.3) - image(7.599, 7.3), image(7.6, 7.301) - image(7.6, 7.299)]) / 0.002
+    >>> row, column = np.divmod(np.arange(256), 16)
+    >>> apart = np.hypot(row[:, None] - row, column[:, None] - column)
+    >>> R = 4.0 * (0.6 * np.eye(256) + 0.4 * np.exp(-apart / 3.0))
+    >>> np.allclose(J[0], D @ np.linalg.solve(R, D.T), rtol=1e-3)
+    True
+    >>> np.allclose(g[0], D @ np.linalg.solve(R, z - 10 - h), rtol=1e-3)
+    True
+    >>> np.allclose(llr[0], h @ np.linalg.solve(R, z - 10 - h / 2), rtol=1e-3)
+    True
+    >>> C = np.array([[2.5**2, 0.4 * 2.5 * 1.6], [0.4 * 2.5 * 1.6, 1.6**2]])
+    >>> area = np.sqrt(np.linalg.det(C))
+    >>> density = 0.6 + 0.4 * 2 * np.pi * 9 / (1 + 2 * 9 / area) ** 1.5
+    >>> np.allclose(spot.noise(x), 2 * 4 * density / (np.pi * 40**2) / area * C)
+    True
+    >>> wider = image(7.6, 7.3, 2.54, 1.6 - 0.02, 0.42)  # half of these changes is learnt
+    >>> spot.learn(x, Frame(10.0 + wider.reshape(16, 16))).round(3).tolist()
+    [[7.6, 7.3, 40.0, 2.52, 1.59, 0.41, 10.0]]
     """
 
     kind: ClassVar[str] = "elliptic_spot"

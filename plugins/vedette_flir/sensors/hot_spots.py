@@ -69,6 +69,32 @@ class HotSpots(FittedImage):
     Spot k is at p + T o_k, and C_k = T C T': T turns the rigid target by `turn`, from x towards y. Amplitude, turn and
     background are axes of the state, which this sensor may learn; the derivative to the turn covers places and ellipses.
     Maybeck, Rogers, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983.
+
+    >>> from vedette import Frame
+    >>> from vedette_flir.camera import Camera
+    >>> two = Spot(2.5, 1.6, 0.4), Spot(1.2, 1.2, peak=-0.5, x=3.0, y=-1.0)
+    >>> camera = HotSpots(camera=Camera(2.0, window=16), spots=two, gain_turn=0.5)
+    >>> x, fine = np.array([[7.6, 7.3, 40.0, 0.5, 10.0]]), (np.arange(320) + 0.5) / 20 - 0.5  # 20 points a pixel
+    >>> C = np.array([[2.5**2, 0.4 * 2.5 * 1.6], [0.4 * 2.5 * 1.6, 1.6**2]])
+    >>> def image(px, py, turn=0.5):
+    ...     T = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    ...     total = 0.0
+    ...     for peak, at, cov in ((40.0, [0.0, 0.0], C), (-20.0, [3.0, -1.0], 1.2**2 * np.eye(2))):
+    ...         away = np.stack(np.meshgrid(fine - px, fine - py), axis=-1) - T @ at
+    ...         total = total + peak * np.exp(-np.sum(away @ np.linalg.inv(T @ cov @ T.T) * away, axis=-1) / 2)
+    ...     return total.reshape(16, 20, 16, 20).mean(axis=(1, 3)).ravel()
+    >>> z, h = 10.0 + image(7.9, 7.2), image(7.6, 7.3)
+    >>> J, g, llr = camera.information(x, Frame(z.reshape(16, 16)), x)
+    >>> D = np.array([image(7.601, 7.3) - image(7.599, 7.3), image(7.6, 7.301) - image(7.6, 7.299)]) / 0.002
+    >>> np.allclose(J[0], D @ D.T / 4, rtol=1e-3), np.allclose(g[0], D @ (z - 10 - h) / 4, rtol=1e-3)
+    (True, True)
+    >>> np.allclose(llr[0], h @ (z - 10 - h / 2) / 4, rtol=1e-3)
+    True
+    >>> np.allclose(np.linalg.inv(camera.noise(x)[0]), J[0], rtol=0.1)
+    True
+    >>> learnt = camera.learn(x, Frame(10.0 + image(7.6, 7.3, 0.52).reshape(16, 16)))  # half of .02
+    >>> np.allclose(learnt, [[7.6, 7.3, 40.0, 0.51, 10.0]], atol=1e-3)
+    True
     """
 
     kind: ClassVar[str] = "hot_spots"

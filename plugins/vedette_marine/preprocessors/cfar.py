@@ -28,6 +28,30 @@ class Cfar(Preprocessor):
     Frames are raw video: power (sweeps, range cells), linear, sweep i at (i + .5) turns / sweeps clockwise from up, cell j
     at (j + .5) cell. Cells without a full window on both sides are not tested. A return's place is the mean of its echoes
     weighted by power; R is diag(sigma_range^2, (r sigma_bearing)^2) along and across the line of sight.
+
+    >>> from vedette import Frame, Pose
+    >>> power = np.ones((8, 400))
+    >>> power[5, 299:302], power[2, 150], power[2, 250] = [300.0, 900.0, 600.0], 12.5, 12.4  # T = 16 (10^(4/16) - 1) = 12.45
+    >>> ship = Pose(np.array([1000.0, 500.0]), heading=np.pi / 2 - 0.3)  # .3 to the right of north
+    >>> radar = Cfar({"radar": RadarScreen()}, 5.0, rate=1e-4, window=16, up="head-up", sigma_range=8.0, sigma_bearing=0.01)
+    >>> made = radar.process({"radar": Scan(0.0, "radar", Detections.of([], 2), ship, Frame(power))})
+    >>> bearing, r = 0.3 + np.array([2.5, 5.5]) * np.pi / 4, 5 * np.array([150.5, (299.5 * 3 + 300.5 * 9 + 301.5 * 6) / 18])
+    >>> line = np.stack([np.sin(bearing), np.cos(bearing)], axis=1)
+    >>> np.allclose(made.z, [1000.0, 500.0] + r[:, None] * line)
+    True
+    >>> along, trace = np.sum((made.noise @ line[..., None])[..., 0] * line, axis=1), np.trace(made.noise, axis1=1, axis2=2)
+    >>> np.allclose(along, 64.0), np.allclose(trace - along, (0.01 * r) ** 2)
+    (True, True)
+    >>> two, four = [1, 7, 0, 7, 4], [1, 9, 0, 5, 2]
+    >>> tests = {"CA": (2, 0.16, two, 7.5), "GO": (2, 0.1, two, 12.0), "OS": (4, 2 / 7, four, 6.0)}
+    >>> for test, (window, rate, row, level) in tests.items():  # T = 3 times 2.5, 4 and 2, the second of 1, 2, 5, 9
+    ...     one = Cfar({"radar": RadarScreen()}, 5.0, test, rate, window, guard=int(window == 2), rank=0.5)
+    ...     cells = np.array([row, row], dtype=float)
+    ...     cells[:, 2] = 0.99 * level, 1.01 * level
+    ...     one.echoes(cells)[:, 2].tolist()
+    [False, True]
+    [False, True]
+    [False, True]
     """
 
     kind: ClassVar[str] = "cfar"

@@ -27,6 +27,26 @@ class RadarPicture(Preprocessor):
 
     R = sigma^2 I + (r sigma_bearing)^2 across the line of sight + extent^2 times the spread of the group's own blobs. The
     geometry comes with the pictures, or from `geometry`; own ship's place and heading with the scan.
+
+    >>> from vedette_marine.picture.evidence import Excess
+    >>> rows, columns = np.mgrid[:320, :400].astype(float)
+    >>> spots = (300, 200), (290, 200), (120, 60)
+    >>> lit = sum(255 * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * 2.1**2)) for x, y in spots)
+    >>> geometry = PictureGeometry(5.0, [200.0, 160.0], 400, 320, stabilisation="head-up")
+    >>> looks = Evidence(brightness=Excess(20.0, 100.0))
+    >>> reads = RadarPicture({"radar": RadarScreen()}, Chain(link=60.0), geometry, 6.0, 0.02, 0.5, looks)
+    >>> ship = Pose(np.array([1000.0, 500.0]), heading=np.pi / 2 - 0.3)  # .3 to the right of north
+    >>> scan = Scan(0.0, "radar", Detections.of([], 2), ship, Frame(np.minimum(lit, 255).astype(np.uint8)))
+    >>> made = reads.process({"radar": scan})
+    >>> turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
+    >>> there = np.array([[-400.0, 500.0], [475.0, -200.0]]) @ turn.T  # of one spot, and amid two that are linked
+    >>> np.allclose(made.z, [1000.0, 500.0] + there, atol=0.1), np.allclose(made.evidence, np.log(0.2) + 165 * (0.05 - 0.01))
+    (True, True)
+    >>> across, spread = there @ [[0.0, 1.0], [-1.0, 0.0]], np.zeros((2, 2, 2))
+    >>> spread[1] = 25.0**2 * np.outer(turn[:, 0], turn[:, 0])  # they are 50 m apart
+    >>> R = (36 + 0.25 * (2.1 * 5) ** 2) * np.eye(2) + 4e-4 * across[:, :, None] * across[:, None, :] + 0.25 * spread
+    >>> np.allclose(made.noise, R, atol=2.0)
+    True
     """
 
     kind: ClassVar[str] = "radar_picture"

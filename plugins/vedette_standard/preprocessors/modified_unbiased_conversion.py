@@ -20,6 +20,18 @@ class ModifiedUnbiasedConversion(PolarConversion):
     across = (r^2 + q)(1 - exp(-2s))/2. Unbiased given the return; given that the target is at r, it is short by
     r (1 - exp(-s)), which is no fault, as its error is conditioned on the return.
     Duan, Han, Li, Comments on "Unbiased Converted Measurements for Tracking", IEEE T-AES 40, 2004.
+
+    >>> from vedette import Detections, Scan
+    >>> from vedette_standard import RangeBearing
+    >>> radar, seen = RangeBearing(sigma_range=20.0, sigma_bearing=0.3, heading=0.7), Detections.of([[200.0, 0.1]])
+    >>> made = ModifiedUnbiasedConversion({"radar": radar}).process({"radar": Scan(0.0, "radar", seen)})
+    >>> line, s, r, q = np.array([np.cos(0.8), np.sin(0.8)]), 0.09, 200.0, 400.0
+    >>> along = r**2 * (1 - np.exp(-s)) ** 2 / 2 + q * (1 + np.exp(-2 * s)) / 2
+    >>> across = (r**2 + q) * (1 - np.exp(-2 * s)) / 2
+    >>> np.allclose(made.z[0], np.exp(-s / 2) * r * line)
+    True
+    >>> np.allclose([line @ made.noise[0] @ line, np.trace(made.noise[0])], [along, along + across])
+    True
     """
 
     kind: ClassVar[str] = "modified_unbiased_conversion"
