@@ -1,12 +1,15 @@
-"""Columns of each return's own errors along the axes measured: their deviations, or variances and covariances."""
+"""Errors that a table tells: of each return, in columns of deviations, or variances and covariances; of all, by digits."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import combinations
+from math import sqrt
 
+from vedette.units import in_unit
 from vedette_files.csv_numbers import is_number
-from vedette_tools.drafting.titles import by_words_of
+from vedette_tools.drafting.several import GEODETIC
+from vedette_tools.drafting.titles import UNITS, by_words_of
 
 DEVIATION, VARIANCE = ("sigma", "std", "stddev", "stdev", "sd", "deviation"), ("var", "variance")
 """Words before or behind that of an axis."""
@@ -46,3 +49,22 @@ def own_errors(axes: Mapping[str, str], columns: Mapping[str, Sequence[str]]) ->
 def _above_0(cells: Sequence[str]) -> bool:
     good = sum(is_number(cell) and float(cell) > 0 for cell in cells)
     return len(cells) > 0 and good >= MOST * len(cells)
+
+
+def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) -> dict[str, float]:
+    """Return the deviation, in SI units, that the cells of each axis have for want of digits; 0 where these do not tell it.
+
+    >>> {axis: round(size, 2) for axis, size in roundings({"x": ["1.25", "7.1"], "y": ["30"]}, {"x": "km"}).items()}
+    {'x': 2.89, 'y': 0.29}
+    """
+    found = {}
+    for axis, cells in columns.items():
+        unit = units.get(axis, "deg" if axis in GEODETIC else "")
+        size, _, word = unit.rpartition(" ")
+        try:
+            step = in_unit(f"{size or 1} {word}", "rad" if word in UNITS["rad"].values() else "m") if word else 1.0
+        except ValueError:
+            step = 1.0  # of pixels
+        digits = max((len(cell.partition(".")[2]) for cell in cells if is_number(cell)), default=0)
+        found[axis] = 0.0 if any("e" in cell.lower() for cell in cells) else step * 10.0**-digits / sqrt(12)
+    return found

@@ -154,7 +154,9 @@ def _noise(table: Table, seen: Seen) -> Noise:
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
     windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)])
-    least, most = (SURER, REPORTED) if table.reported else (0.0, np.inf)
+    low, high = (SURER, REPORTED) if table.reported else (0.0, np.inf)
+    least = np.maximum(low, table.floors)
+    most = np.maximum(high, 4.0 * least)
     start = (*np.clip(guess, 2 * least, most / 2).tolist(), 0.05 * speed / seen.period)  # where both ways change something
     noise = estimated(windows, start, speed, lambda sigmas: _along_lines(table, np.clip(sigmas, least, most)))
     return evolve(noise, sensor=tuple(np.clip(noise.sensor, least, most).tolist()))

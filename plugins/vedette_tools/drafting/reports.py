@@ -59,6 +59,12 @@ def of_owners(times: Array, spots: Sequence[Array], owner: Indices) -> list[Chai
     return reports
 
 
+def without_gross(chain: Chain) -> Chain:
+    """Return a chain without the returns that lie far from where those before and after point."""
+    rows = steady(np.arange(len(chain.times)), chain.times, chain.spots)
+    return Chain(chain.scans[rows], chain.returns[rows], chain.times[rows], chain.spots[rows])
+
+
 def longest_waits(named: Sequence[Indices]) -> Array:
     """Return for each name that comes often how many scans it waited at the longest; named: of each scan, codes (k,)."""
     scan = np.repeat(np.arange(len(named)), [len(codes) for codes in named])

@@ -9,7 +9,7 @@ from attrs import evolve, frozen
 
 from vedette.space import Array, Indices
 from vedette_tools.drafting.chains import LEAST, START, Chain, chains, spacing
-from vedette_tools.drafting.reports import in_turn, of_owners
+from vedette_tools.drafting.reports import in_turn, of_owners, without_gross
 
 ALL = 0.5
 """Targets that give returns in fewer of the scans than this report in turn."""
@@ -109,6 +109,8 @@ def follow(
         return Seen(times, spots, stands, tuple(of_owners(times, spots, named)))
     width = spacing(spots)
     seen = Seen(times, spots, stands, tuple(chains(times, spots, width)))
+    if np.isinf(width):  # where there is one at a time, all are of one chain, however far off
+        seen = evolve(seen, chains=tuple(map(without_gross, seen.chains)))
     if seen.chains:
         # a target may be fast and its returns precise: it still moves as far between two
         narrow = min(width, 4.0 * max(seen.rough, 1e-6))

@@ -15,13 +15,14 @@ from vedette_files import NORTH_EAST
 from vedette_files.columnar import FrameTable, TablePath
 from vedette_files.composed import made_of
 from vedette_files.csv_table import BY_ROW, Dialect, listed
+from vedette_files.geodesy import RADIUS
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
 from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
 from vedette_tools.drafting.naming import by_words, named_by
-from vedette_tools.drafting.own_errors import own_errors
+from vedette_tools.drafting.own_errors import own_errors, roundings
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
@@ -46,7 +47,7 @@ class Table:
 
     others: what sensors measure that do not measure the same as the first, axis to column; reports: the sensors whose
     returns are what objects report of themselves; stands: where sensors stand that are not at x = y = 0; unknown: what to
-    type as a unit of a length or a speed is not known, or "".
+    type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis, in SI units.
     """
 
     path: str
@@ -74,6 +75,7 @@ class Table:
     dates: str = ""
     beside: tuple[str, Meaning] = ("", NO_MEANING)
     noise: Mapping[str, str] = field(factory=dict)
+    roundings: Mapping[str, float] = field(factory=dict)
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -93,6 +95,14 @@ class Table:
     def third(self) -> str:
         """What is measured beside a position in the plane: range_rate, z or altitude; or ""."""
         return next((axis for axis in ("range_rate", "z", "altitude") if axis in self.measured), "")
+
+    @property
+    def floors(self) -> tuple[float, ...]:
+        """The errors of a sensor, in m, or m and rad, that it has if only for want of digits."""
+        if "latitude" in self.measured:
+            return (RADIUS * self.roundings.get("latitude", 0.0),)
+        each = [self.roundings.get(axis, 0.0) for axis in (POLAR if self.polar else FLAT)]
+        return tuple(each) if self.polar else (max(each),)
 
     def without_third(self, why: str) -> Table:
         """Return how the same table is read without it."""
@@ -267,6 +277,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         unknown=next(filter(None, lost_units), ""),
         dates=dates,
         noise=noise,
+        roundings=roundings({axis: columns[measured[name].title] for axis, name in every.items()}, units),
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
     )
