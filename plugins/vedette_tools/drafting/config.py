@@ -16,6 +16,7 @@ from vedette_files.columnar import TablePath
 from vedette_report.error_in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
+from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
@@ -136,7 +137,10 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    if lost := lost or best.table.unknown or _held(best) or _cut(best):
+    lost = lost or best.table.unknown or _held(best) or _cut(best)
+    if not (lost or proof.failure or proof.trial is None or first.sure or table.third == "range_rate"):
+        lost = doubt(text(proof.design), some)
+    if lost:
         return Draft(text(proof.design, (lost, *proof.said)), lost)
     return Draft(text(proof.design, proof.said), proof.failure)
 

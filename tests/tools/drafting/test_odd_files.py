@@ -2,7 +2,11 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
+import vedette
+from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
 from vedette_tools.drafting.table import read_table
@@ -43,3 +47,77 @@ def test_digits_tell_errors_in_any_unit():
     found = roundings(cells, {"range": "km", "bearing": "deg", "x": "px"})
     told = {"range": 10.0, "bearing": np.radians(0.1), "x": 1.0, "latitude": 0.0}
     assert found == pytest.approx({axis: step / 12**0.5 for axis, step in told.items()})
+
+
+TRACKER = """
+[sensors.sensor]
+kind = "cartesian_position"
+sigma = 10.0
+detection_probability = 0.9
+clutter_density = 1e-12
+[estimator]
+kind = "kalman"
+motion = { kind = "constant_velocity", sigma_accel = SIGMA_ACCEL }
+[associator]
+kind = "jpda"
+[birth]
+kind = "from_returns"
+spread = { vx = 20.0, vy = 20.0 }
+[lifecycle]
+kind = "existence"
+"""
+
+
+def scans_of(places):
+    """Scans 10 s apart of places (s, k, 2)."""
+    return [vedette.Scan(10.0 * k, "sensor", vedette.Detections.of(each)) for k, each in enumerate(places)]
+
+
+def moving(objects, seed, side=2000.0):
+    """Where objects that go straight are detected in 60 scans, to 10 m."""
+    rng = np.random.default_rng(seed)
+    start, pace = rng.uniform(-side, side, (objects, 2)), rng.normal(0, 3, (objects, 2))
+    return start + 10 * np.arange(60)[:, None, None] * pace + rng.normal(0, 10, (60, objects, 2))
+
+
+def test_tracks_are_believed_that_are_of_the_same_returns_backwards():
+    assert doubt(TRACKER.replace("SIGMA_ACCEL", "0.1"), scans_of(moving(6, 3))) == ""
+    # as good as any position is within the gate of what accelerates so
+    anywhere = np.random.default_rng(4).uniform(-2000, 2000, (60, 6, 2))
+    assert "backwards" in doubt(TRACKER.replace("SIGMA_ACCEL", "60"), scans_of(anywhere))
+
+
+@pytest.mark.parametrize("error", [0.0, 10.0])
+def test_objects_that_are_reported_twice_are_told(error):
+    """By two receivers, or by rows that stand twice: each object had two tracks, at one place."""
+    once = moving(5, 5)
+    twice = np.concatenate([once, once + np.random.default_rng(6).normal(0, error, once.shape)], axis=1)
+    assert "reported twice" in doubt(TRACKER.replace("SIGMA_ACCEL", "0.1"), scans_of(twice))
+    beside = np.concatenate([once, once + [40.0, 0.0]], axis=1)
+    assert doubt(TRACKER.replace("SIGMA_ACCEL", "0.1"), scans_of(beside)) == ""
+
+
+def test_returns_are_the_same_where_several_scans_share_a_time():
+    """Two sensors look at one moment, in one order ahead and in the other backwards."""
+    scans = [
+        evolve(scan, detections=vedette.Detections.of(scan.detections.z[i::2]))
+        for scan in scans_of(moving(6, 7))
+        for i in (0, 1)
+    ]
+    assert doubt(TRACKER.replace("SIGMA_ACCEL", "0.1").replace("0.9\n", "0.5\n"), scans) == ""
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(("minutes", "told"), [(2, ""), (5, "backwards")])
+def test_boats_that_report_too_seldom_are_not_told_apart(minutes, told, tmp_path):
+    """Without names, at whole minutes: 517 tracks were drafted of some boats, a sixth of the pairs of two of them."""
+    rng, rows = np.random.default_rng(8), []
+    for spot in rng.normal(0, 4000, (20, 2)):
+        time, course = rng.uniform(0, 60 * minutes), rng.uniform(0, 2 * np.pi)
+        while time < 36_000:
+            rows.append((60 * round(time / 60), *(spot + rng.normal(0, 8, 2)).round(1).tolist()))
+            wait = 60 * minutes * rng.uniform(0.6, 1.6)
+            course = course + rng.normal(0, 0.02 * np.sqrt(wait)) if np.hypot(*spot) < 9000 else np.arctan2(*-spot[::-1])
+            spot, time = spot + 3.0 * wait * np.array([np.cos(course), np.sin(course)]), time + wait
+    assert told in (failure := drafted(table(tmp_path / "d.csv", "time,x,y", sorted(rows))).failure)
+    assert bool(told) == bool(failure)
