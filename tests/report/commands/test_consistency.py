@@ -1,6 +1,7 @@
 """`vedette consistency`: what tracks of a recording say of their own covariances, with truth and without."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from vedette.cli import main
 from vedette.config import load
 from vedette.types import Recording
 from vedette_files import write_recording
+from vedette_report.errors_in_tracks import NIS_IS_NOT_ENOUGH
 from vedette_report.recorded import recorded_consistency
 
 SCENE = """
@@ -234,3 +236,59 @@ def test_a_track_that_goes_over_to_another_object_is_judged_against_each(losing,
     assert len(first.innovations.times) + len(second.innovations.times) == first.scans + second.scans - 1
     assert first.lost == first.times[-1]
     assert second.lost is None
+
+
+CARS = """
+[source]
+kind = "csv"
+path = "cars.csv"
+detections = { time = "time", columns = { x = "x", y = "y" } }
+
+[sensors.lidar]
+kind = "cartesian_position"
+sigma = SIGMA
+detection_probability = 0.99
+clutter_density = 1e-7
+
+[estimator]
+kind = "kalman"
+motion = { kind = "constant_velocity", sigma_accel = ACCEL }
+
+[associator]
+kind = "jpda"
+
+[birth]
+kind = "from_returns"
+spread = { vx = 10.0, vy = 10.0 }
+
+[lifecycle]
+kind = "existence"
+"""
+
+
+@pytest.mark.parametrize(
+    ("alike", "sigma", "accel", "said"),
+    [(0.7, 0.08, 1.4, "correlated in time: deviation"), (0.0, 0.15, 0.02, "are white as far as")],
+)
+def test_a_nis_near_one_is_said_not_to_show_that_r_is_right(alike, sigma, accel, said, tmp_path, monkeypatch, capsys):
+    """Errors of .15 m that go on, of straight targets: with half of them, and an acceleration that no target has, the
+    innovations are white and of the right size, as with all of white ones.
+    """
+    monkeypatch.chdir(tmp_path)
+    rng, times, rows = np.random.default_rng(5), 0.1 * np.arange(300), []
+    for i in range(4):
+        error = rng.normal(0, 0.15, (300, 2))
+        for k in range(1, 300):
+            error[k] = alike * error[k - 1] + np.sqrt(1 - alike**2) * error[k]
+        rows += [(t, *place) for t, place in zip(times, times[:, None] * rng.normal(0, 8, 2) + 40 * i + error, strict=True)]
+    Path("cars.csv").write_text("time,x,y\n" + "".join(f"{t:.1f},{x:.4f},{y:.4f}\n" for t, x, y in sorted(rows)))
+    Path("cars.toml").write_text(CARS.replace("SIGMA", str(sigma)).replace("ACCEL", str(accel)))
+    assert main(["consistency", "cars.toml", "--json"]) == 0
+    *lines, figures = capsys.readouterr().out.splitlines()
+    at = lines.index(f"{NIS_IS_NOT_ENOUGH}:")
+    assert all(line.startswith("  errors of lidar along") and said in line for line in lines[at + 1 : at + 3])
+    tracks, errors = (json.loads(figures)[name] for name in ("tracks", "errors"))
+    assert [one["correlated"] for one in errors] == 2 * [alike > 0]
+    assert abs(np.mean([one["nis"] for one in tracks]) - 1) < 0.15
+    assert abs(np.mean([one["whiteness"] for one in tracks])) < 0.15
+    assert all(one["deviation" if alike else "white_deviation"] == pytest.approx(0.15, rel=0.15) for one in errors)
