@@ -10,15 +10,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 from attrs import evolve
+from jsonschema import Draft202012Validator
 
 import vedette
 from support.foreign_files import FILES, degrees, reports, ships_radar, shuffled
 from vedette import metrics
 from vedette.cli import main
+from vedette.config.schema import schema
 from vedette_files.georeference import Terms
 from vedette_files.readers import NORTH_EAST
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_tools.drafting.config import draft_config
+
+VALIDATOR = Draft202012Validator(schema(vedette.Registry.installed()))
+"""What editors check a config by."""
 
 
 def placed(path, notes):
@@ -112,6 +117,7 @@ def test_a_file_without_tracks_gets_a_config_that_runs_and_says_so(tmp_path, mon
     told = [line for line in lines if "a guess: no track was found in the data" in line]
     assert [line.split()[0] for line in told] == ["sigma", "motion", "spread"]
     vedette.load("sub/c.toml").run()
+    assert not list(VALIDATOR.iter_errors(tomllib.loads("\n".join(lines))))
     capsys.readouterr()
     assert main(["new", "config", "d.csv", "--out", "sub/c.toml"]) == 2
     assert "exists already" in capsys.readouterr().err
@@ -127,6 +133,7 @@ def test_two_sensors_get_a_table_each(tmp_path, monkeypatch):
     Path("d.csv").write_text("\n".join(["x;y;t_ms;sensor", *rows]) + "\n")
     text = draft_config(Path("d.csv"))
     assert set(tomllib.loads(text)["sensors"]) == {"lidar", "sonar 1"}
+    assert not list(VALIDATOR.iter_errors(tomllib.loads(text)))
     Path("c.toml").write_text(text)
     assert {scan.sensor for scan in vedette.load("c.toml").run().scans} == {"lidar", "sonar 1"}
 
