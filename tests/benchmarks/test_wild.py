@@ -3,6 +3,7 @@
 from collections import Counter
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from benchmarks import wild
@@ -47,3 +48,14 @@ def test_each_kind_is_followed(tmp_path):
     for rows in figures.values():
         for row in rows.values():
             assert row["tracks"] == row["objects"] or row["HOTA"] > 0.8
+
+
+@pytest.mark.nightly("drafts thirteen files: a minute")
+def test_two_aircraft_of_one_name_are_tracked_no_worse_than_without_names(tmp_path):
+    """By two standard errors over the draws of which two."""
+    recording("adsb", "area_20min.csv")
+    rows = [row | {"real": row["icao24"]} for row in wild.recorded("adsb", "area_20min.csv")]
+    hidden = wild.told(wild.table(tmp_path / "sky.csv", rows), "truth")["HOTA"]
+    files = [wild.table(tmp_path / f"{seed}.csv", wild.one_of_two(rows, seed)) for seed in range(30, 42)]
+    scores = [wild.told(path, "aid", "real")["HOTA"] for path in files]
+    assert np.mean(scores) >= hidden - 2 * np.std(scores, ddof=1) / np.sqrt(len(scores))
