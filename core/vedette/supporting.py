@@ -27,6 +27,9 @@ class ImagingSensor(Sensor):
     position at `at`. learn changes nothing but axes without variance.
     """
 
+    conservative: ClassVar[bool] = False
+    """Whether J is more than the covariance of g over frames, so that J^-1 g errs less than it says; else they are equal."""
+
     @abstractmethod
     def information(self, x: Array, frame: Frame, at: Array) -> tuple[Array, Array, Array]:
         """Return information J (*b, t, m, m), score g (*b, t, m), and log-likelihood ratio to the background llr (*b, t).

@@ -93,8 +93,18 @@ class RadarPicturesScene(Source):
     ...     beacon, own = Racon([0.0, 500.0], "T", on=45.0, length=600.0), Ship([0.0, 0.0], course=course)
     ...     scene = RadarPicturesScene(radar, {"a": ship}, racons=(beacon,), ownship=own, interface=False)
     ...     blue_green_red = scene.painter(1).pixels(2.0)
-    ...     np.allclose(blue_green_red[:, row, column], [72, 208, 167], atol=4)
+    ...     np.allclose(blue_green_red[:, row, column], [72, 208, 167], atol=4), int(blue_green_red[:, :4, :4].max())
+    (True, 0)
+    (True, 0)
+
+    The sea changes from turn to turn as stated, and all power from cell to cell as an exponential variable does.
+
+    >>> waves = RadarPicturesScene(radar, {"a": ship}, sea=SeaClutter(1e3, 60.0, seconds=2.0)).painter(1).synthesis
+    >>> mean, made = (np.array([part(turn)[:, 4:] for turn in range(80)]) for part in (waves.mean, waves.power))
+    >>> T = mean / 1e6 * (r[4:] / 1000) ** 3 - 1
+    >>> np.allclose([np.var(T) * 1e3, np.mean(T[1:] * T[:-1]) / np.var(T)], [1.0, np.exp(-0.5)], rtol=0.15)
     True
+    >>> np.allclose([np.mean(made / mean > x) for x in (1.0, 3.0)], [np.exp(-1.0), np.exp(-3.0)], rtol=0.05)
     True
     """
 

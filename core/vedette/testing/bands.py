@@ -9,14 +9,17 @@ from vedette.space import Array
 from vedette.testing.comparisons import demand
 
 
-def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
-    """Raise Broken unless rows (r, n) look like N(0, I): mean, variance and correlation of every axis and pair."""
+def judge_standard_normal(what: str, white: Array, alpha: float, at_most: bool = False) -> None:
+    """Raise Broken unless rows (r, n) look like N(0, I): mean, variance and correlation of every axis and pair.
+
+    `at_most`: no axis may have a larger variance.
+    """
     from scipy.special import ndtri
 
     r, n = white.shape
     if not n:
         return
-    pairs = [(i, j) for i in range(n) for j in range(i)]
+    pairs = [(i, j) for i in range(n) for j in range(i) if not at_most]
     share = alpha / (2 * n + len(pairs))
     reach = float(-ndtri(share / 2))
     for i in range(n):
@@ -25,7 +28,7 @@ def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
             abs(mean) <= reach / np.sqrt(r),
             f"{what}: draws are off by {mean:.3g} standard deviations along direction {i}, allowed {reach / np.sqrt(r):.2g}",
         )
-        judge_scale(f"{what}, direction {i}", white[:, i] ** 2, 1.0, share)
+        judge_scale(f"{what}, direction {i}", white[:, i] ** 2, 1.0, share, at_most)
     for i, j in pairs:
         # Fisher's transform: atanh of a correlation is nearly normal with variance 1 / (r - 3).
         first, second = white[:, i], white[:, j]
@@ -34,9 +37,9 @@ def judge_standard_normal(what: str, white: Array, alpha: float) -> None:
         demand(abs(found) <= limit, f"{what}: directions {j} and {i} correlate by {found:.3g}, allowed {limit:.2g}")
 
 
-def judge_scale(what: str, squares: Array, dof: float, alpha: float) -> None:
-    """Raise Broken unless independent chi-square values (r,) of `dof` degrees average to `dof`."""
-    low, high = chi_square_band(dof * squares.size, alpha)
+def judge_scale(what: str, squares: Array, dof: float, alpha: float, at_most: bool = False) -> None:
+    """Raise Broken unless independent chi-square values (r,) of `dof` degrees average to `dof`, or to that `at_most`."""
+    low, high = np.multiply(chi_square_band(dof * squares.size, alpha), (not at_most, 1.0))
     figure = float(np.mean(squares)) / dof
     way = "small" if figure > 1 else "large"
     factor = figure if figure > 1 else 1 / max(figure, 1e-300)

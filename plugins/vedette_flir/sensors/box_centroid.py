@@ -23,10 +23,12 @@ class BoxCentroid(ApparentPosition):
 
     >>> pixels = np.full((20, 24), 100.0)
     >>> pixels[8, 10:12] = 140.0, 130.0
-    >>> box = np.array([[10.0, 8.5, 6.0, 5.0]])
-    >>> J, g, llr = BoxCentroid(sigma=2.0, least=8.0).information(box, Frame(pixels), box)
+    >>> box, camera = np.array([[10.0, 8.5, 6.0, 5.0]]), BoxCentroid(sigma=2.0, least=8.0)
     >>> off = np.array([30.0 / 70.0, -0.5])
-    >>> np.allclose(J[0], np.eye(2) / 4), np.allclose(g[0], off / 4), np.allclose(llr[0], 4.5 - off @ off / 8)
+    >>> for frame in (Frame(pixels), Frame(200.0 - pixels)):
+    ...     J, g, llr = camera.information(box, frame, box)
+    ...     np.allclose(J[0], np.eye(2) / 4), np.allclose(g[0], off / 4), np.allclose(llr[0], 4.5 - off @ off / 8)
+    (True, True, True)
     (True, True, True)
     """
 

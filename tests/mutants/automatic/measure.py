@@ -22,6 +22,7 @@ import sys
 import time
 import types
 import warnings
+from collections.abc import Container
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +40,9 @@ SECONDS, ENOUGH = 45, 25
 """CPU time of a mutant at most, and from which on no further kind is tried."""
 
 RAISED = re.compile(r"^(\S+ )?raised \w+|^\w+(Error|Exception|Iteration)\b")
+EXAMPLES = "worked_examples_hold"
+"""Where this law alone raises, the component runs, and what it gives is not what its example takes apart."""
+
 RAISING_LAWS = 4
 """A component that raises at the first example of so many laws, with none that fails otherwise, is no lawful one."""
 
@@ -87,7 +91,11 @@ def _code_of(module: types.CodeType, name: str) -> types.CodeType:
 
 
 def judged(
-    mutant: Mutant, profile: Profile, given: dict[tuple[str, str], dict[str, Any]], only: list[str]
+    mutant: Mutant,
+    profile: Profile,
+    given: dict[tuple[str, str], dict[str, Any]],
+    only: list[str],
+    without: Container[str] = (),
 ) -> dict[str, Any]:
     """Put a mutant in and examine its kinds, until one is caught."""
     list(Registry.installed())  # what is not imported yet has no code that could be exchanged
@@ -110,7 +118,7 @@ def judged(
             continue
         at_once = 0
         for law in sorted(laws_of(cls), key=lambda law: ("shown", "exact", "statistical", "long").index(law.effort)):
-            if law.name in cls.known_failures or (only and law.name not in only):
+            if law.name in cls.known_failures or law.name in without or (only and law.name not in only):
                 continue
             try:
                 outcome = examine(cls, law, drawn, profile)
@@ -127,11 +135,17 @@ def judged(
             at_once += 1
             if at_once == RAISING_LAWS:
                 break
-    verdict = "raises" if raising else "lives"
+    verdict = "caught" if set(raising) == {EXAMPLES} else "raises" if raising else "lives"
     return {"verdict": verdict, "laws": raising, "cpu": round(time.process_time() - began, 2)}
 
 
-def apart(mutant: Mutant, profile: Profile, given: dict[tuple[str, str], dict[str, Any]], only: list[str]) -> dict[str, Any]:
+def apart(
+    mutant: Mutant,
+    profile: Profile,
+    given: dict[tuple[str, str], dict[str, Any]],
+    only: list[str],
+    without: Container[str] = (),
+) -> dict[str, Any]:
     """Judge a mutant in a process of its own, which may not take longer than `SECONDS` of CPU time nor 4 GB."""
     reading, writing = os.pipe()
     child = os.fork()
@@ -145,7 +159,7 @@ def apart(mutant: Mutant, profile: Profile, given: dict[tuple[str, str], dict[st
                 os.dup2(sink.fileno(), 1)
                 os.dup2(sink.fileno(), 2)
             with os.fdopen(writing, "w") as pipe:
-                pipe.write(json.dumps(judged(mutant, profile, given, only)))
+                pipe.write(json.dumps(judged(mutant, profile, given, only, without)))
             code = 0
         finally:
             os._exit(code)
@@ -167,6 +181,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--roles", nargs="*", default=[])
     parser.add_argument("--only", nargs="*", default=[], help="names")
     parser.add_argument("--laws", nargs="*", default=[], help="these alone: of mutants that lived by all others")
+    parser.add_argument("--without", nargs="*", default=[], help="all laws but these")
     parser.add_argument("--part", default="0/1", help="i/n: every n-th, from the i-th")
     asked = parser.parse_args(arguments)
     lines = asked.into.read_text().splitlines() if asked.into.exists() else []
@@ -182,7 +197,7 @@ def main(arguments: list[str] | None = None) -> None:
             continue
         if asked.only and mutant.name not in asked.only:
             continue
-        row = {"name": mutant.name, "seed": asked.seed} | apart(mutant, profile, GIVEN, asked.laws)
+        row = {"name": mutant.name, "seed": asked.seed} | apart(mutant, profile, GIVEN, asked.laws, asked.without)
         with asked.into.open("a") as file:
             file.write(json.dumps(row) + "\n")
 

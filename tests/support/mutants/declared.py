@@ -231,6 +231,8 @@ DECLARED = [
      seen(SPOT, lambda f: Frame(np.swapaxes(f.pixels, -1, -2), f.corner)), EYE),
     ("a corner that is forgotten", BOX, "pictures_show_where", seen(BOX, lambda f: Frame(f.pixels)), {}),
     ("J by sigma", SPOT, "frames_inform_as_stated", told(SPOT, lambda J, g, llr: (3.0 * J, g, llr)), EYE),
+    ("a third of J, declared conservative", SPOT, "frames_inform_as_stated",
+     {"conservative": True} | told(SPOT, lambda J, g, llr: (J / 3, g, llr)), EYE),
     ("a quarter of the noise", SPOT, "noise_is_what_a_frame_leaves",
      {"noise": lambda s, x: SPOT.noise(s, x) / 4}, EYE),
     ("a ratio that noise has, too", BOX, "noise_speaks_for_no_target", told(BOX, lambda J, g, llr: (J, g, llr + 16.0)), {}),

@@ -17,7 +17,10 @@ from vedette.types import Frame
 
 
 def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
-    """If it draws frames: at the truth the score has mean 0 and covariance J, so that 1 / J is what an estimate is worth."""
+    """If it draws frames: at the truth the score has mean 0 and covariance J, so that 1 / J is what an estimate is worth.
+
+    If it is `conservative`, that covariance is J at most.
+    """
     camera = cases.camera_of(sensor)
     count = min(drawn.runs, 250)
     x = np.repeat(cases.state_at(camera, COLUMN, ROW)[None], count, axis=0)
@@ -29,7 +32,8 @@ def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
     J = np.mean(J[:, 0], axis=0)
     if np.linalg.eigvalsh(J)[0] <= 1e-12 * np.trace(J) or not J.any():
         raise Closed("no pixel of what it draws informs")
-    judge_standard_normal("score, in units of J", np.linalg.solve(np.linalg.cholesky(J), g[:, 0].T).T, drawn.alpha)
+    white, cautious = np.linalg.solve(np.linalg.cholesky(J), g[:, 0].T).T, getattr(sensor, "conservative", False)
+    judge_standard_normal("score, in units of J", white, drawn.alpha, cautious)
 
 
 def noise_speaks_for_no_target(sensor: Sensor, drawn: Looks) -> None:
