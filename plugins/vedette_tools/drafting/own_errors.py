@@ -14,6 +14,9 @@ from vedette_tools.drafting.titles import UNITS, by_words_of
 DEVIATION, VARIANCE = ("sigma", "std", "stddev", "stdev", "sd", "deviation"), ("var", "variance")
 """Words before or behind that of an axis."""
 
+EARTH = 6.371e6
+"""m: the radius of the earth."""
+
 MOST = 0.9
 """Of so many rows the errors are above 0, or the columns are not read."""
 
@@ -54,6 +57,8 @@ def _above_0(cells: Sequence[str]) -> bool:
 def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) -> dict[str, float]:
     """Return the deviation, in SI units, that the cells of each axis have for want of digits; 0 where these do not tell it.
 
+    That of latitudes and longitudes is in m, along a meridian.
+
     >>> {axis: round(size, 2) for axis, size in roundings({"x": ["1.25", "7.1"], "y": ["30"]}, {"x": "km"}).items()}
     {'x': 2.89, 'y': 0.29}
     """
@@ -65,6 +70,8 @@ def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) ->
             step = in_unit(f"{size or 1} {word}", "rad" if word in UNITS["rad"].values() else "m") if word else 1.0
         except ValueError:
             step = 1.0  # of pixels
-        digits = max((len(cell.partition(".")[2]) for cell in cells if is_number(cell)), default=0)
-        found[axis] = 0.0 if any("e" in cell.lower() for cell in cells) else step * 10.0**-digits / sqrt(12)
+        step *= EARTH if axis in GEODETIC else 1.0
+        given = [cell.lower() for cell in cells if is_number(cell)]
+        digits = max((len(cell.partition(".")[2]) for cell in given), default=0)
+        found[axis] = 0.0 if any("e" in cell for cell in given) else step * 10.0**-digits / sqrt(12)
     return found

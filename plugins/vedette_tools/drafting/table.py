@@ -15,7 +15,6 @@ from vedette_files import NORTH_EAST
 from vedette_files.columnar import FrameTable, TablePath
 from vedette_files.composed import made_of
 from vedette_files.csv_table import BY_ROW, Dialect, listed
-from vedette_files.geodesy import RADIUS
 from vedette_files.readers import FRAMES
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
@@ -100,7 +99,7 @@ class Table:
     def floors(self) -> tuple[float, ...]:
         """The errors of a sensor, in m, or m and rad, that it has if only for want of digits."""
         if "latitude" in self.measured:
-            return (RADIUS * self.roundings.get("latitude", 0.0),)
+            return (self.roundings.get("latitude", 0.0),)
         each = [self.roundings.get(axis, 0.0) for axis in (POLAR if self.polar else FLAT)]
         return tuple(each) if self.polar else (max(each),)
 
