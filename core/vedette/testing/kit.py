@@ -55,7 +55,7 @@ from vedette.testing.limits import TooLong, at_most
 from vedette.testing.strategies import components
 from vedette.tracking.faults import broken_promise
 
-Drawer = Callable[[Any, Profile], st.SearchStrategy[Any]]
+Drawer = Callable[[st.DrawFn, Any, Profile], Any]
 
 _ROLES: dict[str, tuple[tuple[Law, ...], Drawer]] = {
     "motion": (motion.LAWS, motion_cases.drawn),
@@ -74,6 +74,7 @@ _BLOB = re.compile(r"reproduce_failure\('([^']+)', b'([^']+)'\)")
 """How Hypothesis notes what repeats an example: its version, and what it drew."""
 
 KINDRED = ((ImagingSensor, " of pictures", imaging.LAWS), (HypothesisAssociator, " of hypotheses", hypotheses.LAWS))
+"""Whose laws others of their role need not keep."""
 
 MOST_CLOSED = 12
 """A law that did not apply to so many components, nor to half of what is drawn, is skipped."""
@@ -120,6 +121,13 @@ def own_laws(cls: type[Component]) -> tuple[str, frozenset[str]]:
     return "", frozenset()
 
 
+@st.composite
+def _pairs(draw: st.DrawFn, drawn: st.SearchStrategy[Any], drawer: Drawer, profile: Profile) -> tuple[Any, Any]:
+    """Return a component, and what a law of its role is given with it."""
+    component = draw(drawn)
+    return component, drawer(draw, component, profile)
+
+
 def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profile: Profile, replay: str = "") -> Outcome:
     """Test one law on components drawn from a strategy.
 
@@ -150,10 +158,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     needs, never = law.needs.removeprefix("not "), law.needs.startswith("not ")
     lacks = f"it {'declares' if never else 'does not declare'} `{needs.rpartition('.')[2]}`"
     own, usual = (getattr(one, needs, True) for one in (cls, ROLES[role]))
-    if needs and not never and (own is False or own is usual is not True):
-        return Outcome(law, "skipped", lacks, 0, 0.0)
-    drawer = _ROLES[role][1]
-    pairs = drawn.flatmap(lambda component: st.tuples(st.just(component), drawer(component, profile)))
+    unlike = next((f"it is none{what}" for base, what, laws in KINDRED if law in laws and not issubclass(cls, base)), "")
+    if unlike or (needs and not never and (own is False or own is usual is not True)):
+        return Outcome(law, "skipped", unlike or lacks, 0, 0.0)
+    pairs = _pairs(drawn, _ROLES[role][1], profile)
     tried: list[Any] = []
     closed: list[tuple[str, str]] = []
     judged = False

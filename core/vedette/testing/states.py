@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from hypothesis import strategies as st
 
@@ -38,6 +40,7 @@ def speeds_of(space: Space) -> list[tuple[int, int]]:
     return [(i, space.names.index(f"v{x.name}")) for i, x in enumerate(axes) if units.get(f"v{x.name}") == f"{x.unit}/s"]
 
 
+@cache  # Hypothesis validates a strategy anew for each that is made
 def points(space: Space, rows: int = 1) -> st.SearchStrategy[Array]:
     """Return a strategy for canonical states (rows, n)."""
     each = [st.one_of(st.floats(-size(axis), size(axis)), st.sampled_from(_marked(axis))) for axis in space.axes]

@@ -24,12 +24,13 @@ class Scores:
     returns: NDArray[np.int64]
 
 
-def drawn(associator: Associator, profile: Profile) -> st.SearchStrategy[Scores]:
+SIZES = st.tuples(st.integers(1, 4), st.integers(0, 4), st.sampled_from([0.5, 3.0, 30.0]), SEEDS)
+"""Tracks, returns, how far scores are apart, a seed."""
+
+
+def drawn(draw: st.DrawFn, associator: Associator, profile: Profile) -> Scores:
     """What every law of an associator is given: up to 4 tracks and 4 returns, some forbidden."""
-    return st.builds(_scores, st.integers(1, 4), st.integers(0, 4), st.sampled_from([0.5, 3.0, 30.0]), SEEDS)
-
-
-def _scores(t: int, k: int, spread: float, seed: int) -> Scores:
+    t, k, spread, seed = draw(SIZES)
     rng = np.random.default_rng(seed)
     scores = spread * rng.standard_normal((2, t, 1 + k))
     scores[..., 1:][rng.random((2, t, k)) < 0.3] = -np.inf

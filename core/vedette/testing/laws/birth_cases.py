@@ -37,12 +37,13 @@ class Returns:
         return np.random.default_rng(self.seed)
 
 
-def drawn(birth: Birth, profile: Profile) -> st.SearchStrategy[Returns]:
+_GIVEN = st.tuples(st.sampled_from([2, 3, 4, 1, 0]), STEPS, STEPS, SEEDS)
+"""How many returns, two time steps, a seed."""
+
+
+def drawn(draw: st.DrawFn, birth: Birth, profile: Profile) -> Returns:
     """What every law of a birth is given: up to 4 returns, some of which tracks claim."""
-    return st.builds(_returns, st.sampled_from([2, 3, 4, 1, 0]), STEPS, STEPS, SEEDS)
-
-
-def _returns(k: int, dt: float, later: float, seed: int) -> Returns:
+    k, dt, later, seed = draw(_GIVEN)
     rng, motion, kalman = np.random.default_rng(seed), usual("motion", "constant_velocity"), usual("estimator", "kalman")
     position = usual("sensor", "cartesian_position")
     z = frozen_copy(200.0 * rng.standard_normal((k, 2)))

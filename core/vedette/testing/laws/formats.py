@@ -29,12 +29,13 @@ class Bytes:
     cuts: tuple[float, ...]
 
 
-def drawn(format_: Format, profile: Profile) -> st.SearchStrategy[Bytes]:
+_CHANGES = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=8)
+_SHARES = st.lists(st.floats(0, 1), max_size=6).map(sorted).map(tuple)
+
+
+def drawn(draw: st.DrawFn, format_: Format, profile: Profile) -> Bytes:
     """What every law of a format is given."""
-    sample = format_.sample()
-    changes = st.lists(st.tuples(st.floats(0, 1), st.integers(0, 255)), max_size=8)
-    shares = st.lists(st.floats(0, 1), max_size=6).map(sorted).map(tuple)
-    return st.builds(Bytes, changes.map(lambda given: _damaged(sample, given)), st.binary(max_size=400), shares)
+    return Bytes(_damaged(format_.sample(), draw(_CHANGES)), draw(st.binary(max_size=400)), draw(_SHARES))
 
 
 def _damaged(sample: bytes, changes: Sequence[tuple[float, int]]) -> bytes:

@@ -31,8 +31,7 @@ STANDS_OUT = 72.0
 
 
 def camera_of(sensor: Sensor) -> ImagingSensor:
-    if not isinstance(sensor, ImagingSensor):
-        raise Closed("it is no camera")
+    assert isinstance(sensor, ImagingSensor)
     if not all(name in sensor.observes for name in ("x", "y")) or len(sensor.measurement) != 2:
         raise Closed("it does not observe x and y in a picture")
     if not measures_px(sensor) and {sensor.observes.axes[i].unit for i in places(sensor)} != {"px"}:

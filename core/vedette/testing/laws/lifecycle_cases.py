@@ -51,12 +51,9 @@ def judged(lifecycle: Lifecycle, memory: Any, scan: Review) -> tuple[Any, Mask, 
     return lifecycle.review(memory, scan)
 
 
-def drawn(lifecycle: Lifecycle, profile: Profile) -> st.SearchStrategy[Lives]:
+def drawn(draw: st.DrawFn, lifecycle: Lifecycle, profile: Profile) -> Lives:
     """What every law of a lifecycle is given: up to 4 tracks through up to 16 scans."""
-    return st.builds(_lives, st.integers(1, 4), st.integers(1, 16), STEPS, STEPS, SEEDS)
-
-
-def _lives(t: int, s: int, dt: float, later: float, seed: int) -> Lives:
+    t, s, dt, later, seed = draw(st.integers(1, 4)), draw(st.integers(1, 16)), draw(STEPS), draw(STEPS), draw(SEEDS)
     rng = np.random.default_rng(seed)
     fate = rng.choice([0.0, 0.6, 0.6, 1.0], t)  # some are never detected, some always
     dt = dt * float(rng.choice([1.0, 1.0, 6.0]))

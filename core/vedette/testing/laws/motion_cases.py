@@ -25,7 +25,7 @@ class Moves:
     alpha: float
 
 
-def drawn(model: MotionModel, profile: Profile) -> st.SearchStrategy[Moves]:
+def drawn(draw: st.DrawFn, model: MotionModel, profile: Profile) -> Moves:
     """What every law of a motion model is given."""
-    x, step = points(model.state, 3).map(frozen_copy), points(model.state, 3).map(frozen_copy)
-    return st.builds(Moves, x, step, STEPS, STEPS, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+    x, step = frozen_copy(draw(points(model.state, 3))), frozen_copy(draw(points(model.state, 3)))
+    return Moves(x, step, draw(STEPS), draw(STEPS), draw(SEEDS), profile.runs, profile.alpha)

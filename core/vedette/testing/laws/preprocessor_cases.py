@@ -27,12 +27,9 @@ class Raw:
     alpha: float
 
 
-def drawn(preprocessor: Preprocessor, profile: Profile) -> st.SearchStrategy[Raw]:
+def drawn(draw: st.DrawFn, preprocessor: Preprocessor, profile: Profile) -> Raw:
     """What every law of a preprocessor is given: up to 4 returns of each of its sensors."""
-    return st.builds(_raw, st.just(preprocessor), st.integers(0, 4), SEEDS, st.just(profile))
-
-
-def _raw(preprocessor: Preprocessor, k: int, seed: int, profile: Profile) -> Raw:
+    k, seed = draw(st.integers(0, 4)), draw(SEEDS)
     rng = np.random.default_rng(seed)
     full, padded, empty = {}, {}, {}
     for name, sensor in preprocessor.sensors.items():

@@ -30,14 +30,14 @@ class Looks:
     alpha: float
 
 
-def drawn(sensor: Sensor, profile: Profile) -> st.SearchStrategy[Looks]:
+def drawn(draw: st.DrawFn, sensor: Sensor, profile: Profile) -> Looks:
     """What every law of a sensor is given."""
     spread = getattr(sensor, "spread", None)  # of a bias: what an inverse assumes of it, around 0
     known = spread if isinstance(spread, Mapping) else {}
     within = np.minimum([known.get(axis.name, np.inf) / size(axis) for axis in sensor.observes.axes], 1.0)
-    x = points(sensor.observes, 3).map(lambda x: frozen_copy(x * within))
-    z, step = points(sensor.measurement, 3).map(frozen_copy), points(sensor.measurement, 3).map(frozen_copy)
-    return st.builds(Looks, x, z, step, SEEDS, st.just(profile.runs), st.just(profile.alpha))
+    x = frozen_copy(draw(points(sensor.observes, 3)) * within)
+    z, step = frozen_copy(draw(points(sensor.measurement, 3))), frozen_copy(draw(points(sensor.measurement, 3)))
+    return Looks(x, z, step, draw(SEEDS), profile.runs, profile.alpha)
 
 
 def regular(sensor: Sensor, x: Array) -> Array:

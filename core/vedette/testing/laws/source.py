@@ -96,16 +96,16 @@ class Opened:
             raise Closed(f"nothing to open: {refusal}") from None
 
 
-def drawn(source: Source, profile: Profile) -> st.SearchStrategy[Opened]:
+def drawn(draw: st.DrawFn, source: Source, profile: Profile) -> Opened:
     """What every law of a source is given: one sensor named `radar`."""
-    each = _sensors()
-    made = st.builds(Opened, st.one_of(each), each[0], SEEDS, st.just(profile.runs), st.just(profile.alpha))
-    return made.map(lambda one: one.fitting(source))
+    return draw(_opened().map(lambda given: Opened(*given, profile.runs, profile.alpha).fitting(source)))
 
 
 @cache
-def _sensors() -> list[st.SearchStrategy[Sensor]]:
-    return [components(usual("sensor", kind)) for kind in SENSORS]
+def _opened() -> st.SearchStrategy[tuple[Sensor, Sensor, int]]:
+    """Return the strategy of any of the usual sensors, the first of them, and a seed."""
+    each = [components(usual("sensor", kind)) for kind in SENSORS]
+    return st.tuples(st.one_of(each), each[0], SEEDS)
 
 
 def the_seed_decides(source: Source, drawn: Opened) -> None:
