@@ -18,6 +18,13 @@ class BayesRisk(Associator):
     These are the weights of a bank of parallel filters, one per return, whose mixture the estimator takes. Without evidence
     all weights are equal. Positions matter to the gate only, so a PDA with a likelihood ratio as evidence uses more data.
     Kim, Choi, Ahn, Ko, on using Bayes risk for data association (in Korean), equation 6.
+
+    >>> scores = np.array([[0.7, -3.0, 5.0, -np.inf], [0.7, -np.inf, -np.inf, -np.inf]])
+    >>> evidence = np.log([[1.0, 3.0, 9.0]])
+    >>> BayesRisk().associate(scores, evidence).round(9).tolist()  # whatever the scores; outside of the gate none
+    [[0.0, 0.25, 0.75, 0.0], [1.0, 0.0, 0.0, 0.0]]
+    >>> BayesRisk().associate(scores, None).tolist()
+    [[0.0, 0.5, 0.5, 0.0], [1.0, 0.0, 0.0, 0.0]]
     """
 
     kind: ClassVar[str] = "bayes_risk"

@@ -18,6 +18,13 @@ class GlobalNearest(Associator):
     Every track may be missed, so the problem is always feasible. Where the tracks' best returns differ, they are
     the solution; else it is a linear assignment.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.4.
+
+    >>> import numpy as np
+    >>> inf, one = np.inf, GlobalNearest()
+    >>> one.associate(np.array([[-2.0, 1.0, 0.9], [-3.0, 2.0, -1.0]]), None).tolist()  # .9 + 2 is more than 1 - 1
+    [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0]]
+    >>> one.associate(np.array([[[-1.0, 1.0], [-2.0, 1.5]], [[0.5, 0.4], [-inf, -9.0]]]), None).tolist()  # -1 + 1.5; .5 - 9
+    [[[1.0, 0.0], [0.0, 1.0]], [[1.0, 0.0], [0.0, 1.0]]]
     """
 
     kind: ClassVar[str] = "gnn"

@@ -25,6 +25,22 @@ class Jpda(Associator):
     only on trees and overconfident where two targets are close (weights off by .05 on average there, by .35 at worst), in
     so many sweeps as take 200,000 messages. Where targets stay close, their tracks come to lie between them (coalescence).
     Fortmann, Bar-Shalom, Scheffe, Sonar Tracking of Multiple Targets Using JPDA, IEEE J. Oceanic Engineering 8, 1983.
+
+    >>> from itertools import product
+    >>> scores = np.array([[-1.0, 0.5, -0.2, -np.inf], [-0.6, 0.3, 0.8, -0.1], [0.2, -np.inf, -np.inf, 1.1]])
+    >>> events = [e for e in product(range(4), repeat=3) if len({*e} - {0}) == np.count_nonzero(e)]  # no return twice
+    >>> p = np.exp([sum(scores[range(3), e]) for e in events])
+    >>> wanted = [[p @ [e[t] == i for e in events] / np.sum(p) for i in range(4)] for t in range(3)]
+    >>> np.allclose(Jpda().associate(scores, None), wanted)
+    True
+    >>> np.allclose(Jpda(exact=2).associate(scores, None), wanted, atol=0.05)  # by belief propagation
+    True
+    >>> crowd = np.full((2, 3, 4), 0.5)  # all three share all three returns
+    >>> Jpda(exact=3).approximated(crowd)[0].tolist(), Jpda(exact=2).approximated(crowd)[0].tolist()
+    ([False, False, False], [True, True, True])
+    >>> tree = scores[:2, :2]  # two that share one return: belief propagation is exact
+    >>> np.allclose(Jpda(exact=0).associate(tree, None), Jpda().associate(tree, None))
+    True
     """
 
     kind: ClassVar[str] = "jpda"

@@ -24,6 +24,20 @@ class JpdaStar(Associator):
     It is taken among the `m` best associations of each cluster of tracks that share returns; a track counts as approximated
     if the others are too probable. 20 cover 300 targets 15 m apart, sigma 5 m, as well as 200 do, in a fifth of the time.
     Blom, Bloem, Probabilistic Data Association Avoiding Track Coalescence, IEEE Trans. Automatic Control 45, 2000.
+
+    >>> from itertools import product
+    >>> scores = np.array([[-1.0, 0.5, -0.2, -np.inf], [-0.6, 0.3, 0.8, -0.1], [0.2, -np.inf, -np.inf, 1.1]])
+    >>> events = [e for e in product(range(4), repeat=3) if len({*e} - {0}) == np.count_nonzero(e)]  # no return twice
+    >>> p, kinds = [np.exp(sum(scores[range(3), e])) for e in events], [([i > 0 for i in e], {*e}) for e in events]
+    >>> tops = [max(q for q, other in zip(p, kinds) if other == kind) for kind in kinds]  # of all exchanges
+    >>> best = np.where(np.equal(p, tops), p, 0.0)
+    >>> wanted = [[best @ [e[t] == i for e in events] / np.sum(best) for i in range(4)] for t in range(3)]
+    >>> np.allclose(JpdaStar(m=200).associate(scores, None), wanted)
+    True
+    >>> JpdaStar(m=1).associate(scores, None).tolist()  # the best of all: .5 + .8 + 1.1
+    [[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]]
+    >>> JpdaStar(m=200).approximated(scores).tolist(), JpdaStar(m=1).approximated(scores).tolist()
+    ([False, False, False], [True, True, True])
     """
 
     kind: ClassVar[str] = "jpda_star"

@@ -23,6 +23,27 @@ class KBest(Growing):
     closest to all hypotheses, as in `variational`: being means, these have a smaller error.
     Garcia-Fernandez, Williams, Granstrom, Svensson, Poisson Multi-Bernoulli Mixture Filter: Direct Derivation and
     Implementation, IEEE T-AES 54, 2018.
+
+    >>> import numpy as np
+    >>> from itertools import product
+    >>> from vedette.hypotheses import LeafScores
+    >>> scores = np.array([[-1.0, 0.5, -0.2], [-0.6, 0.3, 0.8]])
+    >>> events = [e for e in product(range(3), repeat=2) if len({*e} - {0}) == np.count_nonzero(e)]  # no return twice
+    >>> p = np.sort(np.exp([sum(scores[range(2), e]) for e in events]))[::-1]
+    >>> for kind in (KBest(hypotheses=100, least=0.0), KBest(hypotheses=3, least=0.0), KBest(hypotheses=100, least=0.1)):
+    ...     found = kind.branch(kind.initial_hypotheses(2), LeafScores.of(scores), np.zeros(2, dtype=bool))
+    ...     weights, count = found.hypotheses.weights, len(found.hypotheses.weights)
+    ...     shown = found.choice[kind.reported(found.hypotheses, None)].tolist()
+    ...     count, np.allclose(weights, p[:count] / np.sum(p[:count])), shown
+    (7, True, [1, 2])
+    (3, True, [1, 2])
+    (4, True, [1, 2])
+    >>> later = LeafScores.of(np.array([[0.1 * leaf] for leaf in range(len(found.parent))]))  # weighted by the next scan's
+    >>> after = KBest(least=0.0).branch(found.hypotheses, later, np.zeros(0, dtype=bool)).hypotheses
+    >>> held = [found.hypotheses.leaves[found.hypotheses.rows == row] for row in range(count)]
+    >>> wanted = found.hypotheses.weights * np.exp([0.1 * sum(leaves) for leaves in held])
+    >>> np.allclose(after.weights, np.sort(wanted)[::-1] / np.sum(wanted)), KBest().merges, KBest(show="mean").merges
+    (True, '', 'shown')
     """
 
     kind: ClassVar[str] = "k_best"

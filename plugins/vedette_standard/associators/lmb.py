@@ -38,6 +38,27 @@ class LabelledMultiBernoulli(HypothesisAssociator):
     alone would make what they hold too certain.
     Kropfreiter, Meyer, Hlawatsch, A Fast Labeled Multi-Bernoulli Filter Using Belief Propagation, IEEE T-AES 56, 2020;
     Reuter, Vo, Vo, Dietmayer, The Labeled Multi-Bernoulli Filter, IEEE Trans. Signal Processing 62, 2014.
+
+    >>> from itertools import product
+    >>> scores = np.array([[-1.0, 0.5, -0.2], [-0.6, 0.3, 0.8]])
+    >>> events = [e for e in product(range(3), repeat=2) if len({*e} - {0}) == np.count_nonzero(e)]  # no return twice
+    >>> p = np.exp([sum(scores[range(2), e]) for e in events])
+    >>> wanted = np.array([[p @ [e[t] == i for e in events] / np.sum(p) for i in range(3)] for t in range(2)])
+    >>> kind = LabelledMultiBernoulli(leaves=2, least=0.01)
+    >>> found = kind.branch(kind.initial_hypotheses(2), LeafScores.of(scores), np.array([True, True]))
+    >>> found.parent.tolist(), found.choice.tolist()  # all leaves, and a track at each return
+    ([0, 0, 0, 1, 1, 1, -1, -1], [0, 1, 2, 0, 1, 2, 1, 2])
+    >>> np.allclose(found.hypotheses.weights, [*wanted.ravel(), *(1.0 - np.sum(wanted, axis=0)[1:])])
+    True
+    >>> np.allclose(kind.associate(scores, None), wanted)
+    True
+    >>> kept, rows = kind.keep(found.hypotheses, np.ones(8, dtype=bool))  # the two heaviest of a track, of the same sum
+    >>> rows.tolist() == sorted([*np.argsort(wanted[0])[1:], *(3 + np.argsort(wanted[1])[1:]), 6, 7])
+    True
+    >>> np.allclose(np.bincount(kept.track, kept.weights)[:2], 1.0), kind.reported(kept, np.ones(6)).tolist()
+    (True, [0, 3, 4, 5])
+    >>> np.allclose(kind.existence(kept, np.full(6, 0.5), None)[:4], 0.5)
+    True
     """
 
     kind: ClassVar[str] = "lmb"

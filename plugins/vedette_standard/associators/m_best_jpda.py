@@ -22,6 +22,18 @@ class MBestJpda(Associator):
     algorithm. If there are no more than `m`, this equals `jpda`; otherwise the least likely ones are left out, and the
     weights of the others normalised. A track counts as approximated if that leaves out more than `LOST`.
     Hamid Rezatofighi et al., Joint Probabilistic Data Association Revisited, ICCV 2015.
+
+    >>> import numpy as np
+    >>> from itertools import product
+    >>> scores = np.array([[-1.0, 0.5, -0.2, -np.inf], [-0.6, 0.3, 0.8, -0.1], [0.2, -np.inf, -np.inf, 1.1]])
+    >>> events = [e for e in product(range(4), repeat=3) if len({*e} - {0}) == np.count_nonzero(e)]  # no return twice
+    >>> p = np.exp([sum(scores[range(3), e]) for e in events])
+    >>> for m in (3, 200):
+    ...     best = np.where(p >= np.sort(p)[::-1][: min(m, len(p))][-1], p, 0.0)
+    ...     wanted = [[best @ [e[t] == i for e in events] / np.sum(best) for i in range(4)] for t in range(3)]
+    ...     np.allclose(MBestJpda(m).associate(scores, None), wanted), MBestJpda(m).approximated(scores).tolist()
+    (True, [True, True, True])
+    (True, [False, False, False])
     """
 
     kind: ClassVar[str] = "m_best_jpda"

@@ -20,6 +20,20 @@ class NScan(Growing):
     with other leaves are dropped, and their probability is told as lost.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
+
+    >>> import numpy as np
+    >>> from vedette.hypotheses import LeafScores
+    >>> kind, none = NScan(scans=1), np.zeros(0, dtype=bool)
+    >>> first = kind.branch(kind.initial_hypotheses(1), LeafScores.of(np.log([[0.4, 0.6]])), np.zeros(1, dtype=bool))
+    >>> first.choice.tolist(), kind.probability(first.hypotheses).round(9).tolist()  # one scan later nothing is decided
+    ([0, 1], [0.4, 0.6])
+    >>> kept, rows = kind.keep(first.hypotheses, np.ones(2, dtype=bool))
+    >>> second = kind.branch(kept, LeafScores.of(np.log([[0.9], [0.3]])), none)  # .36 and .18: that of the miss is right
+    >>> kind.probability(second.hypotheses).round(9).tolist()
+    [0.666666667, 0.333333333]
+    >>> kept, rows = kind.keep(second.hypotheses, np.ones(2, dtype=bool))
+    >>> rows.tolist(), kind.probability(kept).tolist(), second.lost.round(9).tolist()
+    ([0], [1.0], [0.333333333, 0.333333333])
     """
 
     kind: ClassVar[str] = "n_scan"

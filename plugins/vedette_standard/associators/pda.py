@@ -16,6 +16,11 @@ class Pda(Associator):
 
     weights = exp(scores) / sum exp(scores). Exact for one target among uniform clutter.
     Bar-Shalom, Tse, Tracking in a Cluttered Environment with Probabilistic Data Association, Automatica 11, 1975.
+
+    >>> import numpy as np
+    >>> scores = np.array([[np.log(0.5), np.log(1.5), -np.inf], np.log([3.0, 1.0, 4.0])])
+    >>> Pda().associate(scores, None).round(9).tolist()  # of 2, and of 8, whatever the other track takes
+    [[0.25, 0.75, 0.0], [0.375, 0.125, 0.5]]
     """
 
     kind: ClassVar[str] = "pda"

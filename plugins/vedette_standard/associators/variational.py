@@ -21,6 +21,19 @@ class Variational(Growing):
     moments, those of an IMM mode by mode.
     Williams, An Efficient, Variational Approximation of the Best Fitting Multi-Bernoulli Filter, IEEE T-SP 63, 2015.
     Hypotheses take the place of the paper's marginals.
+
+    >>> import numpy as np
+    >>> from vedette import Gaussian, Space
+    >>> from vedette.hypotheses import LeafScores
+    >>> kind, state, log = Variational(), Space.of(x="m"), np.log
+    >>> scores = LeafScores.of(np.array([[-50.0, log(0.55), log(0.45)], [-50.0, log(1.0), log(1.0)]]))  # either way around
+    >>> found = kind.branch(kind.initial_hypotheses(2), scores, np.zeros(2, dtype=bool))
+    >>> found.parent.tolist(), found.choice.tolist(), found.hypotheses.weights.round(9).tolist()
+    ([0, 0, 1, 1], [1, 2, 1, 2], [0.55, 0.45])
+    >>> at = Gaussian(100.0 * (found.choice[:, None] - 1.0), np.full((4, 1, 1), 25.0))
+    >>> merged = kind.merge(found.hypotheses, at, np.ones(4), state)  # one target at 0, one at 100 m, and none at 45 and 55
+    >>> (merged.table(4) @ at.mean).ravel().round(9).tolist(), merged.table(4).round(9).tolist()
+    ([0.0, 100.0], [[0.55, 0.0, 0.45, 0.0], [0.0, 0.45, 0.0, 0.55]])
     """
 
     kind: ClassVar[str] = "variational"
