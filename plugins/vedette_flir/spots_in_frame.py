@@ -66,12 +66,12 @@ def spots(
                         where = coarse * centre + 0.5 * (coarse - 1)
                         candidates.append((clear, sign, _centroid(sign, grey, where, coarse * size), coarse * size))
     candidates.sort(key=lambda each: -each[0])
-    kept: list[tuple[float, float, Array, Array]] = []
-    for each in candidates:
-        if all(np.any(np.abs(each[2] - other[2]) > 0.5 * (each[3] + other[3])) for other in kept):
-            kept.append(each)
-    pairs = np.array([np.stack([each[2], each[3]]) for each in kept]).reshape(-1, 2, 2)
-    return Spots(pairs[:, 0], pairs[:, 1], *(np.array([each[i] for each in kept]) for i in (0, 1)))
+    places, sizes = (np.array([each[i] for each in candidates]).reshape(-1, 2) for i in (2, 3))
+    first: list[int] = []
+    for i in range(len(candidates)):
+        if np.all(np.any(np.abs(places[i] - places[first]) > 0.5 * (sizes[i] + sizes[first]), axis=1)):
+            first.append(i)
+    return Spots(places[first], sizes[first], *(np.array([candidates[i][k] for i in first]) for k in (0, 1)))
 
 
 def _measured(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from itertools import combinations
 from typing import Generic
 
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array
+from vedette import Array, Mask
 from vedette_flir.estimators.matches import L, Match, unseen
 from vedette_flir.evidence import UNLIKE
 
@@ -64,15 +63,33 @@ class Sharing(Generic[L]):
     def found(self) -> tuple[list[Match[L]], Array]:
         """Return what was found of each target, and the probability of its link (t,), NaN where it coasts unseen."""
         count, link = len(self.who), np.ones(len(self.who))
+        if not count:
+            return [], link
         matches: dict[int, Match[L]] = {}
         held = [i for i in range(count) if self.who[i].held]
+        places, box = np.array([each.where for each in self.who]), np.array([each.box for each in self.who])
+        reach = REACH * box.max(axis=1)
+        near = np.max(np.abs(places[:, None] - places), axis=-1) < np.maximum(reach[:, None], reach)
+
+        def same(i: int) -> Mask:
+            """Return which targets (t,) are in one place with a target."""
+            one: Mask = np.all(np.abs(places[i] - places) < 0.5 * np.minimum(box[i], box), axis=-1)
+            return one
+
         for i in held:
-            beside = [j for j in held if j != i and self._near(i, j) and not self._same(i, self._at(i), j, self._at(j))]
+            beside = [j for j in np.flatnonzero(near[i] & ~same(i)).tolist() if self.who[j].held]
             matches[i] = self._find(i, {j: self._at(j) for j in beside})
         late = [i for i in range(count) if i not in matches or matches[i].elsewhere]
-        for i, j in combinations([i for i in held if i not in late], 2):
-            if self._near(i, j) or self._same(i, self._place(i, matches[i]), j, self._place(j, matches[j])):
+        settled = [i for i in held if i not in late]
+        for i in settled:
+            places[i] = self._place(i, matches[i])
+        for n, i in enumerate(settled):
+            later = np.array(settled[n + 1 :], dtype=np.intp)
+            while (meets := near[i, later] | same(i)[later]).any():
+                first = int(np.argmax(meets))
+                j, later = int(later[first]), later[first + 1 :]
                 self._share(i, j, matches, link)
+                places[i], places[j] = self._place(i, matches[i]), self._place(j, matches[j])
         alone = {i: matches.pop(i) for i in late if i in matches}
         for i in late:
             taken = {j: self._place(j, match) for j, match in matches.items() if match.place > 0}
@@ -126,10 +143,6 @@ class Sharing(Generic[L]):
         """Return the squared distance of a place from the expected one."""
         d = place - self._at(i)
         return float(d @ np.linalg.solve(self.who[i].cov, d))
-
-    def _near(self, i: int, j: int) -> bool:
-        reach = REACH * max(float(np.max(self.who[k].box)) for k in (i, j))
-        return bool(np.max(np.abs(self._at(i) - self._at(j))) < reach)
 
     def _same(self, i: int, place: Array, j: int, other: Array) -> bool:
         return bool(np.all(np.abs(place - other) < 0.5 * np.minimum(self.who[i].box, self.who[j].box)))
