@@ -25,11 +25,13 @@ from pathlib import Path
 from time import process_time
 from typing import Any
 
+import cv2
 import numpy as np
 from attrs import frozen
 
 import vedette
 from vedette import Array, Frame, Gaussian, Scan
+from vedette_flir.evidence import half_ring_spread
 from vedette_flir.sources.boxes import read_boxes
 from vedette_flir.sources.images import look_through
 from vedette_report.pixels import LAST, NEAR
@@ -45,6 +47,11 @@ SHIFT, STRETCH = 0.12, 0.2
 SKIPPED = 10
 """Frames of a loss that are not asked for."""
 
+SEEN = 2.0
+"""A target is seen in a frame if the brightest of its true box, in the frame blurred by .8 px, is so many spreads above the
+calmest half of the ring around: by label and pixels alone, whatever a tracker finds there.
+"""
+
 
 @frozen(eq=False)
 class Clip:
@@ -58,13 +65,16 @@ class Clip:
 
 @frozen(eq=False)
 class Followed:
-    """What became of one start: error (k,) in px, NaN without a target; true and estimated box (k, 4); doubt (k,)."""
+    """What became of one start: error (k,) in px, NaN without a target; true and estimated box (k, 4); doubt (k,); whether
+    the frame shows the target (k,).
+    """
 
     clip: str
     error: Array
     true: Array
     found: Array
     doubted: Array
+    seen: Array
 
     @property
     def lost(self) -> bool:
@@ -123,10 +133,21 @@ def follow(tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Arra
     for k in range(first, min(end, len(clip.frames))):
         state = tracker.step(state, Scan.image(k / 30.0, "camera", Frame(clip.frames[k])))
         true = clip.boxes.get(k, np.full(4, np.nan))
-        rows.append([*tracker.estimate(state).mean[0, where], *true, state.existence[0]])
+        rows.append([*tracker.estimate(state).mean[0, where], *true, state.existence[0], is_seen(clip.frames[k], true)])
     table = np.array(rows)
     error = np.hypot(*(table[:, :2] - table[:, 4:6]).T)
-    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5)
+    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5, table[:, 9] > 0)
+
+
+def is_seen(pixels: Array, box: Array) -> bool:
+    """Return whether a frame shows a target in its true box, centre and size in px; not where the box is NaN."""
+    if not np.isfinite(box).all():
+        return False
+    smooth = cv2.GaussianBlur(pixels.astype(np.float32), (0, 0), 0.8)
+    low = np.maximum(np.rint(box[:2] - 0.5 * box[2:]).astype(int), 0)
+    high = np.maximum(np.rint(box[:2] + 0.5 * box[2:]).astype(int), low) + 1
+    level, spread = half_ring_spread(smooth, box[:2], box[2:])
+    return bool(smooth[low[1] : high[1], low[0] : high[0]].max(initial=-np.inf) > level + SEEN * spread)
 
 
 def tracker(**options: Any) -> Any:
@@ -166,13 +187,11 @@ def segments(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     before = process_time()
     found = on_segments(recorded, options)
     took = 1e3 * (process_time() - before) / sum(len(one.error) for one in found)
-    print(f"{told(found)}; {took:.2f} ms of CPU a frame")
+    print(f"{told(found)}; {doubted(found)}; {took:.2f} ms of CPU a frame")
 
 
 def beside(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     """Print the figures of the segments by this tracker and by OpenCV's, each started from the same true box."""
-    import cv2
-
     made = tracker(**options)
     contenders: dict[str, Callable[[Clip, int, int], Followed]] = {"template_filter": lambda *part: follow(made, *part)}
     for name in ("CSRT", "KCF"):
@@ -204,10 +223,10 @@ def by_opencv(made: Any, clip: Clip, begin: int, end: int) -> Followed:
             held_still, given = made.update(image)
             box = given if held_still else box
         middle = (box[0] + 0.5 * (box[2] - 1), box[1] + 0.5 * (box[3] - 1), box[2], box[3])
-        rows.append([*middle, *clip.boxes.get(k, np.full(4, np.nan)), float(held_still)])
+        rows.append([*middle, *clip.boxes.get(k, np.full(4, np.nan)), float(held_still), 1.0])
     table = np.array(rows)
     error = np.hypot(*(table[:, :2] - table[:, 4:6]).T)
-    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5)
+    return Followed(clip.name, error, table[:, 4:8], table[:, :4], table[:, 8] < 0.5, table[:, 9] > 0)
 
 
 def from_starts(recorded: list[Clip], options: Mapping[str, Any]) -> None:
@@ -282,9 +301,16 @@ def losses(one: Followed) -> list[Array]:
     return [one.doubted[a + SKIPPED : b] for a, b in edges if b - a > SKIPPED]
 
 
-def held(one: Followed) -> Array:
-    """Return whether the frames in which the target is held well are doubted."""
-    return one.doubted[one.error <= np.maximum(5.0, 0.35 * one.true[:, 2:].max(axis=1))]
+def held(one: Followed, *, seen: bool = False) -> Array:
+    """Return whether frames in which the target is held well are doubted; of those alone that show it, if it is `seen`."""
+    well = one.error <= np.maximum(5.0, 0.35 * one.true[:, 2:].max(axis=1))
+    return one.doubted[well & one.seen if seen else well]
+
+
+def doubted(found: list[Followed]) -> str:
+    """Return how many of the frames in which targets are held well are doubted, and of those that show them."""
+    every, shown = (np.concatenate([held(one, seen=seen) for one in found]) for seen in (False, True))
+    return f"good frames doubted {every.sum()} of {len(every)}; of those that show the target {shown.sum()} of {len(shown)}"
 
 
 def doubts(found: list[Followed]) -> tuple[float, float, float]:
@@ -308,6 +334,7 @@ def whole(recorded: list[Clip], options: Mapping[str, Any]) -> None:
         well = (one.error <= np.maximum(NEAR, 0.5 * one.true[:, 2:].max(axis=1))) & ~one.doubted
         back += [bool(well[start - first : start - first + 16].any()) for start, _ in clip.segments[1:]]
     print(f"{_told(doubts(runs))}; found again within 15 frames in {sum(back)} of {len(back)} cuts; {told(runs)}")
+    print(doubted(runs))
 
 
 def _told(figures: tuple[float, float, float]) -> str:
