@@ -27,6 +27,27 @@ class TargetOriented(MotionModel):
     Below `slowest` the heading is ill-defined: turns are those at that speed, and D tends to its mean over all
     directions, reached at rest.
     Yoon, Ko, a manoeuvring target tracking algorithm with a target-oriented velocity representation (in Korean).
+
+    >>> model, T, v = TargetOriented(sigma_forward=2.0, sigma_side=5.0, side_accel=1.5), 3.0, 8.0 - 6.0j  # 10 m/s
+    >>> w = -1.5 / 10.0  # to the right, rad/s
+    >>> at, turned = (np.exp(1j * w * T) - 1.0) / (1j * w) * v, np.exp(1j * w * T) * v
+    >>> x = np.array([100.0, 50.0, 8.0, -6.0])
+    >>> np.allclose(model.move(x, T), [100.0 + at.real, 50.0 + at.imag, turned.real, turned.imag])
+    True
+    >>> by_differences = [(model.move(x + d, T) - model.move(x - d, T)) / 2e-6 for d in 1e-6 * np.eye(4)]
+    >>> np.allclose(model.jacobian(x, T), np.transpose(by_differences), atol=1e-6)
+    True
+    >>> ff, G = np.outer([0.8, -0.6], [0.8, -0.6]), np.array([T**2 / 2.0, T])
+    >>> D = 4.0 * ff + 25.0 * (np.eye(2) - ff)
+    >>> np.allclose(model.noise(x, T), np.kron(np.outer(G, G), D))
+    True
+    >>> s = 9.0 / 100.0  # variance of the heading, of 9 m^2/s^2 across: what is known of f f' falls by exp(-2 s)
+    >>> unsure = 0.5 * np.eye(2) + np.exp(-2.0 * s) * (ff - 0.5 * np.eye(2))
+    >>> mean = model.mean_noise(x, np.diag([1.0, 1.0, 9.0, 9.0]), T)
+    >>> np.allclose(mean, np.kron(np.outer(G, G), 4.0 * unsure + 25.0 * (np.eye(2) - unsure)))
+    True
+    >>> np.allclose(model.noise(np.zeros(4), T), np.kron(np.outer(G, G), 14.5 * np.eye(2)))  # at rest, of all directions
+    True
     """
 
     kind: ClassVar[str] = "target_oriented"

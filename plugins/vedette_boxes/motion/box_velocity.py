@@ -21,6 +21,17 @@ class BoxVelocity(MotionModel):
     Per axis F = [1 T; 0 1], Q = (a h)^2 [T^3/3 T^2/2; T^2/2 T], a = `sigma_accel`, h the height: what is near moves fast in
     the image, and is large. A side s gains the variance (g s)^2 T, g = `sigma_growth`.
     Wojke, Bewley, Paulus, Simple Online and Realtime Tracking with a Deep Association Metric, ICIP 2017 (noise by height).
+
+    >>> model, T = BoxVelocity(sigma_accel=0.5, sigma_growth=0.2), 2.0
+    >>> x = np.array([100.0, 50.0, 5.0, -3.0, 20.0, 40.0])  # width 20, height 40 px
+    >>> model.move(x, T).tolist()
+    [110.0, 44.0, 5.0, -3.0, 20.0, 40.0]
+    >>> Q, block = model.noise(x, T), 0.25 * 40.0**2 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> np.allclose(Q[:4, :4], np.kron(block, np.eye(2))), np.allclose(np.diag(Q)[4:], [0.04 * 400.0 * T, 0.04 * 1600.0 * T])
+    (True, True)
+    >>> mean = model.mean_noise(x, np.diag([1.0, 1.0, 1.0, 1.0, 9.0, 100.0]), T)  # of the mean squares of the sides
+    >>> np.allclose(mean[0, 0] / Q[0, 0], 1700.0 / 1600.0), np.allclose(mean[4, 4], 0.04 * 409.0 * T)
+    (True, True)
     """
 
     kind: ClassVar[str] = "box_velocity"

@@ -22,6 +22,22 @@ class AtmosphericWander(ImagePlane):
     Q is the integral of e^(As) G G' e^(A's) by incomplete gamma functions: Van Loan's matrix exponential, with
     W2 dt = 22 at 30 frames/s, loses all its digits.
     Maybeck, Mercier, A Target Tracker Using Spatially Distributed Infrared Measurements, IEEE T-AC 25, 1980.
+
+    >>> from scipy.linalg import expm, solve_continuous_lyapunov
+    >>> model, W1, W2 = AtmosphericWander(sigma=3.0, tau=2.0, sigma_jitter=0.4, corner=3.0, double_corner=8.0), 3.0, 8.0
+    >>> G = W1 * W2**2 * np.array([1.0 / (W1 - W2) ** 2, -1.0 / (W1 - W2) ** 2, 1.0 / (W1 - W2)])
+    >>> A = np.array([[-W1, 0.0, 0.0], [0.0, -W2, 1.0], [0.0, 0.0, -W2]])
+    >>> steady = solve_continuous_lyapunov(A, -np.outer(G, G))
+    >>> K = 0.4 / np.sqrt(np.sum(steady[:2, :2]))  # of slow + fast
+    >>> F, e = expm(0.5 * A), np.exp(-0.25)
+    >>> Q = K**2 * (steady - F @ steady @ F.T)
+    >>> x = np.zeros(8)
+    >>> np.allclose(model.jacobian(x, 0.5)[2::2, 2::2], F), np.allclose(model.noise(x, 0.5)[2::2, 2::2], Q)
+    (True, True)
+    >>> np.allclose(model.noise(np.zeros(8), 0.5)[:2, :2], 9.0 * (1.0 - e * e) * np.eye(2))
+    True
+    >>> np.allclose(model.move(np.arange(8.0), 0.5)[:2], [0.0, e]), np.allclose(model.gains, K * G)
+    (True, True)
     """
 
     kind: ClassVar[str] = "atmospheric_wander"

@@ -27,6 +27,17 @@ class Carrying(MotionModel):
     """Another motion with added axes that stay constant until a sensor learns them: the target's appearance in an image.
 
     F = [F_motion 0; 0 I], Q = [Q_motion 0; 0 0].
+
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> inner, T = ImageVelocity(sigma_accel=30.0, shake=4.0), 0.5
+    >>> model = Carrying(inner, {"amplitude": "count", "width": "px"})
+    >>> x = np.array([100.0, 50.0, 6.0, -4.0, 40.0, 7.0])
+    >>> model.move(x, T).tolist(), model.state.names[4:], model.zero_variance.names
+    ([103.0, 48.0, 6.0, -4.0, 40.0, 7.0], ('amplitude', 'width'), ('amplitude', 'width'))
+    >>> F, Q = np.eye(6), np.zeros((6, 6))
+    >>> F[:4, :4], Q[:4, :4] = inner.jacobian(x[:4], T), inner.noise(x[:4], T)
+    >>> np.allclose(model.jacobian(x, T), F), np.allclose(model.noise(x, T), Q), model.linear, model.divisible
+    (True, True, True, True)
     """
 
     kind: ClassVar[str] = "carrying"

@@ -19,6 +19,13 @@ class ImageVelocity(ImagePlane):
     F = [1 T; 0 1], Q = q [T^3/3 T^2/2; T^2/2 T] + s [T 0; 0 0], q = sigma_accel^2, s = shake^2:
     the spectral densities of acceleration and velocity. What white noise gains in T s grows with the square root of T.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.2.
+
+    >>> model, T = ImageVelocity(sigma_accel=30.0, shake=4.0), 0.5
+    >>> model.move(np.array([100.0, 50.0, 6.0, -4.0]), T).tolist()
+    [103.0, 48.0, 6.0, -4.0]
+    >>> Q = 900.0 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]]) + np.diag([16.0 * T, 0.0])
+    >>> np.allclose(model.noise(np.zeros(4), T), np.kron(Q, np.eye(2)))
+    True
     """
 
     kind: ClassVar[str] = "image_velocity"

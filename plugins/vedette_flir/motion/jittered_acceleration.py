@@ -19,6 +19,16 @@ class JitteredAcceleration(ImagePlane):
     x' = v, v' = a, a' = w, E[w w] = jerk_density delta; j' = -j/tau + w_j. Where the target appears is x + j. Discretised
     exactly: F = [1 T T^2/2; 0 1 T; 0 0 1], Q = q [T^5/20 T^4/8 T^3/6; T^4/8 T^3/3 T^2/2; T^3/6 T^2/2 T]; e^(-T/tau).
     Maybeck, Mercier, A Target Tracker Using Spatially Distributed Infrared Measurements, IEEE T-AC 25, 1980.
+
+    >>> model, T = JitteredAcceleration(jerk_density=200.0, sigma_jitter=0.4, tau_jitter=0.25), 0.5
+    >>> x, e = np.array([100.0, 50.0, 6.0, -4.0, 8.0, 16.0, 0.3, -0.2]), np.exp(-2.0)
+    >>> np.allclose(model.move(x, T), [104.0, 50.0, 10.0, 4.0, 8.0, 16.0, 0.3 * e, -0.2 * e])
+    True
+    >>> Q = [[T**5 / 20.0, T**4 / 8.0, T**3 / 6.0], [T**4 / 8.0, T**3 / 3.0, T**2 / 2.0], [T**3 / 6.0, T**2 / 2.0, T]]
+    >>> np.allclose(model.noise(x, T)[:6, :6], np.kron(200.0 * np.array(Q), np.eye(2)))
+    True
+    >>> np.allclose(model.noise(x, T)[6:, 6:], 0.16 * (1.0 - e * e) * np.eye(2)), float(np.sum(model.noise(x, T)[:6, 6:]))
+    (True, 0.0)
     """
 
     kind: ClassVar[str] = "jittered_acceleration"

@@ -18,6 +18,14 @@ class JitteredWander(ImagePlane):
     The filter model for `atmospheric_wander`: its third-order jitter is replaced by one of first order with the
     same correlation from frame to frame: tau_j = .076 s at 30 frames/s.
     Maybeck, Mercier, A Target Tracker Using Spatially Distributed Infrared Measurements, IEEE T-AC 25, 1980.
+
+    >>> import numpy as np
+    >>> model, e, f = JitteredWander(sigma=3.0, tau=2.0, sigma_jitter=0.4, tau_jitter=0.25), np.exp(-0.25), np.exp(-2.0)
+    >>> np.allclose(model.move(np.array([10.0, -5.0, 0.3, -0.2]), 0.5), [10.0 * e, -5.0 * e, 0.3 * f, -0.2 * f])
+    True
+    >>> wander, jitter = 9.0 * (1.0 - e * e), 0.16 * (1.0 - f * f)
+    >>> np.allclose(model.noise(np.zeros(4), 0.5), np.diag([wander, wander, jitter, jitter]))
+    True
     """
 
     kind: ClassVar[str] = "jittered_wander"

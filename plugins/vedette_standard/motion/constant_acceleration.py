@@ -20,6 +20,16 @@ class ConstantAcceleration(PerAxis):
     changes by sigma_jerk sqrt(T), one standard deviation. A config may also give it in m/s^3, with the same number: the
     change in 1 s.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.3.
+
+    >>> import numpy as np
+    >>> model, T = ConstantAcceleration(0.3, axes=("x",)), 2.0  # over x, vx, ax
+    >>> model.move(np.array([100.0, 5.0, 0.5]), T).tolist()
+    [111.0, 6.0, 0.5]
+    >>> Q = [[T**5 / 20.0, T**4 / 8.0, T**3 / 6.0], [T**4 / 8.0, T**3 / 3.0, T**2 / 2.0], [T**3 / 6.0, T**2 / 2.0, T]]
+    >>> np.allclose(model.noise(np.zeros(3), T), 0.09 * np.array(Q)), model.divisible
+    (True, True)
+    >>> ConstantAcceleration(0.3).state.names
+    ('x', 'y', 'vx', 'vy', 'ax', 'ay')
     """
 
     kind: ClassVar[str] = "constant_acceleration"

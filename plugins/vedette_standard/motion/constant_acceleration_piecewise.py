@@ -19,6 +19,14 @@ class ConstantAccelerationPiecewise(PerAxis):
     The jerk is drawn at every step and held through it, so two steps do not equal one: for scans at unequal
     intervals, use `constant_acceleration`.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+
+    >>> import numpy as np
+    >>> model, T = ConstantAccelerationPiecewise(0.3, axes=("x",)), 2.0  # over x, vx, ax
+    >>> model.move(np.array([100.0, 5.0, 0.5]), T).tolist()
+    [111.0, 6.0, 0.5]
+    >>> G = np.array([T**3 / 6.0, T**2 / 2.0, T])
+    >>> np.allclose(model.noise(np.zeros(3), T), 0.09 * np.outer(G, G)), model.divisible
+    (True, False)
     """
 
     kind: ClassVar[str] = "constant_acceleration_piecewise"

@@ -19,6 +19,16 @@ class ConstantVelocity(PerAxis):
     changes by sigma_accel sqrt(T), one standard deviation. A config may also give it in m/s^2, with the same number: the
     change in 1 s.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.2.2.
+
+    >>> import numpy as np
+    >>> model, T = ConstantVelocity(0.3), 2.0  # over x, y, vx, vy
+    >>> model.move(np.array([100.0, 50.0, 5.0, -3.0]), T).tolist()
+    [110.0, 44.0, 5.0, -3.0]
+    >>> F, Q = np.array([[1.0, T], [0.0, 1.0]]), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> np.allclose(model.jacobian(np.zeros(4), T), np.kron(F, np.eye(2)))
+    True
+    >>> np.allclose(model.noise(np.zeros(4), T), np.kron(Q, np.eye(2))), ConstantVelocity(0.3, axes=("z",)).state.names
+    (True, ('z', 'vz'))
     """
 
     kind: ClassVar[str] = "constant_velocity"

@@ -19,6 +19,14 @@ class ConstantVelocityPiecewise(PerAxis):
     The acceleration is drawn at every step and held through it, so the meaning of `sigma_accel` depends on the step length,
     and two steps do not equal one: for scans at unequal intervals, use `constant_velocity`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.2.
+
+    >>> import numpy as np
+    >>> model, T = ConstantVelocityPiecewise(0.3), 2.0  # over x, y, vx, vy
+    >>> model.move(np.array([100.0, 50.0, 5.0, -3.0]), T).tolist()
+    [110.0, 44.0, 5.0, -3.0]
+    >>> G = np.array([[T**2 / 2.0], [T]])
+    >>> np.allclose(model.noise(np.zeros(4), T), np.kron(0.09 * G @ G.T, np.eye(2))), model.divisible
+    (True, False)
     """
 
     kind: ClassVar[str] = "constant_velocity_piecewise"

@@ -28,6 +28,20 @@ class CoordinatedTurn(MotionModel):
     Both deviations are roots of spectral densities: velocity and turn rate change by them in 1 s, by sqrt(T) times them in
     T s.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+
+    >>> import numpy as np
+    >>> model, T, w, v = CoordinatedTurn(0.3, 0.02), 3.0, 0.2, 5.0 - 3.0j  # over x, y, vx, vy, turn_rate
+    >>> at, turned = (np.exp(1j * w * T) - 1.0) / (1j * w) * v, np.exp(1j * w * T) * v  # the arc, in complex numbers
+    >>> x = np.array([100.0, 50.0, v.real, v.imag, w])
+    >>> np.allclose(model.move(x, T), [100.0 + at.real, 50.0 + at.imag, turned.real, turned.imag, w])
+    True
+    >>> step = 1e-6 * np.eye(5)
+    >>> by_differences = [(model.move(x + d, T) - model.move(x - d, T)) / 2e-6 for d in step]
+    >>> np.allclose(model.jacobian(x, T), np.transpose(by_differences), atol=1e-6)
+    True
+    >>> Q = np.kron(0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]]), np.eye(2))
+    >>> np.allclose(model.noise(x, T)[:4, :4], Q), np.allclose(model.noise(x, T)[4], [0.0, 0.0, 0.0, 0.0, 0.0004 * T])
+    (True, True)
     """
 
     kind: ClassVar[str] = "coordinated_turn"

@@ -57,6 +57,20 @@ class CoordinatedTurn3d(MotionModel):
     along v turns nothing and is a random walk. Q is that of constant velocity over x to vz and sigma_turn_rate^2 T for the
     rates, whatever the state, so two steps do not equal one. Both deviations are those of `coordinated_turn`.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+
+    >>> from scipy.linalg import expm
+    >>> model, T, v, W = CoordinatedTurn3d(0.3, 0.02), 3.0, np.array([5.0, -3.0, 2.0]), np.array([0.1, -0.2, 0.3])
+    >>> cross = np.array([[0.0, -0.3, -0.2], [0.3, 0.0, -0.1], [0.2, 0.1, 0.0]])  # W x
+    >>> flow = expm(T * np.block([[np.zeros((3, 3)), np.eye(3)], [np.zeros((3, 3)), cross]]))
+    >>> x = np.array([100.0, 50.0, 9.0, *v, *W])
+    >>> np.allclose(model.move(x, T)[:6], flow @ x[:6]), np.allclose(model.move(x, T)[6:], W)
+    (True, True)
+    >>> by_differences = [(model.move(x + d, T) - model.move(x - d, T)) / 2e-6 for d in 1e-6 * np.eye(9)]
+    >>> np.allclose(model.jacobian(x, T), np.transpose(by_differences), atol=1e-6)
+    True
+    >>> Q, own = model.noise(x, T), 0.09 * np.array([[T**3 / 3.0, T**2 / 2.0], [T**2 / 2.0, T]])
+    >>> np.allclose(Q[:6, :6], np.kron(own, np.eye(3))), np.allclose(Q[6:], np.eye(9)[6:] * 0.0004 * T)
+    (True, True)
     """
 
     kind: ClassVar[str] = "coordinated_turn_3d"

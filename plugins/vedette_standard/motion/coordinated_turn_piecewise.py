@@ -25,6 +25,16 @@ class CoordinatedTurnPiecewise(MotionModel):
     deviations depends on the step length, and two steps do not equal one: for scans at unequal intervals, use
     `coordinated_turn`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 11.7.1.
+
+    >>> import numpy as np
+    >>> model, T, w, v = CoordinatedTurnPiecewise(0.3, 0.02), 3.0, 0.2, 5.0 - 3.0j  # over x, y, vx, vy, turn_rate
+    >>> at, turned = (np.exp(1j * w * T) - 1.0) / (1j * w) * v, np.exp(1j * w * T) * v  # the arc, in complex numbers
+    >>> x, G = np.array([100.0, 50.0, v.real, v.imag, w]), np.array([T**2 / 2.0, T])
+    >>> np.allclose(model.move(x, T), [100.0 + at.real, 50.0 + at.imag, turned.real, turned.imag, w])
+    True
+    >>> Q = np.kron(0.09 * np.outer(G, G), np.eye(2))
+    >>> np.allclose(model.noise(x, T)[:4, :4], Q), np.allclose(model.noise(x, T)[4], [0.0, 0.0, 0.0, 0.0, 0.0004 * T**2])
+    (True, True)
     """
 
     kind: ClassVar[str] = "coordinated_turn_piecewise"

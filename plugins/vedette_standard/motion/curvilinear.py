@@ -75,6 +75,21 @@ class Curvilinear(MotionModel):
     turn within it: two steps do not equal one. Both deviations are roots of the jerk's spectral
     density: what the acceleration gains in 1 s, growing with the square root of time.
     Best, Norton, A New Model and Efficient Tracker for a Target with Curvilinear Motion, IEEE T-AES 33, 1997.
+
+    >>> model, T, v, forward, left = Curvilinear(0.3, 0.4), 3.0, 8.0 - 6.0j, 0.5, -1.2  # 10 m/s
+    >>> x, times = np.array([100.0, 50.0, 8.0, -6.0, forward, left]), (np.arange(30000) + 0.5) * 1e-4
+    >>> course = np.angle(v) + left / forward * np.log(1.0 + forward * times / 10.0)  # the integral of left / speed
+    >>> path = 1e-4 * np.sum((10.0 + forward * times) * np.exp(1j * course))
+    >>> after = 11.5 * np.exp(1j * (np.angle(v) + left / forward * np.log(1.15)))
+    >>> np.allclose(model.move(x, T), [100.0 + path.real, 50.0 + path.imag, after.real, after.imag, forward, left], rtol=1e-5)
+    True
+    >>> by_differences = [(model.move(x + d, T) - model.move(x - d, T)) / 2e-6 for d in 1e-6 * np.eye(6)]
+    >>> np.allclose(model.jacobian(x, T), np.transpose(by_differences), atol=1e-6)
+    True
+    >>> f, n = np.array([0.8, -0.6]), np.array([0.6, 0.8])  # along the path, and to the left of it
+    >>> Q, position = model.noise(x, T), T**5 / 20.0 * (0.09 * np.outer(f, f) + 0.16 * np.outer(n, n))
+    >>> np.allclose(Q[:2, :2], position), np.allclose(Q[0, 4:], T**3 / 6.0 * np.array([0.8 * 0.09, 0.6 * 0.16]))
+    (True, True)
     """
 
     kind: ClassVar[str] = "curvilinear"

@@ -19,6 +19,15 @@ class GaussMarkov(MotionModel):
     Each axis has the stationary standard deviation sigma and the autocorrelation exp(-|lag|/tau): a measurement's error that
     is correlated over scans, as a state axis of its own beside the target's.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 8.2.
+
+    >>> import numpy as np
+    >>> model, e = GaussMarkov(("bias", "other"), sigma=0.3, tau=8.0, unit="rad"), np.exp(-0.25)
+    >>> np.allclose(model.move(np.array([0.1, -0.2]), 2.0), [0.1 * e, -0.2 * e]), str(model.state)
+    (True, '(bias [rad], other [rad])')
+    >>> np.allclose(model.jacobian(np.zeros(2), 2.0), e * np.eye(2))
+    True
+    >>> np.allclose(model.noise(np.zeros(2), 2.0), 0.09 * (1.0 - e * e) * np.eye(2))
+    True
     """
 
     kind: ClassVar[str] = "gauss_markov"

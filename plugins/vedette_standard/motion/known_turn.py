@@ -21,6 +21,17 @@ class KnownTurn(MotionModel):
     Q_pp = q T^3 2 (A - sin A)/A^3 I, Q_pv = q T^2 ((1 - cos A)/A^2 I - (A - sin A)/A^2 J), Q_vv = q T I.
     q as in constant velocity, which this is at w = 0. Q is the integral over the turning system: two steps equal one.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+
+    >>> import numpy as np
+    >>> from scipy.linalg import expm
+    >>> model, J, q, I = KnownTurn(turn_rate=0.2, sigma_accel=0.3), np.array([[0.0, -1.0], [1.0, 0.0]]), 0.09, np.eye(2)
+    >>> A = np.block([[0.0 * I, I], [0.0 * I, 0.2 * J]])  # x, y, vx, vy
+    >>> M = expm(3.0 * np.block([[-A, np.diag([0.0, 0.0, q, q])], [np.zeros((4, 4)), A.T]]))  # the integral by Van Loan
+    >>> F, x = M[4:, 4:].T, np.array([100.0, 50.0, 5.0, -3.0])
+    >>> np.allclose(model.jacobian(x, 3.0), F), np.allclose(model.noise(x, 3.0), F @ M[:4, 4:])
+    (True, True)
+    >>> np.allclose(model.move(x, 3.0), F @ x)
+    True
     """
 
     kind: ClassVar[str] = "known_turn"

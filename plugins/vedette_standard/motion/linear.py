@@ -24,6 +24,21 @@ class Linear(MotionModel):
     r Q and B u r B u, which is right to first order alone: let scans come at whole steps. With a control it is affine, not
     linear: `ekf` is then exact, and `kalman` refuses it.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 4.3.
+
+    >>> F, Q, B, u = np.array([[1.0, 0.5], [0.0, 0.9]]), np.array([[0.2, 0.1], [0.1, 0.3]]), np.array([[2.0], [1.0]]), [3.0]
+    >>> model, x = Linear(("p", "q"), F, Q, step=2.0, B=B, control=u), np.array([10.0, 4.0])
+    >>> push, r = np.array([6.0, 3.0]), 0.25  # B u
+    >>> np.allclose(model.move(x, 4.0), F @ (F @ x + push) + push), np.allclose(model.noise(x, 4.0), Q + F @ Q @ F.T)
+    (True, True)
+    >>> part = 0.75 * np.eye(2) + 0.25 * F  # of a quarter of a step
+    >>> np.allclose(model.move(x, 0.5), part @ x + 0.25 * push), np.allclose(model.noise(x, 0.5), 0.25 * Q)
+    (True, True)
+    >>> np.allclose(model.move(x, 2.5), part @ (F @ x + push) + 0.25 * push)
+    True
+    >>> np.allclose(model.jacobian(x, 2.5), part @ F), np.allclose(model.noise(x, 2.5), part @ Q @ part.T + 0.25 * Q)
+    (True, True)
+    >>> model.linear, Linear(("p", "vx"), F, Q).linear, str(Linear(("p", "vx"), F, Q, units={"p": "K"}).state)
+    (False, True, '(p [K], vx [m/s])')
     """
 
     kind: ClassVar[str] = "linear"

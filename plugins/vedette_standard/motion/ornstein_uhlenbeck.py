@@ -22,6 +22,17 @@ class OrnsteinUhlenbeck(PerAxis):
     Q = 2 sigma_speed^2 u [T^2 (1-2a+c)/u^2, T a^2/2; T a^2/2, c]. For what moves about one place, or drifts to and fro:
     the velocity's variance stays bounded, unlike that of constant velocity, which is the limit tau -> infinity.
     Uhlenbeck, Ornstein, On the Theory of the Brownian Motion, Physical Review 36, 1930.
+
+    >>> import numpy as np
+    >>> from scipy.linalg import expm
+    >>> model, q = OrnsteinUhlenbeck(tau=8.0, sigma_speed=3.0, axes=("x",)), 18.0 / 8.0
+    >>> A = np.array([[0.0, 1.0], [0.0, -1.0 / 8.0]])  # x' = A x + w; the integral by Van Loan
+    >>> M = expm(2.0 * np.block([[-A, np.diag([0.0, q])], [np.zeros((2, 2)), A.T]]))
+    >>> F = M[2:, 2:].T
+    >>> np.allclose(model.jacobian(np.zeros(2), 2.0), F), np.allclose(model.noise(np.zeros(2), 2.0), F @ M[:2, 2:])
+    (True, True)
+    >>> np.allclose(model.move(np.array([100.0, 5.0]), 2.0), [100.0 + 40.0 * (1.0 - np.exp(-0.25)), 5.0 * np.exp(-0.25)])
+    True
     """
 
     kind: ClassVar[str] = "ornstein_uhlenbeck"

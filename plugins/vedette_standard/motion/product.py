@@ -42,6 +42,20 @@ class Product(MotionModel):
     A planar model times one of `axes = ["z"]` moves in space; one times biases carries these along. It is linear
     where all of them are, and divisible where all are.
     Li, Jilkov, Survey of Maneuvering Target Tracking, Part I: Dynamic Models, IEEE T-AES 39, 2003.
+
+    >>> import numpy as np
+    >>> from vedette_standard import ConstantVelocity, CoordinatedTurn, GaussMarkov
+    >>> height, bias = ConstantVelocity(0.3, axes=("z",)), GaussMarkov(("bias",), 0.2, 8.0, "rad")
+    >>> model, x = Product((height, bias)), np.array([100.0, 5.0, 0.1])
+    >>> model.state.names, np.allclose(model.move(x, 2.0), [110.0, 5.0, 0.1 * np.exp(-0.25)])
+    (('z', 'vz', 'bias'), True)
+    >>> Q, F = model.noise(x, 2.0), model.jacobian(x, 2.0)
+    >>> np.allclose(Q[:2, :2], height.noise(x[:2], 2.0)), np.allclose(Q[2], [0.0, 0.0, bias.noise(x[2:], 2.0)[0, 0]])
+    (True, True)
+    >>> np.allclose(F, [[1.0, 2.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, np.exp(-0.25)]])
+    True
+    >>> model.linear, model.divisible, Product((bias, CoordinatedTurn(0.5, 0.02))).linear
+    (True, True, False)
     """
 
     kind: ClassVar[str] = "product"

@@ -17,6 +17,11 @@ class RandomWalk(Wandering):
 
     With sigma = 0 the axes are constants that are estimated. Its unit is that of the axes over the square root of a second.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 4.3.
+
+    >>> import numpy as np
+    >>> model = RandomWalk(0.3, axes=("bias", "other"), unit="rad")
+    >>> model.move(np.array([0.1, -0.2]), 4.0).tolist(), model.noise(np.zeros(2), 4.0).round(9).tolist(), str(model.state)
+    ([0.1, -0.2], [[0.36, 0.0], [0.0, 0.36]], '(bias [rad], other [rad])')
     """
 
     kind: ClassVar[str] = "random_walk"

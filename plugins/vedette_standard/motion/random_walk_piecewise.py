@@ -19,6 +19,10 @@ class RandomWalkPiecewise(Wandering):
     The rate is drawn at every step and held through it, so the meaning of `sigma` depends on the step length, and two steps
     do not equal one: for scans at unequal intervals, use `random_walk`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.
+
+    >>> model = RandomWalkPiecewise(0.3, axes=("bias", "other"), unit="rad")
+    >>> model.move(np.array([0.1, -0.2]), 4.0).tolist(), model.noise(np.zeros(2), 4.0).round(9).tolist(), str(model.state)
+    ([0.1, -0.2], [[1.44, 0.0], [0.0, 1.44]], '(bias [rad], other [rad])')
     """
 
     kind: ClassVar[str] = "random_walk_piecewise"

@@ -22,6 +22,17 @@ class Singer(PerAxis):
     Q = (2 sigma_accel^2 / tau) * integral over [0, T] of g g', g(s) the last column of F(s).
     Towards tau -> infinity it is constant acceleration, towards tau -> 0 constant velocity with q = 2 sigma_accel^2 tau.
     Singer, Estimating Optimal Tracking Filter Performance for Manned Maneuvering Targets, IEEE T-AES 6, 1970.
+
+    >>> import numpy as np
+    >>> from scipy.linalg import expm
+    >>> model, q = Singer(tau=8.0, sigma_accel=3.0, axes=("x",)), 18.0 / 8.0
+    >>> A = np.array([[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0 / 8.0]])
+    >>> M = expm(2.0 * np.block([[-A, np.diag([0.0, 0.0, q])], [np.zeros((3, 3)), A.T]]))  # x' = A x + w, by Van Loan
+    >>> F, x = M[3:, 3:].T, np.array([100.0, 5.0, 0.5])
+    >>> np.allclose(model.jacobian(x, 2.0), F), np.allclose(model.noise(x, 2.0), F @ M[:3, 3:])
+    (True, True)
+    >>> np.allclose(model.move(x, 2.0), F @ x)
+    True
     """
 
     kind: ClassVar[str] = "singer"

@@ -20,6 +20,16 @@ class WienerAccelerationPiecewise(PerAxis):
     stays constant through it: a step of no time has none, but the noise does not shrink as steps shorten, and two steps do
     not equal one. The continuous Wiener acceleration is `constant_acceleration`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 6.3.3.
+
+    >>> import numpy as np
+    >>> model, T = WienerAccelerationPiecewise(0.3, axes=("x",)), 2.0  # over x, vx, ax
+    >>> model.move(np.array([100.0, 5.0, 0.5]), T).tolist()
+    [111.0, 6.0, 0.5]
+    >>> G = np.array([T**2 / 2.0, T, 1.0])
+    >>> np.allclose(model.noise(np.zeros(3), T), 0.09 * np.outer(G, G)), model.divisible
+    (True, False)
+    >>> float(np.sum(model.noise(np.zeros(3), 0.0)))
+    0.0
     """
 
     kind: ClassVar[str] = "wiener_acceleration_piecewise"
