@@ -49,6 +49,7 @@ def showing(example, table=""):
         (">>> list(Shown().sensors)\n['eye']", "", "held", ""),
         (">>> x = np.arange(2.0)\n>>> x.tolist()\n[0.5]", "", "failed", "`x.tolist()` must give [0.5], gave [0.0, 1.0]"),
         (">>> Shown().process({})", "", "failed", "raised KeyError: 'eye', in `Shown().process({})`"),
+        (">>> Shown().sensors['ear']", "", "failed", "gave what raises KeyError: 'ear', in `Shown().sensors['ear']`"),
         ("", ">>> 2 * 1.5\n4.0", "failed", "`2 * 1.5` must give 4.0, gave 3.0"),
     ],
 )

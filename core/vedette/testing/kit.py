@@ -228,8 +228,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             what = f"{method}raised {type(error).__name__}: {error}{line_of(error)}"
             what = what if method else _promise(law, *tried[:2]) or what
         component, data = tried[:2]
-        shown = law.effort == "shown"
-        told = what if shown else counterexample(what, component, data, lambda: law.check(component, data))
+        told = what if law.effort == "shown" else counterexample(what, component, data, lambda: law.check(component, data))
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
         return Outcome(law, "failed", told, tried[2] + 1, alpha, "/".join(note.groups()) if note else "")
     if not tried[2]:

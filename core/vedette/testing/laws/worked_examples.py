@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import doctest
 import sys
+from traceback import walk_tb
 from typing import Any
 
 from vedette.config.parameters import parameters, tables
@@ -29,8 +30,9 @@ def worked_examples_hold(component: Component, drawn: Any) -> None:
         wanted, shown = other.example.want.rstrip(), other.example.source.rstrip()
         raise Broken(f"`{shown}` must give {wanted or 'nothing'}, gave {other.got.rstrip() or 'nothing'}") from None
     except doctest.UnexpectedException as raised:
-        kind, error, _ = raised.exc_info
-        raise Broken(f"raised {kind.__name__}: {error}, in `{raised.example.source.rstrip()}`") from None
+        kind, error, way = raised.exc_info
+        how = "raised" if len(list(walk_tb(way))) > 2 else "gave what raises"  # by what it calls, or by the example itself
+        raise Broken(f"{how} {kind.__name__}: {error}, in `{raised.example.source.rstrip()}`") from None
 
 
 OF_ALL = (Law(worked_examples_hold, effort="shown"),)
