@@ -91,7 +91,7 @@ class Simulation(Source):
     >>> run, place = np.nonzero(own)  # anywhere among the others
     >>> np.allclose(np.mean((place + 0.5) / last.valid.sum(axis=1)[run]), 0.5, rtol=0.1), made.states[7, 4].tolist()
     (True, [5000.0, 8.0, 0.0, 0.0])
-    >>> Simulation(2.0, often, {"a": Ship([5000.0, 8.0], disappears=1.0)}, sensors=half).open_together(half, [rng])  # it goes
+    >>> Simulation(2.0, often, {"a": Ship([5000.0, 8.0], disappears=1.0)}, sensors=half).open_together(half, [rng])
     """
 
     kind: ClassVar[str] = "simulation"

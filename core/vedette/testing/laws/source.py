@@ -225,11 +225,9 @@ def every_generator_its_own(source: Source, drawn: Opened) -> None:
     pairs = list(zip(one.scans, other.scans, strict=False))
     if not any(told(scan).size for scan, _ in pairs):
         raise Closed("it gives no returns")
-    demand(
-        len(one.scans) != len(other.scans)
-        or any(a.time != b.time or not np.array_equal(told(a), told(b), equal_nan=True) for a, b in pairs),
-        "open: gives the same scans from another generator, and says that it draws",
-    )
+    unlike = any(a.time != b.time or not np.array_equal(told(a), told(b), equal_nan=True) for a, b in pairs)
+    otherwise = "open: gives the same scans from another generator, and says that it draws"
+    demand(len(one.scans) != len(other.scans) or unlike, otherwise)
 
 
 def scans_come_once(source: Source, drawn: Opened) -> None:
