@@ -24,6 +24,17 @@ class DecorrelatedPosition(Sensor):
     A covariance from the return itself is small where the return errs towards the radar: gain and error are then correlated,
     and the filter is biased and too sure. Goes with the preprocessor `decorrelated_conversion`.
     Bordonaro, Willett, Bar-Shalom, Decorrelated Unbiased Converted Measurement Kalman Filter, IEEE T-AES 50, 2014.
+
+    >>> sensor, s, q = DecorrelatedPosition(6.0, 0.2, x=10.0, y=20.0), 0.04, 36.0
+    >>> x, d = np.array([40.0, 60.0]), np.array([30.0, 40.0])
+    >>> a, c = np.exp(s) * (1.0 + np.exp(-2.0 * s)) / 2.0, np.exp(s) * (1.0 - np.exp(-2.0 * s)) / 2.0
+    >>> def noise(M):
+    ...     return (a - 1.0 - c) * M + c * (np.trace(M) + q) * np.eye(2) + q * np.exp(-s) * M / np.trace(M)
+    >>> np.allclose(sensor.noise(x), noise(np.outer(d, d)))
+    True
+    >>> P = np.array([[400.0, 30.0], [30.0, 100.0]])
+    >>> np.allclose(sensor.mean_noise(x, P), noise(np.outer(d, d) + P)), sensor.measure(x).tolist()
+    (True, [40.0, 60.0])
     """
 
     kind: ClassVar[str] = "decorrelated_position"

@@ -76,12 +76,12 @@ class Curvilinear(MotionModel):
     density: what the acceleration gains in 1 s, growing with the square root of time.
     Best, Norton, A New Model and Efficient Tracker for a Target with Curvilinear Motion, IEEE T-AES 33, 1997.
 
-    >>> model, T, v, forward, left = Curvilinear(0.3, 0.4), 3.0, 8.0 - 6.0j, 0.5, -1.2  # 10 m/s
+    >>> model, T, v, forward, left = Curvilinear(0.3, 0.4), 3.0, 8.0 - 6.0j, 0.5, -1.2
     >>> x, times = np.array([100.0, 50.0, 8.0, -6.0, forward, left]), (np.arange(30000) + 0.5) * 1e-4
     >>> course = np.angle(v) + left / forward * np.log(1.0 + forward * times / 10.0)  # the integral of left / speed
     >>> path = 1e-4 * np.sum((10.0 + forward * times) * np.exp(1j * course))
     >>> after = 11.5 * np.exp(1j * (np.angle(v) + left / forward * np.log(1.15)))
-    >>> np.allclose(model.move(x, T), [100.0 + path.real, 50.0 + path.imag, after.real, after.imag, forward, left], rtol=1e-5)
+    >>> np.allclose(model.move(x, T), [100.0 + path.real, 50.0 + path.imag, after.real, after.imag, forward, left])
     True
     >>> by_differences = [(model.move(x + d, T) - model.move(x - d, T)) / 2e-6 for d in 1e-6 * np.eye(6)]
     >>> np.allclose(model.jacobian(x, T), np.transpose(by_differences), atol=1e-6)

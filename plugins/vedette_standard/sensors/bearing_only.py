@@ -24,6 +24,13 @@ class BearingOnly(PlacedSensor):
     One bearing gives no position, so it starts no track; the position is observable once the platform manoeuvres against a
     target that does not. Clutter is uniform over the circle, or over the sectors in view.
     Nardone, Aidala, Observability Criteria for Bearings-Only Target Motion Analysis, IEEE T-AES 17, 1981.
+
+    >>> sensor = BearingOnly(sigma_bearing=0.02, x=10.0, y=20.0, heading=0.5, clutter_per_scan=3.0)
+    >>> x = np.array([40.0, 60.0])  # 30 and 40 m away, so 50 m
+    >>> np.allclose(sensor.measure(x), np.arctan2(40.0, 30.0) - 0.5), sensor.jacobian(x).round(9).tolist()
+    (True, [[-0.016, 0.012]])
+    >>> sensor.noise(x).round(9).tolist(), np.allclose(sensor.clutter(np.zeros((1, 1))), 3.0 / (2.0 * np.pi))
+    ([[0.0004]], True)
     """
 
     kind: ClassVar[str] = "bearing_only"

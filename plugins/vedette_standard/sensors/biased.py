@@ -44,6 +44,25 @@ class Biased(WrappedSensor):
     that move the returns differently can be told apart: a bearing error and an offset east need a target that moves.
     Every track has its own estimate of the biases.
     Lin, Bar-Shalom, Kirubarajan, Exact Multisensor Dynamic Bias Estimation with Local Tracks, IEEE T-AES 40, 2004.
+
+    >>> from vedette_standard import CartesianPosition, RangeBearing
+    >>> sensor = Biased(RangeBearing(6.0, 0.02), add={"bearing": "turned"}, offset={"x": "east"}, lag="late")
+    >>> sensor.observes.names
+    ('x', 'y', 'vx', 'vy', 'turned', 'east', 'late')
+    >>> x = np.array([26.0, 48.0, 3.0, 4.0, -0.1, 10.0, 2.0])  # seen where it was 2 s ago, 10 m to the east
+    >>> np.allclose(sensor.measure(x), [50.0, np.arctan2(40.0, 30.0) - 0.1])
+    True
+    >>> np.allclose(sensor.noise(x), np.diag([36.0, 0.0004]))
+    True
+    >>> by_differences = [(sensor.measure(x + d) - sensor.measure(x - d)) / 2e-4 for d in 1e-4 * np.eye(7)]
+    >>> np.allclose(sensor.jacobian(x), np.transpose(by_differences))
+    True
+    >>> plain = Biased(CartesianPosition(6.0), add={"y": "up"}, offset={"x": "east"}, spread={"up": 3.0, "east": 2.0})
+    >>> found = plain.invert(np.array([11.0, 9.0]))  # of a bias and its opposite in the place
+    >>> found.mean.tolist(), plain.observes.names
+    ([11.0, 9.0, 0.0, 0.0], ('x', 'y', 'up', 'east'))
+    >>> found.cov.round(9).tolist()
+    [[40.0, 0.0, 0.0, -4.0], [0.0, 45.0, -9.0, 0.0], [0.0, -9.0, 9.0, 0.0], [-4.0, 0.0, 0.0, 4.0]]
     """
 
     kind: ClassVar[str] = "biased"

@@ -34,6 +34,19 @@ class Coarse(WrappedSensor):
     seen from where it stands.
     Koch, van Keuk, Multiple Hypothesis Track Maintenance with Possibly Unresolved Measurements, IEEE T-AES 33, 1997;
     Svensson, Ulmke, Hammarstrand, Multitarget Sensor Resolution Model and JPDA, IEEE T-AES 48, 2012.
+
+    >>> from vedette_standard import CartesianPosition, RangeBearing
+    >>> sensor, x = Coarse(RangeBearing(6.0, 0.02), {"range": 20.0, "bearing": 0.05}), np.array([30.0, 40.0])
+    >>> def merged(d, C):
+    ...     return round(float(np.exp(-0.5 * d @ np.linalg.solve(C, d))), 6)
+    >>> C = sensor.unresolved(x)
+    >>> [merged(np.array(d), C) for d in ([20.0, 0.0], [0.0, 0.1], [20.0, 0.05])]  # 2^-1, 2^-4, 2^-2
+    [0.5, 0.0625, 0.25]
+    >>> C = Coarse(CartesianPosition(6.0), {"range": 20.0, "bearing": 0.05}).unresolved(x)  # a bearing's is 2.5 m
+    >>> merged(np.array([12.0, 16.0]), C), merged(np.array([-2.0, 1.5]), C)
+    (0.5, 0.5)
+    >>> sensor.measure(x).tolist() == sensor.of.measure(x).tolist(), sensor.noise(x).tolist() == sensor.of.noise(x).tolist()
+    (True, True)
     """
 
     kind: ClassVar[str] = "coarse"

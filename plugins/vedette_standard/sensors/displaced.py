@@ -32,6 +32,19 @@ class Displaced(WrappedSensor):
 
     It is 'biased' with errors that are known: a sensor that was registered, or one that a scene draws wrongly.
     Bar-Shalom, Willett, Tian, Tracking and Data Fusion, 2011, section 9.4 (what an error of registration is).
+
+    >>> import numpy as np
+    >>> from vedette_standard import CartesianPosition, RangeBearing
+    >>> sensor = Displaced(RangeBearing(6.0, 0.02), add={"range": 4.0, "bearing": -0.1}, offset={"x": 10.0}, lag=2.0)
+    >>> x = np.array([26.0, 48.0, 3.0, 4.0])  # seen where it was 2 s ago, 10 m to the east: at 30 and 40 m
+    >>> np.allclose(sensor.measure(x), [50.0 + 4.0, np.arctan2(40.0, 30.0) - 0.1])
+    True
+    >>> by_differences = [(sensor.measure(x + d) - sensor.measure(x - d)) / 2e-4 for d in 1e-4 * np.eye(4)]
+    >>> np.allclose(sensor.jacobian(x), np.transpose(by_differences)), np.allclose(sensor.noise(x), np.diag([36.0, 0.0004]))
+    (True, True)
+    >>> plain = Displaced(CartesianPosition(6.0, 0.8), add={"y": 7.0}, offset={"x": 10.0})
+    >>> plain.measure(np.array([1.0, 2.0])).tolist(), plain.invert(np.array([11.0, 9.0])).mean.tolist()
+    ([11.0, 9.0], [1.0, 2.0])
     """
 
     kind: ClassVar[str] = "displaced"

@@ -39,6 +39,18 @@ class LinearSensor(Sensor):
 
     A return starts tracks where H gives as many numbers as it looks at axes: x = H^-1 z.
     Kalman, A New Approach to Linear Filtering and Prediction Problems, J. Basic Engineering 82, 1960.
+
+    >>> H, R, x = np.array([[2.0, 1.0], [0.0, 4.0]]), np.array([[4.0, 1.0], [1.0, 9.0]]), np.array([[10.0, 3.0]])
+    >>> sensor = LinearSensor(("x", "p"), R, H, detection_probability=0.8, clutter_density=2e-6, units={"p": "K"})
+    >>> sensor.measure(x).tolist(), sensor.jacobian(x).tolist(), sensor.noise(x).tolist(), str(sensor.observes)
+    ([[23.0, 12.0]], [[2.0, 1.0], [0.0, 4.0]], [[4.0, 1.0], [1.0, 9.0]], '(x [m], p [K])')
+    >>> float(sensor.detects(x)), float(sensor.clutter(x)), sensor.measurement.names
+    (0.8, 2e-06, ('z1', 'z2'))
+    >>> found, back = sensor.invert(sensor.measure(x)), np.array([[0.5, -0.125], [0.0, 0.25]])
+    >>> np.allclose(found.mean, x), np.allclose(found.cov, back @ R @ back.T)
+    (True, True)
+    >>> LinearSensor(("x", "vx", "y"), R, [[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]]).measurement.names
+    ('x', 'y')
     """
 
     kind: ClassVar[str] = "linear"

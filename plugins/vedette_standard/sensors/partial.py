@@ -19,6 +19,17 @@ class Partial(WrappedSensor):
     is larger by this factor. Whether a component is missing is independent of target and clutter. Only complete returns
     start tracks. Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at random leaves the rest its
     likelihood).
+
+    >>> import numpy as np
+    >>> from vedette import Detections, Gaussian
+    >>> from vedette_standard import Kalman, PositionVelocity, ConstantVelocity
+    >>> sensor = Partial(PositionVelocity(6.0, 0.5, 0.8), optional={"vx": 40.0, "vy": 50.0})
+    >>> estimator, P = Kalman(ConstantVelocity(0.5)), np.diag([64.0, 13.0, 2.0, 3.0])
+    >>> belief = estimator.start(Gaussian(np.zeros((1, 4)), P[None]), estimator.state, None)
+    >>> seen = Detections([[10.0, 7.0, 0.0, 0.0]], [True], missing=[[False, False, True, True]])  # no velocity
+    >>> loglik = estimator.evaluate(belief, sensor, seen, 1.0).loglik[0, 1]
+    >>> np.allclose(loglik, np.log(0.8 / (2.0 * np.pi * 70.0)) - 0.5 * (100.0 / 100.0 + 49.0 / 49.0)), sensor.optional["vx"]
+    (True, 40.0)
     """
 
     kind: ClassVar[str] = "partial"

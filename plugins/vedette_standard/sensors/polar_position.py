@@ -32,6 +32,20 @@ class PolarPosition(RangingSensor, DirectSensor):
     Clutter of n = `clutter_per_scan` is uniform over the area from `min_range` to `max_range`; over range and bearing, as a
     receiver's cells make it, it is of density n / (2 pi (max - min) r) per area at the range r.
     Lerro, Bar-Shalom, Tracking with Debiased Consistent Converted Measurements versus EKF, IEEE T-AES 29, 1993.
+
+    >>> view = {"min_range": 30.0, "max_range": 100.0, "clutter_per_scan": 3.0}
+    >>> sensor = PolarPosition(6.0, 0.02, sigma_extent=3.0, x=10.0, y=20.0, **view)
+    >>> x, f, n = np.array([40.0, 60.0]), np.array([0.6, 0.8]), np.array([-0.8, 0.6])  # 50 m away
+    >>> R = 36.0 * np.outer(f, f) + (2500.0 + 36.0) * 0.0004 * np.outer(n, n) + 9.0 * np.eye(2)
+    >>> sensor.measure(x).tolist(), np.allclose(sensor.noise(x), R), np.allclose(sensor.invert(x).cov, R)
+    ([40.0, 60.0], True, True)
+    >>> np.allclose(sensor.clutter(x[None]), 3.0 / (np.pi * (100.0**2 - 30.0**2)))
+    True
+    >>> evenly = PolarPosition(6.0, 0.02, clutter_uniform_over="range", **view)
+    >>> np.allclose(evenly.clutter(np.array([[30.0, 40.0]])), 3.0 / (2.0 * np.pi * 70.0 * 50.0))
+    True
+    >>> sensor.detects(np.array([[40.0, 60.0], [10.0, 21.0], [10.0, 121.0]])).tolist()
+    [1.0, 0.0, 0.0]
     """
 
     kind: ClassVar[str] = "polar_position"

@@ -30,6 +30,35 @@ class RangeBearing(RangingSensor):
     n r / (pi (max^2 - min^2)) in z; over range and bearing it is n / (2 pi (max - min)); `clutter_density` c gives c r. In
     sectors their angle stands for 2 pi, in polygons the area in view counts.
     Mo, Song, Zhou, Sun, Bar-Shalom, Unbiased Converted Measurements for Tracking, IEEE T-AES 34, 1998 (for `invert`).
+
+    >>> from vedette import Pose
+    >>> around = {"min_range": 30.0, "max_range": 100.0}
+    >>> place = {"x": 10.0, "y": 20.0, "heading": 0.5}
+    >>> sensor = RangeBearing(6.0, 0.02, detection_probability=0.8, clutter_per_scan=3.0, **around, **place)
+    >>> x = np.array([40.0, 60.0])  # 30 and 40 m away, so 50 m
+    >>> np.allclose(sensor.measure(x), [50.0, np.arctan2(40.0, 30.0) - 0.5]), sensor.noise(x).round(9).tolist()
+    (True, [[36.0, 0.0], [0.0, 0.0004]])
+    >>> sensor.jacobian(x).round(9).tolist(), sensor.detects(np.array([[40.0, 60.0], [10.0, 21.0], [10.0, 121.0]])).tolist()
+    ([[0.6, 0.8], [-0.016, 0.012]], [0.8, 0.0, 0.0])
+    >>> long = RangeBearing(6.0, 0.02, sigma_extent=8.0, clutter_per_scan=3.0, clutter_uniform_over="range", **around)
+    >>> np.allclose(long.noise(np.array([30.0, 40.0])), np.diag([36.0 + 64.0, 0.0004 + 64.0 / (2500.0 + 64.0)]))
+    True
+    >>> z = np.array([[50.0, 1.0], [80.0, -2.0]])
+    >>> np.allclose(sensor.clutter(z), 3.0 * z[:, 0] / (np.pi * (100.0**2 - 30.0**2)))
+    True
+    >>> dense = RangeBearing(6.0, 0.02, 1e-4)
+    >>> np.allclose(long.clutter(z), 3.0 / (2.0 * np.pi * 70.0)), np.allclose(dense.clutter(z), 1e-4 * z[:, 0])
+    (True, True)
+    >>> found, s, b = sensor.invert(z), 0.0004, z[:, 1] + 0.5
+    >>> np.allclose(found.mean, [10.0, 20.0] + z[:, :1] * np.exp(s / 2.0) * np.stack([np.cos(b), np.sin(b)], axis=-1))
+    True
+    >>> f, n, square = np.array([np.cos(1.5), np.sin(1.5)]), np.array([-np.sin(1.5), np.cos(1.5)]), 2500.0 + 36.0
+    >>> wanted = (square * np.cosh(s) - 2500.0) * np.outer(f, f) + square * np.sinh(s) * np.outer(n, n)
+    >>> np.allclose(found.cov[0], wanted)
+    True
+    >>> there = sensor.at(Pose([10.0, 60.0], heading=-0.5))  # the pose of a scan replaces the sensor's own
+    >>> there.measure(x).tolist()
+    [30.0, 0.5]
     """
 
     kind: ClassVar[str] = "range_bearing"

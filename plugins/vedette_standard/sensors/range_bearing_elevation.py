@@ -27,6 +27,32 @@ class RangeBearingElevation(RangingSensor):
     volume between two spheres, hence of density 3 n r^2 cos(e) / (4 pi (max^3 - min^3)) in z; over range and direction it is
     n cos(e) / (4 pi (max - min)). A table `detection` is by the range over ground.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.4.
+
+    >>> import numpy as np
+    >>> sensor = RangeBearingElevation(6.0, 0.02, 0.03, x=10.0, y=20.0, z=5.0, heading=0.5, min_range=30.0, max_range=200.0)
+    >>> x = np.array([40.0, 60.0, 125.0])  # 30, 40 and 120 m away, so 50 over ground and 130
+    >>> np.allclose(sensor.measure(x), [130.0, np.arctan2(40.0, 30.0) - 0.5, np.arctan2(120.0, 50.0)])
+    True
+    >>> np.allclose(np.diag(sensor.noise(x)), [36.0, 0.0004, 0.0009])
+    True
+    >>> by_differences = [(sensor.measure(x + d) - sensor.measure(x - d)) / 2e-4 for d in 1e-4 * np.eye(3)]
+    >>> np.allclose(sensor.jacobian(x), np.transpose(by_differences))
+    True
+    >>> sensor.detects(np.array([x, [10.0, 20.0, 34.0], [10.0, 20.0, 206.0]])).tolist()
+    [1.0, 0.0, 0.0]
+    >>> import attrs
+    >>> full, z, e = attrs.evolve(sensor, clutter_per_scan=3.0), np.array([[130.0, 1.0, 1.1]]), np.cos(1.1)
+    >>> np.allclose(full.clutter(z), 3.0 * 3.0 * 130.0**2 * e / (4.0 * np.pi * (200.0**3 - 30.0**3)))
+    True
+    >>> evenly = attrs.evolve(full, clutter_uniform_over="range")
+    >>> np.allclose(evenly.clutter(z), 3.0 * e / (4.0 * np.pi * 170.0))
+    True
+    >>> rng, found = np.random.default_rng(1), sensor.invert(z)
+    >>> r, b, e = (z[0] + [0.0, 0.5, 0.0] + rng.standard_normal((200000, 3)) * [6.0, 0.02, 0.03]).T
+    >>> true = np.stack([10.0 + r * np.cos(b) * np.cos(e), 20.0 + r * np.sin(b) * np.cos(e), 5.0 + r * np.sin(e)])
+    >>> off = true - found.mean.T  # what may be there, given the return: the mean square error
+    >>> np.allclose(found.cov[0], off @ off.T / 200000, rtol=0.02, atol=0.3)
+    True
     """
 
     kind: ClassVar[str] = "range_bearing_elevation"

@@ -27,6 +27,25 @@ class RangeBearingRate(RangingSensor):
     velocity is at rest. Clutter is uniform over the area from `min_range` to `max_range`, or over range and bearing, and in
     rate up to `max_rate` either way.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 10.3.
+
+    >>> from vedette import Pose
+    >>> sensor = RangeBearingRate(6.0, 0.02, 0.5, max_rate=40.0, max_range=100.0, min_range=30.0, clutter_per_scan=3.0)
+    >>> sensor = sensor.at(Pose([10.0, 20.0], [1.0, -2.0], 0.5))
+    >>> x = np.array([40.0, 60.0, 6.0, 8.0])  # 30 and 40 m away, 5 and 10 m/s faster than the platform
+    >>> np.allclose(sensor.measure(x), [50.0, np.arctan2(40.0, 30.0) - 0.5, 0.6 * 5.0 + 0.8 * 10.0])
+    True
+    >>> np.allclose(np.diag(sensor.noise(x)), [36.0, 0.0004, 0.25])
+    True
+    >>> by_differences = [(sensor.measure(x + d) - sensor.measure(x - d)) / 2e-4 for d in 1e-4 * np.eye(4)]
+    >>> np.allclose(sensor.jacobian(x), np.transpose(by_differences))
+    True
+    >>> np.allclose(sensor.clutter(np.array([[50.0, 0.1, 3.0]])), 3.0 * 50.0 / (np.pi * (100.0**2 - 30.0**2)) / 80.0)
+    True
+    >>> still = RangeBearingRate(6.0, 0.02, 0.5, crossing_speed=7.0).invert(np.array([50.0, 0.0, -9.0]))
+    >>> np.allclose(still.mean, [50.0 * np.exp(0.0002), 0.0, -9.0, 0.0])
+    True
+    >>> np.allclose(still.cov[2:, 2:], np.diag([0.25, 49.0 + 81.0 * 0.0004]))  # along, and across the line of sight
+    True
     """
 
     kind: ClassVar[str] = "range_bearing_rate"

@@ -25,6 +25,23 @@ class RangeOnly(RangingSensor):
     One range gives no position, so it starts no track. Clutter is uniform over the area from `min_range` to `max_range`,
     hence of density 2 n r / (max^2 - min^2) in z, or over range: n / (max - min); polygons do not shape it.
     Song, Observability of Target Tracking with Range-Only Measurements, IEEE J. Oceanic Engineering 24, 1999.
+
+    >>> from vedette_standard.sensors.view import Sector
+    >>> sensor = RangeOnly(sigma_range=6.0, x=10.0, y=20.0, min_range=30.0, max_range=100.0, clutter_per_scan=3.0)
+    >>> x = np.array([40.0, 60.0])  # 30 and 40 m away, so 50 m
+    >>> sensor.measure(x).tolist(), sensor.jacobian(x).round(9).tolist(), sensor.noise(x).tolist()
+    ([50.0], [[0.6, 0.8]], [[36.0]])
+    >>> z = np.array([[50.0], [80.0]])
+    >>> np.allclose(sensor.clutter(z), 2.0 * 3.0 * z[:, 0] / (100.0**2 - 30.0**2))
+    True
+    >>> evenly = RangeOnly(6.0, min_range=30.0, max_range=100.0, clutter_per_scan=3.0, clutter_uniform_over="range")
+    >>> np.allclose(evenly.clutter(z), 3.0 / 70.0)
+    True
+    >>> dense = RangeOnly(6.0, clutter_density=1e-4, sectors=(Sector(0.0, 0.5),))
+    >>> np.allclose(dense.clutter(z), 1e-4 * 0.5 * z[:, 0])
+    True
+    >>> sensor.detects(np.array([[40.0, 60.0], [10.0, 21.0], [10.0, 121.0]])).tolist()
+    [1.0, 0.0, 0.0]
     """
 
     kind: ClassVar[str] = "range_only"
