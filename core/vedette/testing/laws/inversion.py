@@ -42,8 +42,8 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         demand(np.max(np.abs(apart[i])) <= 3.0, otherwise)
         ratios = np.linalg.eigvalsh(white[i])
         most = 1.4 + (2.0 * float(np.linalg.eigvalsh(bent[i])[-1]) if np.all(np.isfinite(bent[i])) else np.inf)
-        found = f"{ratios[0]:.3g} to {ratios[-1]:.3g} times that"
-        otherwise = f"invert: the covariance, in measured axes, must be the return's noise; is {found}"
+        span = f"{ratios[0]:.3g} to {ratios[-1]:.3g} times that"
+        otherwise = f"invert: the covariance, in measured axes, must be the return's noise; is {span}"
         demand(ratios[0] > 0.7 and ratios[-1] < most, otherwise)
 
 
