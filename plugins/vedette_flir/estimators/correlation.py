@@ -30,6 +30,29 @@ class CorrelationFilter(AppearanceFilter[BoxPatch]):
     The template is the first frame's box. Each frame replaces a part of it: 0 keeps the first, 1 takes the last frame. The
     search reaches 3.5 standard deviations and 2 px; the log-likelihood ratio is that of the template filter.
     Lewis, Fast Normalized Cross-Correlation, Vision Interface, 1995.
+
+    >>> from vedette import Frame, Gaussian
+    >>> from vedette_flir.motion.constant_axes import Carrying
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> from vedette_flir.sensors.box_centroid import BoxCentroid
+    >>> motion, rng = Carrying(ImageVelocity(), {"width": "px", "height": "px"}), np.random.default_rng(1)
+    >>> tracker = CorrelationFilter(motion, sigma=2.0, smoothing=0.25, limit=0.5, independent=12.0, cells=33)
+    >>> scene = rng.normal(100.0, 5.0, (90, 100))
+    >>> scene[40:51, 30:41] += rng.normal(0.0, 40.0, (11, 11))  # then it moves by 4 and -3, among noise
+    >>> noisy, camera = np.roll(scene, (-3, 4), (0, 1)) + rng.normal(0.0, 20.0, (90, 100)), BoxCentroid()
+    >>> prior = Gaussian(np.array([[35.0, 45.0, 0.0, 0.0, 11.0, 11.0]]), np.diag([12.0, 12.0, 9.0, 9.0, 0.0, 0.0])[None])
+    >>> belief, sure = tracker.start(prior, tracker.state, None), np.eye(2)[1:]
+    >>> belief = tracker.update(belief, tracker.evaluate(belief, camera, Frame(scene), 1.0), sure)  # 12, of 4: now 3
+    >>> seen = tracker.evaluate(belief, camera, Frame(noisy), 1.0)
+    >>> before, now = scene[40:51, 30:41], noisy[37:48, 34:45]
+    >>> rho = np.corrcoef(before.ravel(), now.ravel())[0, 1]
+    >>> np.allclose(seen.loglik[0, 1], 0.5 * 12.0 * np.log((1.0 - 0.5**2) / (1.0 - rho**2)), atol=1e-4)
+    True
+    >>> after = tracker.update(belief, seen, sure)
+    >>> np.allclose(after.position.mean[0, :2], np.array([35.0, 45.0]) + 3.0 / 7.0 * np.array([4.0, -3.0]), atol=0.1)
+    True
+    >>> np.allclose(after.appearance.patch[0, 11:22, 11:22], 0.75 * before + 0.25 * now)  # a quarter of it is renewed
+    True
     """
 
     kind: ClassVar[str] = "correlation_filter"

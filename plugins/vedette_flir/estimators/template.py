@@ -59,6 +59,28 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     Whether the target is there at all is judged for itself, by what stands out (`vedette_flir.evidence`). While existence is
     below one half, and where the scene changes, the whole frame is searched, at other sizes too.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
+
+    >>> from vedette import Frame
+    >>> from vedette_flir.motion.constant_axes import Carrying
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> from vedette_flir.sensors.box_centroid import BoxCentroid
+    >>> motion, camera = Carrying(ImageVelocity(), {"width": "px", "height": "px"}), BoxCentroid()
+    >>> tracker = TemplateFilter(motion, sigma=2.0)
+    >>> (y, x), sure = np.mgrid[:90, :100], np.eye(2)[1:]
+    >>> def seen(belief, x0, y0, amplitude):
+    ...     spot = 100.0 + amplitude * np.exp(-((x - x0) ** 2 + (y - y0) ** 2) / 8.0)
+    ...     return tracker.evaluate(belief, camera, Frame(spot), 1.0)
+    >>> prior = Gaussian(np.array([[35.0, 45.0, 0.0, 0.0, 9.0, 9.0]]), np.diag([100.0, 100.0, 9.0, 9.0, 0.0, 0.0])[None])
+    >>> belief = tracker.start(prior, tracker.state, None)
+    >>> belief = tracker.update(belief, seen(belief, 35, 45, 50.0), sure)  # of variance 100, now 100 / 26
+    >>> after = tracker.update(belief, seen(belief, 39, 42, 50.0), sure)  # 4 px to the right, 3 up
+    >>> np.allclose(after.position.mean[0, :2], np.array([35.0, 45.0]) + 25.0 / 51.0 * np.array([4.0, -3.0]), atol=0.02)
+    True
+    >>> np.allclose(np.diag(after.position.cov[0])[:2], 100.0 / 51.0)
+    True
+    >>> bright, faint, dark = (seen(belief, 39, 42, amplitude).loglik[0, 1] for amplitude in (50.0, 5.0, -50.0))
+    >>> bool(bright > 0.0 > faint), bool(dark < 0.0)  # the same shape ten times fainter is a miss, as is the wrong sign
+    (True, True)
     """
 
     kind: ClassVar[str] = "template_filter"

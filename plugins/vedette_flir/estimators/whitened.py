@@ -59,6 +59,27 @@ class WhitenedFilter(OverMotion[Remembered]):
     last frame did not show has noise sigma^2 and no part of the last state. For cameras that are white over space and stand
     still: a pixel's noise must stay with its place in the frame.
     Bryson, Henrikson, Estimation Using Sampled Data Containing Sequentially Correlated Noise, J. Spacecraft 5, 1968.
+
+    >>> from vedette_flir.camera import Camera
+    >>> from vedette_flir.motion.constant_axes import Carrying
+    >>> from vedette_flir.motion.image_velocity import ImageVelocity
+    >>> from vedette_flir.sensors.gaussian_spot import GaussianSpot
+    >>> from vedette_standard import IteratedExtendedKalman
+    >>> motion = Carrying(ImageVelocity(1.0, 2.0), {"amplitude": "count", "spread": "px", "background": "count"})
+    >>> camera, noise = GaussianSpot(camera=Camera(20.0, window=12)), np.random.default_rng(1).normal(0.0, 20.0, (40, 40))
+    >>> def frame(x, y):  # the same noise in both frames
+    ...     return Frame(camera.render(np.array([x, y, 60.0, 1.5, 10.0]), (40, 40)) + 10.0 + noise)
+    >>> state = np.array([[20.0, 18.0, 3.0, -2.0, 60.0, 1.5, 10.0]])
+    >>> prior, errors = Gaussian(state, np.diag([0.01, 0.01, 4.0, 4.0, 0.0, 0.0, 0.0])[None]), []
+    >>> for tracker in (WhitenedFilter(motion, memory=50.0, passes=5, window=12), IteratedExtendedKalman(motion)):
+    ...     belief = tracker.start(prior, tracker.state, None)
+    ...     belief = tracker.update(belief, tracker.evaluate(belief, camera, frame(20.0, 18.0), 1.0), np.array([[0.0, 1.0]]))
+    ...     belief = tracker.predict(belief, 0.5, None)
+    ...     seen = tracker.evaluate(belief, camera, frame(22.3, 16.4), 1.0)
+    ...     found = tracker.moments(tracker.update(belief, seen, np.array([[0.0, 1.0]])))
+    ...     errors.append((abs(found.mean[0, :2] - [22.3, 16.4]).max() < 0.02, np.sqrt(found.cov[0, 0, 0]) < 0.05))
+    >>> [tuple(map(bool, one)) for one in errors]  # the filter that takes it for white is far off, and less sure
+    [(True, True), (False, False)]
     """
 
     kind: ClassVar[str] = "whitened_filter"
