@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, ClassVar, final
@@ -19,7 +20,7 @@ from vedette.supporting import Source
 from vedette.types import Recording
 from vedette_files import CsvSource
 from vedette_files.columnar import FrameTable, frame_of
-from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.config import drafted
 
 
 @final
@@ -47,8 +48,8 @@ def track(
     >>> result.to_dataframe(), result.plot()                                 # doctest: +SKIP
 
     `config` describes tracker and source as any config does, and its source may leave out the path; without one it is
-    drafted, as `vedette new config` does. `overrides` change it as `--set` does. With `strict`, a scan or a return that
-    cannot be taken raises ScanRefused instead of being left out.
+    drafted, as `vedette new config` does, and a RuntimeWarning says why if nothing fits. `overrides` change it as `--set`
+    does. With `strict`, a scan or a return that cannot be taken raises ScanRefused instead of being left out.
     """
     if isinstance(overrides, str):
         raise ConfigError([Problem("overrides", f"must be a list of 'path.to.key=value', got the text {overrides!r}")])
@@ -56,7 +57,10 @@ def track(
     data = frame_of(data) if in_memory else data
     table = FrameTable(data) if in_memory else Path(data)
     if config is None:
-        config = tomllib.loads(draft_config(table))
+        draft = drafted(table)
+        if draft.failure:
+            warnings.warn(draft.failure, RuntimeWarning, stacklevel=2)
+        config = tomllib.loads(draft.text)
     experiment = load(config, overrides=overrides)
     return _over(experiment, data, in_memory).run(strict=strict)
 

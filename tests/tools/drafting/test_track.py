@@ -49,6 +49,8 @@ def test_what_cannot_be_tracked_is_said(result):
         vedette.track("plots.csv", scene)
     with pytest.raises(InputError, match="data frame: no column looks"):
         vedette.track(pd.DataFrame({"a": [0.0]}))
+    with pytest.warns(RuntimeWarning, match="no track was"):
+        vedette.track({"t": [0, 1, 2], "x": [1, 2, 30], "y": [2, 3, -9]})
     with pytest.raises(ConfigError, match=r"trucks: there is no such table.*'tracks'"):
         result.to_dataframe("trucks")
 
