@@ -55,7 +55,9 @@ class Crossing:
         "m", "standard deviation per axis of the place of each at `time`", default=0.0, at_least=0
     )
     start: dict[str, tuple[float, float]] = fields.table(
-        "axis other than x, y, vx, vy to [mean, standard deviation] at the start", pairs=True
+        "axis other than x, y, vx, vy to [mean, standard deviation] at the start",
+        pairs=True,
+        tried=({}, {"turn_rate": (0.05, 0.1)}),
     )
     transition: Array = fields.array(
         "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)

@@ -10,7 +10,7 @@ from attrs import Factory, frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import Bounds, common_state, draw_jump_markov, union_state
-from vedette_sim.random_motion import check_models
+from vedette_sim.random_motion import STARTS, check_models
 
 Modes = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -47,7 +47,9 @@ class Population:
     """
 
     models: tuple[MotionModel, ...] = fields.part("how each moves; several models take turns at each scan time")
-    start: dict[str, tuple[float, float]] = fields.table("axis to [mean, standard deviation] at the start", pairs=True)
+    start: dict[str, tuple[float, float]] = fields.table(
+        "axis to [mean, standard deviation] at the start", pairs=True, tried=STARTS
+    )
     area: Mapping[str, Bounds] = fields.part(
         "axis to low and high, in the axis' own unit, where the start is uniform instead", default=Factory(dict)
     )

@@ -11,6 +11,10 @@ from attrs import frozen
 from vedette import Array, MotionModel, Space, Trajectory, fields
 from vedette.sampling import common_state, draw_jump_markov, union_state
 
+_PLANE = {"x": (0.0, 10.0), "y": (50.0, 20.0), "vx": (3.0, 1.0), "vy": (-2.0, 4.0)}
+STARTS = (_PLANE, {**_PLANE, "turn_rate": (0.05, 0.1)})
+"""What the kit tries: its motions are over one of these."""
+
 
 def check_models(
     models: Sequence[MotionModel], transition: Array, start: Mapping[str, object], given: Iterable[str]
@@ -63,7 +67,9 @@ class Drawn:
     """
 
     models: tuple[MotionModel, ...] = fields.part("how it moves; several models take turns")
-    start: dict[str, tuple[float, float]] = fields.table("axis to [mean, standard deviation] at the start", pairs=True)
+    start: dict[str, tuple[float, float]] = fields.table(
+        "axis to [mean, standard deviation] at the start", pairs=True, tried=STARTS
+    )
     transition: Array = fields.array(
         "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
     )

@@ -112,6 +112,8 @@ class Simulation(Source):
         for name, look in self.looks.items():
             if self.duration / look.interval > _MOST_SCANS:
                 raise ValueError(f"looks.{name}.interval: makes more than {_MOST_SCANS} scans of {self.duration:.6g} s")
+            if look.first > self.duration:
+                raise ValueError(f"looks.{name}.first: must not be after the end at {self.duration:.6g} s")
         for table, objects in (("ships", self.ships), ("drawn", self.drawn)):
             for name, each in objects.items():
                 if each.appears >= self.duration:
