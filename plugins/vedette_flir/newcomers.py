@@ -27,6 +27,10 @@ SURE = 0.83
 """Probability from which on a new thing is held for a target. Chosen on clips: .9 finds three targets of 36 less in time."""
 
 
+SPEED = 0.8
+"""Log-odds by which a thing that is e times as fast is rather a target."""
+
+
 def moves(off: float, turned: float) -> bool:
     """Return whether a thing `off` px from where it was first seen moves, the camera having turned by so many px since.
 
@@ -41,4 +45,4 @@ def newcomer_odds(alone: float, speed: float) -> float:
     `alone`: its likeness to what it was less that of the second best other place within `AROUND`; `speed` in px a frame. By
     logistic regression on 43 targets and 14 other things that moved, in `ir_clips` and the odd clips of `ir_clips_more`.
     """
-    return 9.6 * alone + 0.8 * float(np.log(max(speed, 0.02))) - 1.9
+    return 9.6 * alone + SPEED * float(np.log(max(speed, 0.02))) - 1.9

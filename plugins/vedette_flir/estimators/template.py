@@ -12,6 +12,7 @@ from vedette_flir.estimators.appearance import (
     AppearanceBelief,
     AppearanceFilter,
 )
+from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
@@ -137,7 +138,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
         beside = np.zeros((*tracks, CELLS, CELLS))
         return TemplateAppearance(
-            none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, *(scene, none, beside, pair, none, none)
+            *(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
+            *(pair + np.nan, pair, beside, none),
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -151,7 +153,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
-        made = TemplateAppearance(*values, outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
+        seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
+        made = TemplateAppearance(*values, *seen, np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none)
         look = by.look(pixels, where + found.offset, NEAR, made)
         made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
         if not self.centred:
@@ -195,11 +198,15 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
                 told = newcomer_odds(by.alone(pixels, here), travelled / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
+            appearance, likelier = hinted(appearance, pixels, other, cut=cut)
+            odds += likelier * (other is not here)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
             if other is not here and odds > 0 and (apart or standing == 0):
                 # it need not stand out as before to be held from now on
                 usual = np.minimum(appearance.usual, max(other.clear, 1.0))
-                best, ratio, appearance, anew = other, odds, evolve(other.known, usual=usual), apart
+                best, ratio, appearance, anew = other, odds, forgotten(evolve(other.known, usual=usual)), apart
+        else:
+            appearance = forgotten(appearance)
         elsewhere = anew and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
         likely = match_ratio(max(best.likeness, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))

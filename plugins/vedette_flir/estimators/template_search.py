@@ -40,7 +40,8 @@ class TemplateAppearance(Appearance):
     it, and its likeness to the first template (*b, t); the outline of the last frame
     (*b, t, 16, 16) and its recent changes (*b, t) in count; what was around it where it was first found (*b, t, 32, 32) in
     count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
-    is known, and the logarithm of its growth (*b, t).
+    is known, and the logarithm of its growth (*b, t); while it is lost, a place where it may be, and where that was first
+    (*b, t, 2), NaN without one, what was around it then (*b, t, 32, 32), and how many frames ago that was (*b, t).
     """
 
     patch: Array
@@ -56,6 +57,10 @@ class TemplateAppearance(Appearance):
     seen_at: Array
     first_spread: Array
     growth: Array
+    hint_at: Array
+    hint_from: Array
+    hint_around: Array
+    hint_age: Array
 
 
 @frozen(eq=False)
