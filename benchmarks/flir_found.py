@@ -9,8 +9,8 @@ The detector's curve is of single frames; "found" is by examples/flir_found.toml
 the spot's to 3 px; false ones are confirmed in as many times 3 s of noise alone. Of clips a track is right if it lies in
 the true box or within 10 px of its middle; others are those of real objects without a label (`UNLABELLED`, told apart by
 eye), and false ones. Empty: what is confirmed in whole segments beside the target, forwards and backwards, and where a
-camera of 240 x 192 px turns, by up to 2 px a frame, and shakes, by half a pixel, over stills of the clips, the target
-painted out, with noise of a count. In brackets: Poisson's 95 %.
+camera of 240 x 192 px turns, by up to 2 px a frame, and shakes, by half a pixel, over stills of the clips, and where it
+stands, the target painted out, with noise of a count. In brackets: Poisson's 95 %.
 """
 
 from __future__ import annotations
@@ -65,12 +65,12 @@ def curve(snr: float, frames: int) -> str:
     return f"{snr:4.0f}  " + "  ".join(f"{point:>13}" for point in points)
 
 
-def tracked(pixels: list[Array], made: Any, steady: bool = False) -> list[tuple[Array, Array]]:
+def tracked(pixels: list[Array], made: Any) -> list[tuple[Array, Array]]:
     """Return of each track that is confirmed in the frames, its numbers of frames from there on, and its places then."""
     tracker, detector = made.tracker, made.preprocessors["spots"]
     state, seen, turned = tracker.start(seed=1), dict[int, list[tuple[int, Array]]](), Registration()
     for k, each in enumerate(pixels):
-        corner = turned.take(each).copy() if steady else np.zeros(2)
+        corner = turned.take(each).copy() if made.source.steady else np.zeros(2)
         frame = Scan.image(k / 30, "camera", Frame(each, corner))
         state = tracker.step(state, frame)
         state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
@@ -102,16 +102,16 @@ def found_drawn(made: Any, snr: float, runs: int) -> float:
     return right / runs
 
 
-def found_in_clips(clear: float, steady: bool) -> None:
+def found_in_clips(overrides: list[str]) -> None:
     """Print how often the true target of a segment is found within a second, and what else is confirmed."""
-    made = vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"])
+    made = vedette.load(EXAMPLE, overrides=overrides)
     right, visible, seconds, others = 0, 0, 0.0, {"real": 0, "false": 0}
     for clip in (*clips("all"), *clips("odd")):
         for number, (begin, end) in enumerate(clip.segments):
             first = min(k for k in clip.boxes if k >= begin)
             numbers = list(range(first, min(first + FRAMES, end)))
             hit, seconds = False, seconds + len(numbers) / 30
-            for when, where in tracked([clip.frames[k] for k in numbers], made, steady):
+            for when, where in tracked([clip.frames[k] for k in numbers], made):
                 box = np.array([clip.boxes.get(first + k, np.full(4, np.nan)) for k in when])
                 own = np.abs(where - box[:, :2]) < np.maximum(10.0, 0.5 * box[:, 2:])
                 hit = hit or bool(own[when <= 30].all(axis=1).any())
@@ -123,26 +123,27 @@ def found_in_clips(clear: float, steady: bool) -> None:
                     print(f"{clip.name} {number}: {kind} from frame {when[0]} at {where[0].round()} {what}", flush=True)
             visible, right = visible + 1, right + hit
     print(
-        f"clear = {clear:g}: right target within 1 s in {right} of {visible}; in {seconds:.0f} s {others['real']} real ones "
+        f"right target within 1 s in {right} of {visible}; in {seconds:.0f} s {others['real']} real ones "
         f"without a label, {others['false']} false: {60 * others['false'] / seconds:.1f} a minute"
     )
 
 
-def turning(clip: Clip, rng: np.random.Generator, count: int) -> list[Array]:
-    """Return frames of a camera that turns over a still of a clip without its target."""
+def turning(clip: Clip, rng: np.random.Generator, count: int, *, turns: bool = True) -> list[Array]:
+    """Return frames of a camera that turns, or stands, over a still of a clip without its target."""
     k = int(rng.choice([k for k in clip.boxes if k < len(clip.frames)]))
     still = cleaned(clip.frames[k].astype(float), clip.boxes[k], rng).astype(np.float32)
     most = np.array(still.shape[::-1]) - WINDOW
     at, step, frames = rng.uniform(0.0, most), rng.uniform(-1.0, 1.0, 2), list[Array]()
-    for _ in range(count):
+    for _ in range(count if turns else 0):
         step = np.clip(step + rng.normal(0.0, 0.1, 2), -2.0, 2.0)
         step = np.where((at + step < 0.0) | (at + step > most), -step, step)
         at = np.clip(at + step, 0.0, most)
         x, y = at + rng.normal(0.0, 0.5, 2)
         move = np.array([[1.0, 0.0, -x], [0.0, 1.0, -y]])
         frame = cv2.warpAffine(still, move, WINDOW, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101)
-        frames.append(np.rint(np.clip(frame + rng.normal(0.0, 1.0, frame.shape), 0, 255)))
-    return frames
+        frames.append(frame)
+    frames = frames or count * [still[int(at[1]) :, int(at[0]) :][: WINDOW[1], : WINDOW[0]]]
+    return [np.rint(np.clip(frame + rng.normal(0.0, 1.0, frame.shape), 0, 255)) for frame in frames]
 
 
 def told(what: str, count: int, minutes: float) -> None:
@@ -154,29 +155,30 @@ def told(what: str, count: int, minutes: float) -> None:
     )
 
 
-def found_in_empty(clear: float, runs: int, steady: bool) -> None:
+def found_in_empty(overrides: list[str], runs: int) -> None:
     """Print what is confirmed where no target is."""
-    made, recorded = vedette.load(EXAMPLE, overrides=[f"preprocessors.spots.clear={clear}"]), (*clips("all"), *clips("odd"))
+    made, recorded = vedette.load(EXAMPLE, overrides=overrides), (*clips("all"), *clips("odd"))
     totals = {"forwards": 0, "backwards": 0}
     parts = [(clip, number, part) for clip in recorded for number, part in enumerate(clip.segments)]
     for way in totals:
         for clip, number, (begin, end) in parts:
             numbers = list(range(begin, min(end, len(clip.frames))))[:: 1 if way == "forwards" else -1]
             boxes = np.array([clip.boxes.get(k, np.full(4, np.nan)) for k in numbers])
-            for when, where in tracked([clip.frames[k] for k in numbers], made, steady):
+            for when, where in tracked([clip.frames[k] for k in numbers], made):
                 own = np.abs(where - boxes[when, :2]) < np.maximum(10.0, 0.5 * boxes[when, 2:])
                 if not own.all(axis=1).any():
                     totals[way] += 1
                     print(f"{way} {clip.name} {number}: frame {numbers[when[0]]} at {where[0].round()}", flush=True)
         told(f"recorded, {way}, real ones among them", totals[way], sum(end - begin for *_, (begin, end) in parts) / 1800)
-    count = 0
-    for run in range(runs):
-        rng = np.random.default_rng([7, run])
-        clip = recorded[run % len(recorded)]
-        for when, where in tracked(turning(clip, rng, 300), made, steady):
-            count += 1
-            print(f"run {run}, {clip.name}: frame {when[0]} at {where[0].round()}", flush=True)
-    told("a camera that turns over stills", count, runs / 6)
+    for turns, what in ((True, "a camera that turns over stills"), (False, "one that stands")):
+        count = 0
+        for run in range(runs):
+            rng = np.random.default_rng([7 if turns else 8, run])
+            clip = recorded[run % len(recorded)]
+            for when, where in tracked(turning(clip, rng, 300, turns=turns), made):
+                count += 1
+                print(f"run {run}, {clip.name}: frame {when[0]} at {where[0].round()}", flush=True)
+        told(what, count, runs / 6)
 
 
 def main() -> None:
@@ -185,16 +187,16 @@ def main() -> None:
         "python -m benchmarks.flir_found", description=__doc__, formatter_class=argparse.RawTextHelpFormatter
     )
     parser.add_argument("what", choices=["drawn", "clips", "empty"])
-    parser.add_argument("--steady", action="store_true", help="take out how the camera turns, as `source.steady` does")
     parser.add_argument("--runs", type=int, default=20)
-    parser.add_argument("--clear", type=float, default=8.0, help="the detector's threshold for clips")
+    about = "a parameter of the example, such as source.steady=false, for clips"
+    parser.add_argument("--set", action="append", default=[], metavar="NAME=VALUE", help=about)
     given = parser.parse_args()
     if given.what == "drawn":
         found_in_noise(given.runs)
     elif given.what == "clips":
-        found_in_clips(given.clear, given.steady)
+        found_in_clips(given.set)
     else:
-        found_in_empty(given.clear, given.runs, given.steady)
+        found_in_empty(given.set, given.runs)
 
 
 if __name__ == "__main__":

@@ -29,7 +29,7 @@ kind = "reappearing_target"  # its existence says whether it is held, or lost an
 """
 
 AUTOMATIC = """automatic = true  # no target is given: the tracker finds them
-steady = false    # true where a camera turns over a scene, not plain sky: what stands in the scene is known then, too"""
+steady = true     # x and y are counted from the first frame, however the camera turns, so that scenery stands"""
 
 FOUND = f"""
 [sensors.spots]

@@ -100,7 +100,10 @@ def refined(past: NDArray[np.uint8], now: NDArray[np.uint8], points: NDArray[np.
         for image, (down, right) in ((past, (0, 0)), (now, whole[::-1])):
             step = image[rows + down + y, columns + right + x].astype(np.float32)
             slope[axis] += 0.25 * (step - image[rows + down - y, columns + right - x]).ravel()
-    d, *_ = np.linalg.lstsq(slope @ slope.T, -slope @ (after - past[rows, columns]).ravel(), rcond=1e-6)
+    change = after - past[rows, columns]
+    change, slope = change - change.mean(axis=(1, 2), keepdims=True), slope.reshape(2, *change.shape)
+    slope = (slope - slope.mean(axis=(2, 3), keepdims=True)).reshape(2, -1)  # a camera's level changes as a slope would
+    d, *_ = np.linalg.lstsq(slope @ slope.T, -slope @ change.ravel(), rcond=1e-6)
     return np.asarray(whole + np.clip(d, -1.5, 1.5), dtype=float)
 
 
@@ -121,6 +124,6 @@ def corners(image: NDArray[np.uint8]) -> NDArray[np.float32]:
 
 def _smooth(pixels: NDArray[Any]) -> NDArray[np.uint8]:
     """Return a frame (h, w) smoothed, and stretched to 8 bits."""
-    low, high = np.percentile(pixels[::4, ::4], (1, 99))
-    image = np.clip((pixels - low) * (255.0 / max(high - low, 1e-9)), 0.0, 255.0).astype(np.float32)
-    return np.asarray(opencv().GaussianBlur(image, (0, 0), BLUR).astype(np.uint8))
+    image = opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR)
+    low, high = np.percentile(image[::4, ::4], (1, 99))  # smoothed: by noise a slope's level would move as a camera turns
+    return np.asarray(np.clip((image - low) * (255.0 / max(high - low, 1e-9)), 0.0, 255.0).astype(np.uint8))

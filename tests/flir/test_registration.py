@@ -40,6 +40,11 @@ def test_a_turning_camera_is_followed_without_drift(step):
     assert np.abs(found - (path - path[0])).max() < 0.5
 
 
+def test_a_jerk_and_the_way_back_are_followed():
+    path = np.array([20.0, 20.0]) + np.array([[0.0, 0.0]] * 5 + [[12.0, -7.0]] * 5 + [[0.0, 0.0]] * 5)
+    assert np.abs(corners(path, landscape()) - (path - path[0])).max() < 0.5
+
+
 def test_errors_add_up_where_each_frame_is_compared_with_the_one_before(monkeypatch):
     path = np.array([20.0, 20.0]) + np.arange(90)[:, None] * np.array([0.3, 0.1])
     right = np.abs(corners(path, landscape(), noise=6.0) - (path - path[0]))[-1].max()
@@ -65,6 +70,26 @@ def test_a_camera_that_rolls_as_it_turns_is_followed(monkeypatch, uneven, least,
 def test_over_plain_sky_a_camera_stands_still():
     sky = np.full((400, 900), 80.0, dtype=np.float32)
     assert np.array_equal(corners(np.full((20, 2), 30.0), sky), np.zeros((20, 2)))
+
+
+def stretched(pixels):
+    """A frame stretched by levels that noise changes."""
+    low, high = np.percentile(pixels[::4, ::4], (1, 99))
+    image = np.clip((pixels - low) * (255.0 / (high - low)), 0.0, 255.0).astype(np.float32)
+    return cv2.GaussianBlur(image, (0, 0), registration.BLUR).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("smooth", "least", "most"), [(registration._smooth, 0.0, 1.0), (stretched, 5.0, np.inf)])
+def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, smooth, least, most):
+    """Where the level of a slope changes, it looks as if it moved."""
+    monkeypatch.setattr(registration, "_smooth", smooth)
+    slope, far = 50.0 + 0.05 * np.arange(160) * np.ones((120, 1)), []
+    for run in range(6):
+        motion, rng = Registration(), np.random.default_rng(run)
+        for _ in range(40):
+            found = motion.take((slope + rng.normal(0.0, 2.0 + run, slope.shape)).clip(0, 255).astype(np.uint8))
+        far.append(np.abs(found).max())
+    assert least <= max(far) < most
 
 
 @pytest.mark.parametrize("turn", [0.0, 1.5])
