@@ -23,7 +23,7 @@ from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
 from vedette_tools.drafting.reading import JUMP, Reading, opened
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
-from vedette_tools.drafting.table import AID, NO_WISHES, read_table
+from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import Trial, tried
 from vedette_tools.drafting.wishes import Wishes
@@ -48,6 +48,9 @@ HELD_RUNS, HELD_ROWS = 20, 3
 
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
+
+FASTEST = 3000.0
+"""m/s: hardly anything that is tracked is faster. By hand."""
 
 WANDERS = 30.0
 """Errors that last longer than so many scans are not told from motion. Chosen by hand."""
@@ -137,7 +140,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    lost = lost or best.table.unknown or _held(best) or _cut(best)
+    lost = lost or best.table.unknown or _held(best) or _cut(best) or _too_fast(best.table, speed)
     if not (lost or proof.failure or proof.trial is None or first.sure or table.third == "range_rate"):
         lost = doubt(text(proof.design), some)
     if lost:
@@ -172,6 +175,18 @@ def _cut(best: Reading) -> str:
                 f"nothing fits these data: {told}; name a column with its fractions, --time COLUMN, or keep one row of each"
             )
     return ""
+
+
+def _too_fast(table: Table, speed: float) -> str:
+    """Say that targets are faster than any, in a unit that is assumed; or return ""."""
+    assumed = [
+        axis for axis, title in table.measured.items() if any(it.startswith(f"{title} is in m") for it in table.assumed)
+    ]
+    if not assumed or speed < FASTEST:
+        return ""
+    units = ",".join(f"{axis}=0.001 m" for axis in assumed)
+    told = f"targets move at some {speed:,.0f} m/s; say in what unit positions are"
+    return f"nothing fits these data: {told}, as --units '{units}' of mm"
 
 
 def _correlated(best: Reading) -> Compared | None:

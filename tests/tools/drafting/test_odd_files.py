@@ -10,6 +10,7 @@ from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
 from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.wishes import Wishes
 
 
 def table(path, head, rows):
@@ -121,3 +122,12 @@ def test_boats_that_report_too_seldom_are_not_told_apart(minutes, told, tmp_path
             spot, time = spot + 3.0 * wait * np.array([np.cos(course), np.sin(course)]), time + wait
     assert told in (failure := drafted(table(tmp_path / "d.csv", "time,x,y", sorted(rows))).failure)
     assert bool(told) == bool(failure)
+
+
+@pytest.mark.costly
+def test_what_is_faster_than_anything_is_in_another_unit(tmp_path):
+    """Millimetres, taken as metres: 8 km/s."""
+    rows = [(10 * k, *spot) for k, each in enumerate((1000 * moving(3, 9)).round().astype(int).tolist()) for spot in each]
+    failure = drafted(table(tmp_path / "d.csv", "time,x,y", rows)).failure
+    assert "--units 'x=0.001 m,y=0.001 m'" in failure
+    assert not drafted(tmp_path / "d.csv", wishes=Wishes(units={"x": "0.001 m", "y": "0.001 m"})).failure
