@@ -114,7 +114,7 @@ def rng() -> np.random.Generator:
         (lambda: scene(drawn={"tug": DRAWN["boat"]}), "drawn.tug: a ship has this name too"),
         (lambda: scene(sensors={"sonar": SENSORS["radar"]}), r"sensors.sonar: never looks; there are looks"),
         (lambda: scene(ownship=SHIPS["tug"]), "ownship: must be there all"),
-        (lambda: scene(looks={"radar": sim.Look(2.0, first=1e4)}), "looks.radar.first: must not be after the end at"),
+        (lambda: scene(looks={"radar": sim.Look(2.0, first=1e4)}), "looks.radar.first: must not be"),
         (lambda: scene(duration=1e12), "looks.radar.interval: makes more than 1000000 scans"),
         (lambda: sampling.follow(CV, np.zeros(3), np.arange(2.0), np.zeros((1, 4))), "x0: must have the 4 axes"),
         (lambda: sampling.follow(CV, np.zeros(4), np.arange(2.0), np.zeros((2, 4))), "standard: must end in"),
