@@ -10,7 +10,7 @@ from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.reading import _noise
 from vedette_tools.drafting.seen import Seen
 
-FLAT = SimpleNamespace(polar=False, reported=False)
+FLAT = SimpleNamespace(polar=False, reported=False, floors=(0.0,))
 
 
 def file_of(path, turn_after, seed=3):
