@@ -55,3 +55,14 @@ def test_a_still_over_which_a_camera_turns_has_no_target() -> None:
     assert {frame.shape for frame in frames} == {found.WINDOW[::-1]}
     assert max(frame.max() for frame in frames) < 130.0
     assert np.abs(frames[-1] - frames[0]).mean() > 5.0
+
+
+@pytest.mark.parametrize(
+    ("contrast", "edge", "seen"), [(12.0, 99, True), (0.0, 99, False), (25.0, 26, True), (1.0, 26, False)]
+)
+def test_a_frame_shows_its_target_by_its_label_alone(contrast: float, edge: int, seen: bool) -> None:
+    """Also near a treeline; a target that a codec has erased is not shown."""
+    y, x = np.mgrid[:50, :60]
+    sky = 60.0 + np.random.default_rng(4).normal(0.0, 1.5, y.shape) + 60.0 * (y > edge)
+    spot = contrast * np.exp(-((x - 30.0) ** 2 + (y - 20.0) ** 2) / 8.0)
+    assert module("flir_clips").is_seen(sky + spot, np.array([30.0, 20.0, 9.0, 9.0])) == seen
