@@ -32,6 +32,14 @@ DRAWS = {
     38: {"camera": 20, "associator": 30, "preprocessor": 20, "source": 20},
     39: {"camera": 15, "preprocessor": 15, "source": 20},
     40: {"camera": 20, "preprocessor": 20, "source": 25},
+    42: {
+        "motion": 12, "sensor": 12, "camera": 12, "associator": 12, "estimator": 12, "birth": 12, "lifecycle": 12,
+        "preprocessor": 12, "source": 20,
+    },
+    43: {
+        "motion": 12, "sensor": 12, "camera": 12, "associator": 12, "estimator": 12, "birth": 12, "lifecycle": 12,
+        "preprocessor": 12, "source": 16,
+    },
 }  # fmt: skip
 """By seed, how many of a role; cameras apart from the other sensors, as their laws are."""
 
