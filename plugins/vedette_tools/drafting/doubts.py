@@ -17,11 +17,15 @@ from vedette.types import Scan, Track
 
 SAME = 0.75
 """Such a part of the pairs of returns that follow each other in tracks is to be the same backwards. By hand: of 35 files
-that were tracked right it was .85 and more, of six in which a tenth of the pairs or more were wrong .67 and less."""
+that were tracked right it was .85 and more, of six in which a tenth of the pairs or more were wrong .67 and less. Of 200
+drawn scenes that had no part in it, .89 and more.
+"""
 
 OWN = 0.8
 """Of what tracks take such a part is to be a return that is most likely theirs. By hand: of 35 files that were tracked right
-it was .94 and more; where objects are reported twice .5, where a tracker for aircraft follows people too .6."""
+it was .94 and more, of these scenes .98; where objects are reported twice .5, where a tracker for aircraft follows people
+too .6.
+"""
 
 
 def doubt(text: str, scans: Sequence[Scan]) -> str:
