@@ -18,7 +18,7 @@ from vedette.types import Detections
 
 GAPS, LONGEST = (-9.0, 6.0), 8.0
 """Exponents of the gaps, in s, after which doubles hold any filter's belief; and of the longest of a motion."""
-NOISES = (-4.0, 6.0)
+NOISES = (-3.0, 6.0)
 """Exponents of a return's deviation, in the unit of what is measured. Of sharper ones after days P^-1 is singular."""
 SCANS = 4
 
