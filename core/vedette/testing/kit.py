@@ -159,8 +159,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     lacks = f"it {'declares' if never else 'does not declare'} `{needs.rpartition('.')[2]}`"
     own, usual = (getattr(one, needs, True) for one in (cls, ROLES[role]))
     unlike = next((f"it is none{what}" for base, what, laws in KINDRED if law in laws and not issubclass(cls, base)), "")
-    barred = own is True and hasattr(cls, needs) if never else own is False or own is usual is not True
-    if unlike or (needs and barred):
+    if unlike or (needs and not never and (own is False or own is usual is not True)):
         return Outcome(law, "skipped", unlike or lacks, 0, 0.0)
     pairs = _pairs(drawn, _ROLES[role][1], profile)
     tried: list[Any] = []

@@ -54,9 +54,6 @@ CATALOGUE = {
 }
 """What is used where a component holds others and no strategy was given for them."""
 
-TRIES = 6
-"""So often a parameter that others exclude is drawn again, or left out, and so often all of them are."""
-
 SENSOR = "radar"
 """Name of the one entry in an inferred table of names."""
 
@@ -102,19 +99,16 @@ def components(cls: type, given: Given | None = None, registry: Registry | None 
 
 @st.composite
 def _built(draw: st.DrawFn, cls: type, parts: Given) -> Any:
+    values = {name: draw(strategy) for name, strategy in parts.items()}
     optional = {parameter.name for parameter in parameters(cls) if not parameter.required}
-    for _ in range(TRIES):
-        values = {name: draw(strategy) for name, strategy in parts.items()}
-        for _ in range(TRIES):
-            try:
-                return cls(**values)
-            except ValueError as refusal:  # of two that exclude one another, the one that is named has its default
-                name = re.split(r"[.:\[]", str(refusal), maxsplit=1)[0]
-            if name in values and name in optional:
-                del values[name]
-            elif name in parts:
-                values[name] = draw(parts[name])
-    return reject()
+    while True:
+        try:
+            return cls(**values)
+        except ValueError as refusal:  # of two parameters that exclude one another, the one that is named has its default
+            name = re.split(r"[.:\[]", str(refusal), maxsplit=1)[0]
+            if name not in values or name not in optional:
+                return reject()
+            del values[name]
 
 
 def _parameter(parameter: Parameter, cls: type, registry: Registry) -> st.SearchStrategy[Any]:

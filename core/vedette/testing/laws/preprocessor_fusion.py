@@ -12,7 +12,7 @@ from vedette.testing.bands import judge_run_means
 from vedette.testing.comparisons import Closed, Lacking, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.preprocessor_cases import Raw, exactly, made_of, scan_of
-from vedette.types import Detections
+from vedette.types import Detections, Scan
 
 
 def others_far_away_change_nothing(preprocessor: Preprocessor, drawn: Raw) -> None:
@@ -90,8 +90,8 @@ def _of_targets(preprocessor: Preprocessor, drawn: Raw) -> tuple[Array, Detectio
         m = len(sensor.measurement)
         root = psd_root(np.broadcast_to(sensor.noise(x), (len(x), m, m)))
         z = sensor.measurement.displace(sensor.measure(x), (root @ rng.standard_normal((len(x), m, 1)))[..., 0])
-        z = z[rng.random(len(x)) < sensor.detects(x)]
-        scans[name] = scan_of(name, z, len(z))
+        seen = rng.random(len(x)) < sensor.detects(x)  # in 20 runs, as pairs of 1,200 take long
+        scans[name] = Scan(5.0, name, Detections(z.reshape(20, -1, m), seen.reshape(20, -1)))
     made, at = made_of(preprocessor, scans), x[:, exact.where]
     if len(made.z) < 240:
         raise Closed("it makes few returns of targets")
