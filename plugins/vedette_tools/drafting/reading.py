@@ -108,8 +108,9 @@ class Reading:
 
     @property
     def evidence(self) -> float:
-        """How likely the returns are so."""
-        return sum(noise.evidence for noise in self.noise.values())
+        """How likely the returns are so: those that no chain holds lie anywhere."""
+        loose = sum(_loose(seen) * log(_area(seen)) for seen in self.seen.values() if _loose(seen))
+        return sum(noise.evidence for noise in self.noise.values()) - loose
 
 
 def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
@@ -181,8 +182,18 @@ def _along_lines(table: Table, sigmas: Array) -> Array:
 
 def _of_targets(table: Table, seen: Seen) -> Seen:
     """Return what a sensor shows without the chains that returns of no target make by chance: they would pass for noise."""
-    loose = sum(map(len, seen.spots)) - sum(len(chain.times) for chain in seen.chains)
+    loose = _loose(seen)
     return _likely(table, seen, loose) if loose >= len(seen.times) else seen
+
+
+def _loose(seen: Seen) -> int:
+    """Return how many returns no chain holds."""
+    return sum(map(len, seen.spots)) - sum(len(chain.times) for chain in seen.chains)
+
+
+def _area(seen: Seen) -> float:
+    """Return the area in m^2 that returns lie in."""
+    return float(np.prod(np.maximum(np.ptp(np.percentile(np.concatenate(seen.spots), [1, 99], axis=0), axis=0), 1e-9)))
 
 
 def _likely(table: Table, seen: Seen, loose: int) -> Seen:
@@ -193,19 +204,17 @@ def _likely(table: Table, seen: Seen, loose: int) -> Seen:
     """
     if len(seen.chains) < 2 or loose <= 0:
         return seen
-    every = np.concatenate(seen.spots)
     longest = max(len(chain.times) for chain in seen.chains)
     sure = evolve(seen, chains=tuple(chain for chain in seen.chains if 2 * len(chain.times) >= longest))
     noise, speed = _noise(table, sure), usual_speed([sure])
     sigmas = _along_lines(table, np.array(noise.sensor))
-    area = float(np.prod(np.maximum(np.ptp(np.percentile(every, [1, 99], axis=0), axis=0), 1e-9)))
-    anywhere = log(loose / len(seen.times) / area)
+    anywhere = log(loose / len(seen.times) / _area(seen))
 
     def score(chain: Chain) -> float:
         looks = _in_looks(len(chain.times), chain.looks)
         return loglik(_windows(table, seen, [chain]), sigmas, noise.accel, speed) + looks - (len(chain.times) - 1) * anywhere
 
-    kept = tuple(chain for chain in seen.chains if score(chain) > log(len(every)))
+    kept = tuple(chain for chain in seen.chains if score(chain) > log(sum(map(len, seen.spots))))
     return evolve(seen, chains=kept) if kept else sure
 
 
