@@ -41,9 +41,10 @@ class Registration:
     Corners spread over a frame before it, one of each block, are found again (Lucas, Kanade, An iterative image registration
     technique, IJCAI 1981; Shi, Tomasi, Good features to track, CVPR 1994); the camera has turned as most of them say that
     agree, so that a target is outvoted. Where too few agree, as over plain sky or after a cut, the camera counts
-    as standing still.
+    as standing still. `agreed`: the share of corners that did, last time; where they are noise's, few do.
     """
 
+    agreed: float = 0.0
     _corner: Array = field(factory=lambda: np.zeros(2))
     _past: NDArray[np.uint8] | None = None
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
@@ -64,6 +65,7 @@ class Registration:
 
     def _moved(self, past: NDArray[np.uint8], now: NDArray[np.uint8]) -> Array | None:
         """Return by how much the picture has moved (2,) since the frame before; None if too few corners agree."""
+        self.agreed = 0.0
         if len(self._points) < FEWEST:
             return None
         guess = self._points + (self._at - self._corner).astype(np.float32)
@@ -75,9 +77,10 @@ class Registration:
             return None
         near = np.max(np.abs(shifts[:, None] - shifts), axis=-1) < AGREE + UNEVEN * np.max(np.abs(shifts), axis=1)[:, None]
         agree = near[np.argmax(near.sum(axis=1))]
+        self.agreed = float(agree.sum() / len(self._points))
         part = np.ptp(points[agree], axis=0) / np.array(now.shape[::-1])
         moved = refined(past, now, points[agree], np.rint(np.median(shifts[agree], axis=0)).astype(int))
-        enough = agree.sum() >= max(FEWEST, SHARE * len(self._points)) and part.max() >= SPREAD
+        enough = agree.sum() >= FEWEST and self.agreed >= SHARE and part.max() >= SPREAD
         return moved if enough and np.max(np.abs(moved) / np.array(now.shape[::-1])) <= REACH else None
 
 

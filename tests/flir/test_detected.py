@@ -153,7 +153,7 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
     assert main(["new", "config", "clip"]) == 0
     assert "run it: vedette run clip.toml" in capsys.readouterr().out
-    assert tomllib.loads((tmp_path / "clip.toml").read_text())["source"]["steady"] is True  # a camera may turn
+    assert tomllib.loads((tmp_path / "clip.toml").read_text())["source"]["steady"] is False  # noise would turn it
     assert main(["run", "clip"]) == 0
     assert "1 confirmed" in capsys.readouterr().out
     assert not list((tmp_path / "out").rglob("episodes.csv"))  # a track that begins was not lost

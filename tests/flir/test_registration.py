@@ -7,6 +7,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette_flir import registration
+from vedette_flir.drafting import draft
 from vedette_flir.registration import Registration
 
 
@@ -158,3 +159,15 @@ def test_velocities_are_those_in_the_scene(source, clip):
     if source == "video":
         assert result.score().position_rmse_m < 1.5
         assert np.ptp(track.mean[:, names.index("x")]) > 200.0, "as far as the camera turned"
+
+
+@pytest.mark.parametrize(("shows", "steady"), [(True, "true"), (False, "false")], ids=["a scene", "noise over a slope"])
+def test_a_draft_takes_out_turns_that_frames_can_tell(tmp_path, shows, steady):
+    """By noise alone the camera would seem to turn, and targets to stand where they do not."""
+    slope, noise = 0.5 * np.arange(200.0), np.random.default_rng(0)
+    for k in range(40):
+        frame = (
+            seen(landscape(), (20.0 + 0.3 * k, 20.0), seed=k) if shows else 60.0 + slope + noise.normal(0.0, 1.5, (160, 200))
+        )
+        cv2.imwrite(str(tmp_path / f"{k}.png"), np.clip(frame, 0, 255).astype(np.uint8))
+    assert f"steady = {steady} " in draft(tmp_path, {})

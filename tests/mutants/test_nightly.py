@@ -41,6 +41,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tools/drafting/test_proof.py::test_every_recorded_ship_that_is_named_has_one_track",
         "tools/drafting/test_proof.py::test_one_target_that_manoeuvres_has_one_track",
     ),
+    "benchmarks/test_wild.py::test_two_aircraft_of_one_name_are_tracked_no_worse_than_without_names": (
+        "tools/drafting/test_wrong_codes.py::test_wrong_codes_do_no_harm",
+        "tracking/test_hostile_names.py::test_two_objects_have_two_tracks_whatever_their_codes",
+    ),
     "fuzz/test_fuzz.py::test_guided_by_coverage_a_planted_fault_is_found_and_no_other": (
         "fuzz/test_fuzz.py::test_nothing_escapes",
         "fuzz/test_seeds.py",

@@ -170,17 +170,22 @@ def look_through(
     )
 
 
-def first_frame(path: Path, how: str = "luminance") -> Grey:
-    """Return the first frame of a video or of a folder of images; InputError if there is none that can be read."""
+def first_frames(path: Path, most: int = 1, how: str = "luminance") -> list[Grey]:
+    """Return the first frames of a video or folder of images, as far as they are alike; InputError if none can be read."""
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
     store = _Folder(path, problems, opencv()) if path.is_dir() else _Video(path, opencv())
-    image = store.raw(0)
-    if image is None:
+    images: list[NDArray[Any]] = []
+    for number in range(min(most, store.most)):
+        image = store.raw(number)
+        if image is None or (images and (image.shape, image.dtype) != (images[0].shape, images[0].dtype)):
+            break
+        images.append(image)
+    if not images:
         raise InputError(f"{path}: its first frame cannot be read{f': {problems[0]}' if problems else ''}")
     try:
-        return grey_of(image, how)
+        return [grey_of(image, how) for image in images]
     except ValueError as error:
         raise InputError(f"{path}: frame 0: {error}") from None
 
