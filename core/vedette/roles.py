@@ -274,11 +274,13 @@ class Traits:
     """`extent` says where a track's returns can lie."""
     conservative: bool = False
     """Its covariance is larger than that of its errors on purpose."""
+    per_scan: bool = False
+    """Each scan changes it, however short the time since the one before."""
 
     @classmethod
     def combined(cls, parts: Sequence[Traits]) -> Traits:
         """Return the traits of what is made of `parts`: it can do what all of them can, and does what any does."""
-        rules = {trait: any if trait in ("draws", "reframes", "conservative") else all for trait in TRAITS}
+        rules = {trait: any if trait in ("draws", "reframes", "conservative", "per_scan") else all for trait in TRAITS}
         return cls(**{trait: rule(getattr(part, trait) for part in parts) for trait, rule in rules.items()})
 
 

@@ -19,6 +19,7 @@ from vedette import (
     Mixtures,
     Sensor,
     Space,
+    Traits,
     fields,
     kernels,
     maker,
@@ -143,6 +144,11 @@ class Imm(Estimator[Modes]):
     _switch: Transition = field(init=False, repr=False, eq=False)
     _absent: Array = field(init=False, repr=False, eq=False)
     _log_initial: Array = field(init=False, repr=False, eq=False)
+
+    @property
+    def declares(self) -> Traits:
+        """Return that its modes switch at each scan, unless their times to stay are stated."""
+        return Traits(per_scan=self.rates is None and self.interval is None)
 
     @_own.default
     def _axes_of_modes(self) -> tuple[tuple[int, ...], ...]:

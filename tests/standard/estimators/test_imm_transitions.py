@@ -31,6 +31,7 @@ def test_a_transition_holds_per_scan_or_for_its_interval_or_follows_from_rates()
     rates = np.array([[-0.2, 0.2], [0.5, -0.5]])
     by_rates = Imm(TWO, rates=rates, initial=p)
     close = partial(np.testing.assert_allclose, rtol=1e-12)
+    assert [imm.traits.per_scan for imm in (per_scan, per_interval, by_rates)] == [True, False, False]
     close(prob_after(per_scan, 0.5), p @ SWITCH)
     close(prob_after(per_scan, 7.0), p @ SWITCH)
     close(prob_after(per_interval, 4.0), p @ SWITCH)

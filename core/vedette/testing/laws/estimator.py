@@ -133,8 +133,8 @@ def no_time_changes_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def a_short_time_forgets_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
     """After a scan, steps of 1 ns and scans that miss leave the belief as it is."""
-    if estimator.traits.conservative:
-        raise Closed("it is conservative, and may lose something at each scan")
+    if estimator.traits.conservative or estimator.traits.per_scan:
+        raise Closed("it is conservative or `per_scan`, and may lose something at each scan")
     belief = cases.after_scan(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn.watch, drawn.seen)
     wanted = estimator.moments(belief)
     for _ in range(3):
