@@ -24,7 +24,7 @@ SCANS = 4
 
 
 def any_gap_leaves_a_belief(estimator: Estimator[Any], drawn: Scene) -> None:
-    """After gaps of 1e-9 to 1e6 s, and returns with deviations of 1e-4 to 1e6, moments are finite and a covariance."""
+    """After gaps of 1e-9 to 1e6 s, and returns with deviations of 1e-3 to 1e6, moments are finite and a covariance."""
     rng = drawn.rng()
     watches = [watch for watch in (drawn.watch, drawn.other) if estimator.refuses(watch) is None]
     if not watches:
