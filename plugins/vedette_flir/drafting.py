@@ -110,13 +110,12 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         return None
     boxes = _picked(path) if wishes.get("pick") else _box(wishes.get("box"))
     frames = first_frames(path, 1 if boxes else LOOKED)  # what cannot be read is refused before a config is written
-    start, about = (
-        AUTOMATIC.format(steady=str(_has_corners(frames)).lower()),
-        "targets are found where they stand out and move",
-    )
-    if boxes:
+    if not boxes:
+        start = AUTOMATIC.format(steady=str(_has_corners(frames)).lower())
+        about = "targets are found where they stand out and move"
+    elif len(boxes) == 1:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
-    if len(boxes) > 1:
+    else:
         start, about = f"boxes = {boxes}", f"{len(boxes)} targets are followed from their boxes"
     return TEXT.format(
         name=path.name,

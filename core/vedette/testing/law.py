@@ -50,9 +50,9 @@ class Law:
     """A sentence, and a function of a component and drawn data that raises Broken where the sentence is false.
 
     `needs` names the attribute of the component without which the law does not apply (`divisible`, `traits.draws`), or with
-    which (`not draws`). A
-    `statistical` law may fail a correct component with the profile's alpha; a `long` one is tried once, a `shown` one too,
-    on what its class shows and not what is drawn; an exact one on one `share`th of the examples.
+    which (`not draws`). An `exact` law is tried on one `share`th of the examples. A `statistical` one may fail a correct
+    component with the profile's alpha. A `long` one is tried once, and so is a `shown` one, on what the component's class
+    shows and not on what is drawn.
     """
 
     check: Callable[[Any, Any], None]

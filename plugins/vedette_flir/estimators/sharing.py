@@ -72,9 +72,7 @@ class Sharing(Generic[L]):
         near = np.max(np.abs(places[:, None] - places), axis=-1) < np.maximum(reach[:, None], reach)
 
         def same(i: int) -> Mask:
-            """Return which targets (t,) are in one place with a target."""
-            one: Mask = np.all(np.abs(places[i] - places) < 0.5 * np.minimum(box[i], box), axis=-1)
-            return one
+            return in_one_place(places[i], box[i], places, box)
 
         for i in held:
             beside = [j for j in np.flatnonzero(near[i] & ~same(i)).tolist() if self.who[j].held]
@@ -145,7 +143,12 @@ class Sharing(Generic[L]):
         return float(d @ np.linalg.solve(self.who[i].cov, d))
 
     def _same(self, i: int, place: Array, j: int, other: Array) -> bool:
-        return bool(np.all(np.abs(place - other) < 0.5 * np.minimum(self.who[i].box, self.who[j].box)))
+        return bool(in_one_place(place, self.who[i].box, other, self.who[j].box))
+
+
+def in_one_place(place: Array, box: Array, other: Array, size: Array) -> Mask:
+    """Return whether targets at two places (*b, 2), in boxes of two sizes, are in one: within half of the smaller."""
+    return np.asarray(np.all(np.abs(place - other) < 0.5 * np.minimum(box, size), axis=-1))
 
 
 def _logistic(odds: float) -> float:

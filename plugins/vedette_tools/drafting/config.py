@@ -128,8 +128,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
             some, best, known[first] = bare, evolve(best, table=best.table.without_noise()), common
     vague = max(_vague(seen, facts[name].sigmas[0]) for name, seen in best.seen.items())
     proof = proved(
-        first, lambda design: known.get(design) or tried(text(design), some, clean=clean), steady, errors=not table.reports,
-        in_turn=in_turn, lone=best.lone, vague=vague, progress=progress, budget=max(BUDGET - (process_time() - begun), 0.0),
+        first, lambda design: known[design] if design in known else tried(text(design), some, clean=clean), steady,
+        errors=not table.reports, in_turn=in_turn, lone=best.lone, vague=vague, progress=progress,
+        budget=max(BUDGET - (process_time() - begun), 0.0),
     )  # fmt: skip
     ended = process_time() - begun > BUDGET
     if named and proof.trial is not None and len(facts) == 1 and not ended:

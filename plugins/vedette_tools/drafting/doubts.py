@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
@@ -10,10 +9,10 @@ from itertools import accumulate, pairwise
 import numpy as np
 from attrs import evolve
 
-from vedette.config import load
 from vedette.errors import VedetteError
 from vedette.tracking import History, Tracker
 from vedette.types import Scan, Track
+from vedette_tools.drafting.trial import tracker_of
 
 SAME = 0.75
 """Such a part of the pairs of returns that follow each other in tracks is to be the same backwards. By hand: of 35 files
@@ -30,7 +29,7 @@ too .6.
 
 def doubt(text: str, scans: Sequence[Scan]) -> str:
     """Say why the tracks that a config, as TOML, makes of scans are not to be believed, or return ""."""
-    tracker = load({name: part for name, part in tomllib.loads(text).items() if name != "source"}).tracker
+    tracker = tracker_of(text)
     numbered = list(zip(scans, accumulate((len(scan.detections.z) for scan in scans), initial=0), strict=False))
     try:
         with np.errstate(all="ignore"):

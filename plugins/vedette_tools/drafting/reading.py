@@ -109,8 +109,8 @@ class Reading:
     @property
     def evidence(self) -> float:
         """How likely the returns are so: those that no chain holds lie anywhere."""
-        loose = sum(_loose(seen) * log(_area(seen)) for seen in self.seen.values() if _loose(seen))
-        return sum(noise.evidence for noise in self.noise.values()) - loose
+        loose = [(count, seen) for seen in self.seen.values() if (count := _loose(seen))]
+        return sum(noise.evidence for noise in self.noise.values()) - sum(count * log(_area(seen)) for count, seen in loose)
 
 
 def _seen(table: Table, recording: Recording) -> dict[str, Seen]:

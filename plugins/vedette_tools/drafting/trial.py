@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 
 from vedette.config import load
 from vedette.errors import VedetteError
-from vedette.tracking import History
+from vedette.tracking import History, Tracker
 from vedette.types import Scan, Track
 from vedette_tools.tuning.field_of_view import views
 from vedette_tools.tuning.likelihood import Predictive
@@ -71,15 +71,19 @@ class Trial:
         return f"{told}{named}; log-likelihood {self.loglik / max(self.returns, 1):.2f} a return"
 
 
+def tracker_of(text: str) -> Tracker:
+    """Return the tracker of a config, as TOML, without its source."""
+    return load({name: part for name, part in tomllib.loads(text).items() if name != "source"}).tracker
+
+
 def tried(text: str, scans: Sequence[Scan], *, clean: bool = True) -> Trial | None:
     """Return what a config, as TOML, shows on scans of its source; None if it cannot run on them.
 
     clean: whether hardly a return is false. Else returns are predicted from confirmed tracks alone: each false one begins a
     track, and the wider these are spread, the likelier is clutter.
     """
-    data = {name: part for name, part in tomllib.loads(text).items() if name != "source"}
     try:
-        tracker = load(data).tracker
+        tracker = tracker_of(text)
         seen, predictive, history = views(tracker.sensors, scans), Predictive(tracker), History(tracker)
         state, total = tracker.start(time=scans[0].time), 0.0
         with np.errstate(all="ignore"):

@@ -43,7 +43,7 @@ def judged(config, times, targets):
 
 
 def by_hand(path, alike, deviation):
-    """Return a config with the true errors, of targets that go straight on; without a gate, beyond which second tracks begin."""
+    """Return a config with the true errors, of targets that go straight on. Beyond a gate second tracks would begin."""
     states = ["ex", "ey"]
     errors = {"kind": "gauss_markov", "axes": states, "sigma": deviation, "tau": -DT / np.log(alike)}
     straight = {"kind": "constant_velocity", "sigma_accel": 1e-6}
