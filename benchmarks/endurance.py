@@ -71,7 +71,7 @@ def resident() -> float:
 def follow(config: dict[str, Any], samples: int = 20) -> dict[str, Any]:
     """Run a config as `vedette run --stream` does; MB along it, and what became of its tracks."""
     import vedette
-    from vedette_report.streaming import stream
+    from vedette_report.running.streaming import stream
 
     experiment, held = vedette.load(config), list[float]()
 

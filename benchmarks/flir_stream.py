@@ -21,7 +21,7 @@ import numpy as np
 
 import vedette
 from benchmarks.endurance import resident
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
 
 T = TypeVar("T")
 

@@ -9,9 +9,9 @@ from support.results import write_pictures
 from vedette import Detections, Recording, Scan, Source, Space, Trajectory
 from vedette.metrics import judge
 from vedette_report.figures import figures
-from vedette_report.files import write_files
-from vedette_report.series import recorded_run
-from vedette_report.summary import summary
+from vedette_report.running.files import write_files
+from vedette_report.series.recorder import recorded_run
+from vedette_report.summary.words import summary
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 ESTIMATORS = {
@@ -140,8 +140,8 @@ def test_a_study_of_quiet_seas_has_no_error_to_tell():
 @pytest.mark.parametrize("edge", ["no scans", "one scan, one return"])
 def test_a_picture_of_one_point_or_none_has_axes_that_can_be_read(edge):
     pytest.importorskip("matplotlib")
-    from vedette_report.errors import errors
-    from vedette_report.picture import picture
+    from vedette_report.drawing.errors import errors
+    from vedette_report.drawing.picture import picture
 
     built = experiment(EDGES[edge])
     result = built.run()

@@ -71,7 +71,7 @@ def _opencv() -> Any:
 
 
 def _parquet() -> Any:
-    from vedette_files.columnar import pyarrow
+    from vedette_files.tables.columnar import pyarrow
 
     pyarrow()
     return None
@@ -83,7 +83,7 @@ def _open(cv2: Any, state: dict[str, Any], path: str) -> bool:
 
 
 def _table(library: Any, state: dict[str, Any], path: str, wanted: list[str]) -> list[str]:
-    from vedette_files.columnar import parquet_cells
+    from vedette_files.tables.columnar import parquet_cells
 
     titles, state["rows"] = parquet_cells(Path(path), set(wanted))
     return titles

@@ -14,9 +14,9 @@ from attrs import frozen
 from vedette.space import Array, Space
 from vedette.types import Track
 from vedette_files.codes import labels
-from vedette_files.csv_times import DATED, EPOCH
 from vedette_files.geodesy import Origin
 from vedette_files.readers import NORTH_EAST
+from vedette_files.tables.times import DATED, EPOCH
 from vedette_files.writing import whole_file
 
 

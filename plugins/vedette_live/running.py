@@ -24,7 +24,7 @@ from vedette_live.log import LOG
 from vedette_live.reports import report_of
 from vedette_live.sending import Sending
 from vedette_live.window import Window
-from vedette_report.lagging import FixedLag
+from vedette_report.running.lagging import FixedLag
 from vedette_report.watching.page import LivePage
 
 _TICK = 0.05

@@ -33,7 +33,7 @@ from attrs import fields as attributes
 from attrs import frozen
 
 from vedette import Array, InputError, Pose, fields
-from vedette_files.image_header import check_pixels
+from vedette_files.images.header import check_pixels
 from vedette_files.input_files import whole_text
 from vedette_files.json_values import parse, short
 

@@ -24,6 +24,6 @@ def vedette_components() -> Iterable[type[Component]]:
 @plugin
 def vedette_warnings(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterable[str]:
     """Return what looks wrong with units, times, places and what was refused."""
-    from vedette_report.warnings import of_input
+    from vedette_report.warnings.words import of_input
 
     return of_input(intake, recording, sensors)

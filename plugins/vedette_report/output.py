@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
-from vedette_report.canvas import Look, save, styled
+from vedette_report.drawing.canvas import Look, save, styled
 from vedette_report.findings import Chart
 
 
@@ -28,7 +28,7 @@ def write_charts(folder: Path, charts: Iterable[Chart], look: Look) -> list[str]
     """Write a picture of each chart; return the names of the files."""
     if not can_draw():
         return []
-    from vedette_report.chart import draw
+    from vedette_report.drawing.chart import draw
 
     written = []
     with styled(look):

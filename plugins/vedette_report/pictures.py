@@ -22,7 +22,7 @@ class Map(Picture):
     kind: ClassVar[str] = "picture"
 
     def draw(self, subject: Result) -> Any:
-        from vedette_report.picture import picture
+        from vedette_report.drawing.picture import picture
 
         if len(subject.made_by.tracker.state) < 2:
             return None
@@ -37,7 +37,7 @@ class Errors(Picture):
     kind: ClassVar[str] = "errors"
 
     def draw(self, subject: Result) -> Any:
-        from vedette_report.errors import errors
+        from vedette_report.drawing.errors import errors
 
         return errors(subject.made_by, subject, subject.judged)
 
@@ -50,7 +50,7 @@ class Strip(Picture):
     kind: ClassVar[str] = "strip"
 
     def draw(self, subject: Result) -> Any:
-        from vedette_report.strip import strip
+        from vedette_report.drawing.strip import strip
 
         if not len(subject.framed) or not {"x", "y"} <= set(subject.made_by.tracker.state.names):
             return None
@@ -66,7 +66,7 @@ class Simulated(Picture):
     of: ClassVar[str] = "consistency"
 
     def draw(self, subject: Report) -> Any:
-        from vedette_report.consistency import drawn
+        from vedette_report.drawing.consistency import drawn
 
         return drawn(subject)
 

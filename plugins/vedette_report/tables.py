@@ -16,7 +16,7 @@ from vedette.metrics import Score
 from vedette_files import Terms, table_of
 from vedette_files.libraries import needed
 from vedette_report.figures import figures, figures_html
-from vedette_report.traces import Judged
+from vedette_report.series.traces import Judged
 
 
 def tabulate_result(result: Result, what: str) -> Any:
@@ -30,7 +30,7 @@ def tabulate_result(result: Result, what: str) -> Any:
 
 def draw_result(result: Result, axes: Any = None) -> Any:
     """Draw the map of a result on axes of matplotlib, by default new ones; return them."""
-    from vedette_report.picture import plot
+    from vedette_report.drawing.picture import plot
 
     return plot(result, axes)
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from vedette.space import Array
 from vedette_files.writing import whole_file
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 from vedette_report.findings import Curve, Panel, Table
 from vedette_report.page import page
 from vedette_study.chunk import study_figures

@@ -12,10 +12,10 @@ from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress
 from vedette.space import Array
 from vedette_report.figures import figures
-from vedette_report.files import write_files
 from vedette_report.page import write_page
-from vedette_report.series import recorded_run
-from vedette_report.summary import summary
+from vedette_report.running.files import write_files
+from vedette_report.series.recorder import recorded_run
+from vedette_report.summary.words import summary
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
 from vedette_study.rerun import open_again

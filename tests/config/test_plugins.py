@@ -169,7 +169,7 @@ def test_check_tells_the_reason(kind: str, place: int, capsys: pytest.CaptureFix
 
 @pytest.mark.usefixtures("three")
 def test_a_run_without_them_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     path = _scene(tmp_path)
     assert main(["run", str(path), "--out", str(tmp_path / "out")]) == 0
 
@@ -180,7 +180,7 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     capsys: pytest.CaptureFixture[str],
     distribution: Distribution,
 ) -> None:
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     hook = "\n@vedette.plugin\ndef vedette_files(folder):\n    {}\n"
     distribution("bad-dist", "vedette_test_bad", drifting() + hook.format("raise ValueError('no ink')"))
     distribution("fine-dist", "vedette_test_fine", drifting("Tide", "tide") + hook.format("return ['tides.txt']"))
@@ -216,7 +216,7 @@ def with_figure(name: str, study: str) -> str:
 def test_a_plugins_figure_is_told_of_every_run_and_study(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution
 ) -> None:
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     distribution("large-dist", "vedette_test_large", with_figure("largest_m", "largest"))
     scene, out = _scene(tmp_path), tmp_path / "out"
     assert main(["run", str(scene), "--out", str(out), "--report"]) == 0

@@ -14,8 +14,8 @@ from fuzz import samples
 from vedette import InputError
 from vedette_files import Apart, ApartOpenCV, CsvSource
 from vedette_files.apart import ApartTable, Decoder
-from vedette_files.columnar import parquet_cells
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.columnar import parquet_cells
+from vedette_files.tables.returns import DetectionColumns
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_flir.sources.images import look_through
 from vedette_flir.sources.video import VideoSource

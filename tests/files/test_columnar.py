@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from support.csv_recordings import PLANE, XY, opened, shown
 from vedette.errors import InputError
 from vedette_files import CsvSource
-from vedette_files.columnar import cell
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.columnar import cell
+from vedette_files.tables.returns import DetectionColumns
 
 pd = pytest.importorskip("pandas")
 pa = pytest.importorskip("pyarrow")

@@ -6,8 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vedette_files.composed import cell_of, coordinates, made_of
-from vedette_files.csv_numbers import degrees
+from vedette_files.tables.composed import cell_of, coordinates, made_of
+from vedette_files.tables.numbers import degrees
 
 HEADER = ["Date", "Time", "stamp.secs", "stamp.nsecs", "geom", "x"]
 ROW = ["2026-05-12T00:00:00", "08:30:00", "12", "5000000", "POINT Z(10.5 59.4 3)", "7"]

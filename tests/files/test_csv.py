@@ -13,10 +13,10 @@ from support.csv_recordings import PLANE, XY, opened, shown, told
 from support.paths import recording
 from vedette.types import Detections, Pose, Scan
 from vedette_files import CsvSource
-from vedette_files.csv_platform import PlatformColumns
-from vedette_files.csv_returns import DetectionColumns
-from vedette_files.csv_truth import TruthColumns
-from vedette_files.empty_scans import fill_gaps
+from vedette_files.tables.empty_scans import fill_gaps
+from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.truth import TruthColumns
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 RNG = np.random.default_rng(0)

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from support.csv_recordings import PLANE, XY, opened, shown, told
 from vedette.errors import ConfigError, InputError
 from vedette_files import CsvSource
-from vedette_files.csv_platform import PlatformColumns
-from vedette_files.csv_returns import DetectionColumns
-from vedette_files.csv_truth import TruthColumns
 from vedette_files.readers import Sample, in_time_order
+from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.truth import TruthColumns
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 RNG = np.random.default_rng(0)

@@ -5,7 +5,7 @@ import pytest
 
 from vedette.errors import ConfigError
 from vedette_files import CsvSource
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.returns import DetectionColumns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 

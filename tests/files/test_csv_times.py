@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.csv_recordings import XY, opened, told
-from vedette_files.csv_platform import PlatformColumns
-from vedette_files.csv_times import DATED, stamp
+from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.times import DATED, stamp
 
 MOMENTS = st.datetimes(datetime(1900, 1, 1), datetime(2200, 1, 1))
 ZONES = st.integers(-14 * 60, 14 * 60).map(lambda minutes: timezone(timedelta(minutes=minutes)))

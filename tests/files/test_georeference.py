@@ -11,10 +11,10 @@ import vedette
 from support.commands import in_json
 from vedette import Space, Track
 from vedette_files import write_tracks_csv
-from vedette_files.csv_times import DATED
 from vedette_files.geodesy import Origin
 from vedette_files.georeference import PLAIN, Terms, utc, write_geojson
-from vedette_files.track_table import table_of, write_tracks_parquet
+from vedette_files.tables.times import DATED
+from vedette_files.tracks.table import table_of, write_tracks_parquet
 
 ORIGIN = Origin(59.0, 10.0, 20.0)
 FLAT, DEEP = Space.of(x="m", y="m", vx="m/s"), Space.of(y="m", x="m", z="m")
@@ -126,7 +126,7 @@ detections = { time = "when", columns = { latitude = "lat", longitude = "lon" } 
 
 def test_a_run_on_latitudes_and_stamps_gives_them_back_also_when_streamed_and_replayed(tmp_path, capsys, monkeypatch):
     pytest.importorskip("pymap3d")
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     rows = [f"2026-11-22T08:00:{i:02d}Z,{59 + 1e-4 * i},10.5" for i in range(12)]
     (tmp_path / "d.csv").write_text("\n".join(["when,lat,lon", *rows]) + "\n")
     (tmp_path / "c.toml").write_text(CONFIG.replace("PATH", str(tmp_path / "d.csv")))
@@ -144,7 +144,7 @@ def test_a_run_on_latitudes_and_stamps_gives_them_back_also_when_streamed_and_re
 def test_a_run_on_parquet_writes_parquet(tmp_path, capsys, monkeypatch):
     pd = pytest.importorskip("pandas")
     pytest.importorskip("pyarrow")
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     when = pd.date_range("2026-11-22", periods=8, freq="s", tz="UTC")
     pd.DataFrame({"when": when, "e": np.arange(8.0), "n": 1.0}).to_parquet(tmp_path / "d.parquet")
     text = CONFIG.replace('latitude = "lat", longitude = "lon"', 'x = "e", y = "n"')

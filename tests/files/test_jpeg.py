@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette_files.jpeg import check_jpeg, is_jpeg
+from vedette_files.images.jpeg import check_jpeg, is_jpeg
 
 cv2 = pytest.importorskip("cv2")
 PICTURE = np.random.default_rng(0).integers(0, 255, (40, 60), dtype=np.uint8)

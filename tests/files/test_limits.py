@@ -16,7 +16,7 @@ import vedette
 from vedette.cli import main
 from vedette.errors import ConfigError, InputError
 from vedette_files import input_files
-from vedette_files.image_header import MOST_PIXELS, picture_size
+from vedette_files.images.header import MOST_PIXELS, picture_size
 
 ROOT = Path(__file__).parents[2]
 RADAR = {

@@ -7,7 +7,7 @@ import pytest
 
 import vedette
 from vedette.errors import InputError
-from vedette_files.columnar import header_and_rows
+from vedette_files.tables.columnar import header_and_rows
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},

@@ -9,9 +9,9 @@ import vedette
 from vedette import Recording
 from vedette.types import Detections, Rows, Scan
 from vedette_files import CsvSource, JsonLinesSource, write_recording
-from vedette_files.csv_platform import PlatformColumns
-from vedette_files.csv_returns import DetectionColumns
-from vedette_files.csv_truth import TruthColumns
+from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.truth import TruthColumns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 RADAR = {"radar": CartesianPosition(sigma=1.0)}

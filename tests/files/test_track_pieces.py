@@ -8,8 +8,8 @@ from support.results import PLANE
 from vedette.cli import main
 from vedette_files.geodesy import Origin
 from vedette_files.georeference import Terms
-from vedette_files.track_pieces import geojson_pieces, parquet_pieces
-from vedette_report import series
+from vedette_files.tracks.pieces import geojson_pieces, parquet_pieces
+from vedette_report.series import recorder as series
 
 CONFIG = """
 estimator = { kind = "kalman", motion = { kind = "constant_velocity", sigma_accel = 0.1 } }
@@ -37,7 +37,7 @@ def both(tmp_path_factory):
     table.to_parquet(folder / "d.parquet")
     (folder / "c.toml").write_text(CONFIG.replace("PATH", str(folder / "d.parquet")))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette_report.drawing.can_draw", lambda: False)
+        patch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
         patch.setattr(series, "SCANS", 6)
         for name, options in (("kept", []), ("streamed", ["--stream"])):
             assert main(["run", str(folder / "c.toml"), "--out", str(folder / name), *options]) == 0

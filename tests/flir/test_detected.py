@@ -150,7 +150,7 @@ def test_no_config_is_drafted_for_what_is_no_video(tmp_path, monkeypatch, capsys
 def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     folder_of(tmp_path / "clip", count=25)
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     assert main(["new", "config", "clip"]) == 0
     assert "run it: vedette run clip.toml" in capsys.readouterr().out
     assert tomllib.loads((tmp_path / "clip.toml").read_text())["source"]["steady"] is False  # noise would turn it

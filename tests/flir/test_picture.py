@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from support.results import words
-from vedette_report.picture import picture
+from vedette_report.drawing.picture import picture
 
 
 @pytest.fixture(scope="module")

@@ -12,7 +12,7 @@ from support.paths import EXAMPLES
 from vedette import ConfigError, InputError, LazyScans, Scan
 from vedette.cli import main
 from vedette_report.progress import on_terminal
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
 
 EXAMPLE = EXAMPLES / "flir_clip.toml"
 BOX = [11, 26, 9, 9]

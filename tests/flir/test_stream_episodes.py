@@ -28,7 +28,7 @@ def pictures(folder, frames=90, gone=range(30, 60)):
 
 @pytest.mark.costly
 def test_a_streamed_run_says_when_its_target_was_lost_as_a_kept_one_does(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     pictures(tmp_path / "frames")
     given = [EXAMPLE, "--set", f"source.path={tmp_path / 'frames'}", "--set", "source.box=[25, 21, 9, 9]"]
     ways = {"kept": ["run"], "streamed": ["run", "--stream"], "watched": ["watch", "--terminal", "--speed", "max"]}

@@ -22,7 +22,8 @@ from fuzz.trees import mutated
 from support.results import config
 from vedette.cli import main
 from vedette.commands.exit_codes import DONE, WRONG
-from vedette_report import series, streaming
+from vedette_report.running import streaming
+from vedette_report.series import recorder as series
 
 RUN, LEFT, STUDY = "run", "left", "study"
 COMMANDS = {

@@ -15,8 +15,8 @@ from fuzz.results import changed
 from vedette import Detections, Scan
 from vedette.streams import Format
 from vedette.tracking import State, Tracker
-from vedette_files.csv_returns import DetectionColumns
-from vedette_files.csv_source import CsvSource
+from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.source import CsvSource
 from vedette_live.formats.asterix import Asterix
 from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.json_lines import JsonLines

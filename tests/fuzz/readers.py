@@ -16,16 +16,16 @@ from vedette.metrics import judge
 from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette_files import AutoferrySource, CsvSource, JsonLinesSource, read_tracks
-from vedette_files.csv_platform import PlatformColumns
-from vedette_files.csv_returns import DetectionColumns
-from vedette_files.csv_truth import TruthColumns
+from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.truth import TruthColumns
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.nmea import read_nmea
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
 from vedette_report.figures import figures
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "flir_clip.toml"

@@ -15,8 +15,8 @@ from fuzz.cases import pick
 from vedette.config.files import read_file
 from vedette_files import read_series, read_tracks
 from vedette_files.archives import open_arrays
-from vedette_files.frames import read_frame
 from vedette_files.json_values import read_table
+from vedette_files.jsonl.frames import read_frame
 from vedette_files.series import SeriesFile
 from vedette_study.store import Store
 

@@ -15,7 +15,7 @@ from fuzz.cases import pick
 from fuzz.inputs import CELLS, spoilt
 from fuzz.readers import RADAR, check_rows, count, opened
 from vedette_files import CsvSource
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.returns import DetectionColumns
 
 Rng = np.random.Generator
 Table = dict[str, list[object]]

@@ -18,8 +18,8 @@ from fuzz.readers import RADAR, camera, read_clip, read_csv_source, read_radar_p
 from support.faulty import CONFIG, spoiled, with_plugin
 from vedette import InputError, Problem
 from vedette_files import open_series, read_frame, read_tracks
-from vedette_files.columnar import header_and_rows
-from vedette_files.png import check_png
+from vedette_files.images.png import check_png
+from vedette_files.tables.columnar import header_and_rows
 from vedette_flir.sources.video import VideoSource
 from vedette_marine.ais.nmea import read_nmea
 from vedette_report.page.skeleton import page

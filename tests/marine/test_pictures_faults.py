@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.radar_pictures import FRAMES, SIZE, config, judged, opened
 from vedette import ConfigError, InputError, ScanRefused
-from vedette_files.png import check_png
+from vedette_files.images.png import check_png
 from vedette_marine.screen import RadarScreen
 from vedette_marine.sources.pictures import RadarPictures
 

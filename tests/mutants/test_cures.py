@@ -20,7 +20,7 @@ from tracking import test_memory_limits as memory
 from vedette.errors import VedetteError
 from vedette.tracking import births, intake, memory_limits, validation
 from vedette.tracking import tracker as stepping
-from vedette_report import warnings
+from vedette_report.warnings import words as warnings
 from vedette_study import plan as planning
 from vedette_study import redraw
 

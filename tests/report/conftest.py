@@ -3,7 +3,7 @@
 import pytest
 
 from support.results import run
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 
 
 @pytest.fixture(scope="module")

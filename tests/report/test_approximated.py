@@ -6,7 +6,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette.config import to_config
 from vedette.metrics import judge
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 from vedette_study.summary import text as montecarlo_text
 
 

@@ -14,13 +14,13 @@ from support.results import config
 from vedette import metrics
 from vedette.cli import main
 from vedette.errors import ConfigError
-from vedette_report import canvas
-from vedette_report.chart import draw
-from vedette_report.drawing import Drawing
-from vedette_report.errors import errors
+from vedette_report.drawing import canvas
+from vedette_report.drawing.brought import Drawing
+from vedette_report.drawing.chart import draw
+from vedette_report.drawing.errors import errors
+from vedette_report.drawing.picture import picture
 from vedette_report.findings import Chart, Curve, Panel
-from vedette_report.picture import picture
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 SEEN_BY = {
     "all": np.eye(3),

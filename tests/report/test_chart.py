@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette_report.chart import draw
+from vedette_report.drawing.chart import draw
 from vedette_report.findings import Cell, Chart, Curve, Panel, Table
 from vedette_study.panels import comparison, mean_over_runs, mode_panel
 

@@ -21,7 +21,7 @@ def folders(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs")
     (folder / "config.json").write_text(json.dumps(config()))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette_report.drawing.can_draw", lambda: False)
+        patch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
         for name, more in (("one", ["--smooth"]), ("other", ["--set", "estimator.modes[1].motion.sigma_accel=3.0"])):
             assert main(["run", str(folder / "config.json"), "--out", str(folder / name), *more]) == 0
     return folder / "one", folder / "other"

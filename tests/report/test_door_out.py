@@ -19,8 +19,9 @@ from vedette.errors import ConfigError
 from vedette_files import read_recording, read_series, read_tracks
 from vedette_files.files_read import Inputs
 from vedette_files.writing import LOCK, UNFINISHED, locked, unfinished_runs
-from vedette_report import series, streaming, track_files
 from vedette_report.commands import run as running
+from vedette_report.running import streaming, track_files
+from vedette_report.series import recorder as series
 
 
 @pytest.fixture
@@ -224,8 +225,8 @@ def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
 
 def started(folder, *more, pause=0.02):
     """A streamed run of small blocks in a process of its own, which pauses after each scan."""
-    code = "import sys; from vedette_report import series, streaming; series.SCANS = 2; streaming._BLOCKS = 1\n"
-    code += "import vedette_report.streaming as s; from time import sleep; old = s.scan_line\n"
+    code = "import sys; from time import sleep; from vedette_report.series import recorder; recorder.SCANS = 2\n"
+    code += "import vedette_report.running.streaming as s; s._BLOCKS = 1; old = s.scan_line\n"
     code += f"s.scan_line = lambda *given: (sleep({pause}), old(*given))[1]\n"
     code += "from vedette.cli import main; sys.exit(main(sys.argv[1:]))"
     line = [sys.executable, "-c", code, "run", "config.json", "--out", "out", "--stream", *more]

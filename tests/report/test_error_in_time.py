@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vedette_report import error_in_time
-from vedette_report.error_in_time import Fit, Path, Pieces, compared
+from vedette_report.detector_errors import in_time as error_in_time
+from vedette_report.detector_errors.in_time import Fit, Path, Pieces, compared
 
 DT = 0.1
 

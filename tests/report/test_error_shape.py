@@ -8,7 +8,7 @@ import pytest
 
 from vedette.cli import main
 from vedette.commands import DONE
-from vedette_report.error_shape import Measured, shape_of
+from vedette_report.detector_errors.shape import Measured, shape_of
 
 KINDS = {
     "white": lambda rng, r: rng.normal(size=len(r)),

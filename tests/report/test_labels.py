@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from matplotlib import pyplot as plt
 
-from vedette_report import canvas
-from vedette_report.labels import Label, write
+from vedette_report.drawing import canvas
+from vedette_report.drawing.labels import Label, write
 
 
 def label(text, x, y):

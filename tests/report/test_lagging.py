@@ -10,9 +10,10 @@ from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette.cli import main
 from vedette.tracking import smoothed
 from vedette_files import read_series, read_tracks
-from vedette_report import lagging, series
-from vedette_report.lagging import FixedLag
-from vedette_report.streaming import stream
+from vedette_report.running import lagging
+from vedette_report.running.lagging import FixedLag
+from vedette_report.running.streaming import stream
+from vedette_report.series import recorder as series
 
 LAG = 5.0
 CONFIG = radar_and_beacon(

@@ -5,7 +5,7 @@ import json
 import vedette
 from support.paths import EXAMPLES
 from vedette.cli import main
-from vedette_report.summary import MOST_OBJECTS
+from vedette_report.summary.words import MOST_OBJECTS
 
 
 def test_more_objects_than_fit_are_counted_and_the_json_has_all(tmp_path, capsys):

@@ -36,7 +36,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("run")
     (folder / "config.json").write_text(json.dumps(config(title="A </script> & <b>test</b>")))
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("vedette_report.drawing.can_draw", lambda: False)
+        patch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
         assert main(["run", str(folder / "config.json"), "--out", str(folder / "out"), "--report"]) == 0
     return folder / "out"
 

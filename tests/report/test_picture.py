@@ -18,12 +18,12 @@ from vedette import Gaussian, Recording, Scan, Space, metrics
 from vedette.metrics import judge
 from vedette.types import Detections, Pose
 from vedette_files.readers import NORTH_EAST
-from vedette_report import canvas
-from vedette_report.errors import errors
+from vedette_report.drawing import canvas
+from vedette_report.drawing.errors import errors
+from vedette_report.drawing.picture import ellipses, picture
 from vedette_report.figures import figures
-from vedette_report.picture import ellipses, picture
-from vedette_report.plane import Plane, returns, stands
-from vedette_report.summary import summary
+from vedette_report.map.plane import Plane, returns, stands
+from vedette_report.summary.words import summary
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -138,8 +138,8 @@ def is_drawn(path, lines):
 
 def test_a_map_of_many_tracks_names_the_longest_and_says_so(monkeypatch):
     """The number of things to draw does not grow with the tracks: a line costs some 100 us beside its points."""
-    monkeypatch.setattr("vedette_report.picture._NAMED", 3)
-    monkeypatch.setattr("vedette_report.picture._RINGED", 5)
+    monkeypatch.setattr("vedette_report.drawing.picture._NAMED", 3)
+    monkeypatch.setattr("vedette_report.drawing.picture._RINGED", 5)
     times, cov = np.arange(4.0), np.eye(4)
     tracks = [track(times[: 4 - i % 3], np.full((4 - i % 3, 4), float(i)), cov, number=i) for i in range(40)]
     truth = [still(f"ship {i}", times[: 2 + (i == 7)], (float(i), 0.0)) for i in range(30)]

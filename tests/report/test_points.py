@@ -8,8 +8,8 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette.config.files import read_file
-from vedette_report import canvas
-from vedette_report.chart import draw
+from vedette_report.drawing import canvas
+from vedette_report.drawing.chart import draw
 from vedette_report.findings import Chart, Curve, Panel
 from vedette_study.summary import charts
 

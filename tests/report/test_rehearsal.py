@@ -5,8 +5,8 @@ import pytest
 
 import vedette
 from vedette import Detections, Scan, Track
-from vedette_report.coalescence import coalesced
-from vedette_report.rehearsal import rehearsed
+from vedette_report.warnings.coalescence import coalesced
+from vedette_report.warnings.rehearsal import rehearsed
 
 MOTION = {"kind": "constant_velocity", "sigma_accel": 0.3}
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-6}

@@ -22,8 +22,10 @@ from vedette.cli import main
 from vedette.tracking import State
 from vedette_files import read_series
 from vedette_files.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
-from vedette_report import identity, lagging, series, streaming
-from vedette_report.resuming import CHECKPOINT, Former
+from vedette_report import identity
+from vedette_report.running import lagging, streaming
+from vedette_report.running.resuming import CHECKPOINT, Former
+from vedette_report.series import recorder as series
 
 EXISTENCE = {"kind": "existence"}
 KINDS = {

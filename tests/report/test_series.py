@@ -14,8 +14,8 @@ from support.results import config
 from vedette.cli import main
 from vedette.metrics import judge
 from vedette_files import read_recording, read_series, read_tracks
-from vedette_report.series import Recorder
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
+from vedette_report.series.recorder import Recorder
 
 
 def recorded(folder, **changes):
@@ -146,7 +146,7 @@ def test_a_run_that_keeps_nothing_writes_the_same_series(tmp_path, run):
 
 
 def test_blocks_do_not_show(tmp_path, run, monkeypatch):
-    monkeypatch.setattr("vedette_report.series.SCANS", 3)
+    monkeypatch.setattr("vedette_report.series.recorder.SCANS", 3)
     monkeypatch.setattr("vedette_files.series._BLOCK", 1)
     _, _, found = recorded(tmp_path)
     with np.load(tmp_path / "series.npz") as archive:

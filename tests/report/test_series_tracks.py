@@ -12,9 +12,9 @@ from support.results import config
 from vedette.cli import main
 from vedette.tracking import memory_limits
 from vedette_files import SeriesTracks, TrackRows, chunks, read_series
-from vedette_report.series import Recorder
-from vedette_report.streaming import estimates
-from vedette_report.track_files import TrackFiles
+from vedette_report.running.streaming import estimates
+from vedette_report.running.track_files import TrackFiles
+from vedette_report.series.recorder import Recorder
 
 FLEET = ["source.duration=100"]
 RUNS = {

@@ -15,9 +15,9 @@ from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
 from vedette.tracking import History
 from vedette_files import SeriesTracks, read_recording, read_tracks
-from vedette_report import series
-from vedette_report.series_rows import ScanRows
-from vedette_report.streaming import estimates, stream
+from vedette_report.running.streaming import estimates, stream
+from vedette_report.series import recorder as series
+from vedette_report.series.rows import ScanRows
 
 MODES = [{"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": s}} for s in (0.1, 1.0)]
 CONFIG = radar_and_beacon(

@@ -13,7 +13,7 @@ from support.results import result, still, track
 from vedette import metrics
 from vedette_files import write_recording
 from vedette_report.figures import figures
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 
 def told(experiment, done):

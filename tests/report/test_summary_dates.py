@@ -1,7 +1,7 @@
 """The summary of a recording whose times are dates says them as dates."""
 
 import vedette
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 
 def test_dates_are_said_as_dates(tmp_path):

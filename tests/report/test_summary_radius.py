@@ -6,7 +6,7 @@ from attrs import evolve
 
 from support.results import result, still, track
 from vedette import metrics
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 SCANS = 400
 

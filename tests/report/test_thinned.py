@@ -8,8 +8,8 @@ import pytest
 from support.results import config
 from vedette.cli import main
 from vedette_files import read_series
-from vedette_report import series
 from vedette_report.page import thinned
+from vedette_report.series import recorder as series
 
 
 @pytest.fixture(scope="module")

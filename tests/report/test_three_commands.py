@@ -27,7 +27,7 @@ def test_three_commands_lead_from_a_csv_to_its_page(commands, tmp_path, monkeypa
         for x, y in ((-500 + 20 * k, 300 + 4 * k), (600 - 12 * k, 10 * k), rng.uniform(-900, 900, 2)):
             rows.append(f"{2.0 * k},{x + 4 * rng.normal():.2f},{y + 4 * rng.normal():.2f}")
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
     mine = tmp_path / commands[0][-1]
     mine.parent.mkdir()
     mine.write_text("\n".join(rows) + "\n")

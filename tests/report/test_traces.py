@@ -8,8 +8,8 @@ import vedette
 from support.results import config, drawn_lines, result, still, track, words
 from vedette import Space, Trajectory, metrics
 from vedette.metrics.coverage import NONE
-from vedette_report.errors import errors
-from vedette_report.traces import Judged, Normalised, mode_names
+from vedette_report.drawing.errors import errors
+from vedette_report.series.traces import Judged, Normalised, mode_names
 
 
 def test_traces_agree_with_the_figures(scene):

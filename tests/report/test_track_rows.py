@@ -6,7 +6,7 @@ from attrs import evolve
 
 from support.results import result, track
 from vedette_files.readers import NORTH_EAST
-from vedette_report.track_rows import MOST_TRACKS, track_rows
+from vedette_report.summary.tracks import MOST_TRACKS, track_rows
 
 ORIGIN = {"origin": "54.0, 10.0, 0.0"}
 

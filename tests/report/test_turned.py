@@ -8,8 +8,8 @@ import pytest
 
 import vedette
 from vedette import Detections, Pose, Scan, Space, Trajectory
-from vedette_report import turned as room
-from vedette_report.turned import turned
+from vedette_report.warnings import turned as room
+from vedette_report.warnings.turned import turned
 
 RADAR = {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": "0.5 deg", "max_range": 8000.0}
 IN_PLANE, SHIP = {**RADAR, "kind": "polar_position"}, np.array([900.0, -400.0])

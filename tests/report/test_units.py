@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from vedette.metrics import Score
 from vedette.testing.counterexamples import method_of
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
@@ -32,7 +32,7 @@ def test_rounding_is_no_bias():
 
 def test_axes_of_errors_have_the_unit_of_the_tracks(monkeypatch):
     pytest.importorskip("matplotlib")
-    from vedette_report import errors as page
+    from vedette_report.drawing import errors as page
 
     experiment = vedette.load(CONFIG)
     result = experiment.run()

@@ -7,7 +7,7 @@ import vedette
 from support.results import config
 from vedette import Space
 from vedette.types import Pose
-from vedette_report.views import view
+from vedette_report.map.views import view
 
 GROUND = Space.of(x="m", y="m")
 

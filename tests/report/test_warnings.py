@@ -7,8 +7,8 @@ from attrs import evolve, frozen
 import vedette
 from vedette import Detections, Recording, Scan, Source
 from vedette.metrics import judge
-from vedette_report.summary import summary
-from vedette_report.warnings import warnings
+from vedette_report.summary.words import summary
+from vedette_report.warnings.words import warnings
 
 SENSORS = {
     "radar": {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": 0.01, "max_range": 5000.0},

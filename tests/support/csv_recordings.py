@@ -3,7 +3,7 @@
 import numpy as np
 
 from vedette_files import CsvSource
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.returns import DetectionColumns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 RNG = np.random.default_rng(0)

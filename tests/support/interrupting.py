@@ -13,7 +13,8 @@ from pathlib import Path
 from support.killing import killed
 from vedette.cli import main
 from vedette_files import read_recording, read_series
-from vedette_report import series, streaming
+from vedette_report.running import streaming
+from vedette_report.series import recorder as series
 
 
 def left(place):

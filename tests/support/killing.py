@@ -18,7 +18,8 @@ from pathlib import Path
 
 from vedette.cli import main
 from vedette_files.writing import UNFINISHED
-from vedette_report import series, streaming
+from vedette_report.running import streaming
+from vedette_report.series import recorder as series
 
 OPTIONS = {"run": "--out", "study": "--out", "export": "--to"}
 """What names the place of a command's results."""

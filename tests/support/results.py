@@ -7,7 +7,7 @@ import vedette
 from support.ships import radar_and_beacon
 from vedette import Recording, Result, Scan, Space, Track, Trajectory
 from vedette.types import Detections
-from vedette_report.drawing import drawing
+from vedette_report.drawing.brought import drawing
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 

@@ -18,7 +18,7 @@ from vedette.testing.laws.source import OTHER
 from vedette.testing.strategies import SENSOR, components
 from vedette_bayes_risk.risk import Costs
 from vedette_files import write_recording
-from vedette_files.csv_returns import DetectionColumns
+from vedette_files.tables.returns import DetectionColumns
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.box_centroid import BoxCentroid

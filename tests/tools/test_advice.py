@@ -12,7 +12,7 @@ import pytest
 from support import advice
 from vedette.cli import main
 from vedette.config import load, to_config
-from vedette_report import errors_in_tracks
+from vedette_report.detector_errors import in_tracks as errors_in_tracks
 from vedette_tools.tuning import summary
 from vedette_tools.tuning.evaluation import errors_in_time, open_data
 

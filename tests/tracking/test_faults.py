@@ -54,7 +54,7 @@ def command(monkeypatch, tmp_path):
     """Run `vedette run` with a plugin; return the exit code."""
     path = tmp_path / "faulty.toml"
     path.write_text(CONFIG)
-    monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
 
     def run(source, *options):
         monkeypatch.setattr(Registry, "installed", lambda: with_plugin(INSTALLED, source))

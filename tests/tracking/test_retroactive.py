@@ -11,10 +11,10 @@ from support.paths import EXAMPLES
 from vedette.cli import main
 from vedette.metrics import judge
 from vedette_files import read_tracks
-from vedette_report.files import write_files
-from vedette_report.series import recorded_run
-from vedette_report.smoothed import smooth_result
-from vedette_report.streaming import stream
+from vedette_report.running.files import write_files
+from vedette_report.running.smoothed import smooth_result
+from vedette_report.running.streaming import stream
+from vedette_report.series.recorder import recorded_run
 
 HARBOUR = EXAMPLES / "harbour.toml"
 ON = ["retroactive=true"]

@@ -8,7 +8,7 @@ from vedette import Detections, Scan
 from vedette.errors import ScanRefused
 from vedette.tracking import association, births, clusters, memory_limits
 from vedette.tracking.history import History
-from vedette_files.tracks import read_tracks, write_tracks_jsonl
+from vedette_files.tracks.text import read_tracks, write_tracks_jsonl
 
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 4e-5}
 TURNING = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": "0.2 deg", "detection_probability": 0.9}

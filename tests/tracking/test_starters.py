@@ -3,7 +3,7 @@
 import pytest
 
 import vedette
-from vedette_report.summary import summary
+from vedette_report.summary.words import summary
 
 RADAR, EARS = {"kind": "cartesian_position", "sigma": 5.0}, {"kind": "bearing_only", "sigma_bearing": 0.01}
 BIASED = {"kind": "biased", "of": RADAR, "add": {"x": "bias"}}

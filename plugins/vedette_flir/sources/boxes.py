@@ -11,8 +11,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, ConfigError, InputError, Problem, Space
-from vedette_files.csv_table import UNCLOSED, cells_of, header_of
 from vedette_files.input_files import lines, shown
+from vedette_files.tables.rows import UNCLOSED, cells_of, header_of
 
 BOX = Space.of(x="px", y="px", width="px", height="px")
 

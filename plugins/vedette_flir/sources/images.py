@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 
 from vedette import InputError, Problem
 from vedette_files import Apart, ApartOpenCV
-from vedette_files.image_header import check_pixels, picture_size
+from vedette_files.images.header import check_pixels, picture_size
+from vedette_files.images.jpeg import check_jpeg, is_jpeg
+from vedette_files.images.png import check_png, is_png
 from vedette_files.input_files import check_regular, inside
-from vedette_files.jpeg import check_jpeg, is_jpeg
 from vedette_files.libraries import needed
-from vedette_files.png import check_png, is_png
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""

@@ -27,7 +27,7 @@ from vedette import (
     fields,
 )
 from vedette.display import without_passwords
-from vedette_files.image_header import check_pixels
+from vedette_files.images.header import check_pixels
 from vedette_files.input_files import check_regular, user_path
 from vedette_files.json_values import short
 from vedette_flir.registration import Registration

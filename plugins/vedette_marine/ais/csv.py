@@ -9,8 +9,8 @@ import numpy as np
 
 from vedette import Problem
 from vedette.fields import ABSURD
-from vedette_files.csv_table import UNCLOSED, cells_of, header_of
 from vedette_files.input_files import lines, shown
+from vedette_files.tables.rows import UNCLOSED, cells_of, header_of
 from vedette_marine.ais.reports import KNOT, Reports, by_ship, turn_rate
 
 WANTED = ("Time", "MMSI", "Latitude_degrees", "Longitude_degrees", "COG_degrees", "SOG_knots")

@@ -26,8 +26,8 @@ from vedette import (
     fields,
 )
 from vedette_files import Apart, ApartOpenCV
+from vedette_files.images.png import check_png
 from vedette_files.input_files import inside, shown
-from vedette_files.png import check_png
 from vedette_files.readers import Sample, find, in_time_order
 from vedette_marine.ais.csv import read_csv
 from vedette_marine.ais.reports import without_outliers

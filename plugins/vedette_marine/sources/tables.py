@@ -9,9 +9,9 @@ import numpy as np
 
 from vedette import Problem, Space, Trajectory
 from vedette.fields import ABSURD
-from vedette_files.csv_table import UNCLOSED, cells_of, header_of
 from vedette_files.input_files import lines, shown
 from vedette_files.readers import Sample, in_time_order
+from vedette_files.tables.rows import UNCLOSED, cells_of, header_of
 
 Table = list[tuple[str, dict[str, str], dict[str, float]]]
 """Each row's place, its words and its numbers."""

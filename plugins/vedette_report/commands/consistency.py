@@ -11,12 +11,12 @@ from vedette.commands import DONE, options
 from vedette.config import load, to_config, warnings_of
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked, whole_file
-from vedette_report.drawing import Drawing, drawing
-from vedette_report.errors_in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
+from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
+from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
 from vedette_report.recorded import Recorded, pooled, recorded, table
-from vedette_report.turned import turned
-from vedette_report.warnings import left_out
+from vedette_report.warnings.turned import turned
+from vedette_report.warnings.words import left_out
 
 
 def run(arguments: Namespace) -> int:

@@ -20,8 +20,8 @@ from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch
 from vedette_report.exporting.tables import write_csv, write_parquet
 from vedette_report.exporting.viewer import write_rerun
-from vedette_report.files import NAMES
 from vedette_report.page.geography import read_origin
+from vedette_report.running.files import NAMES
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
     ".kml": write_kml,

@@ -11,9 +11,9 @@ from vedette.config import answers
 from vedette.errors import ConfigError, Problem
 from vedette_files.files_read import Inputs
 from vedette_files.writing import unfinished_runs
-from vedette_report.files import NAMES, SERIES
 from vedette_report.page.build import target_of, write_comparison, write_page
 from vedette_report.page.geography import read_origin
+from vedette_report.running.files import NAMES, SERIES
 
 
 def run(arguments: Namespace) -> int:

@@ -19,16 +19,16 @@ from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked, results_in, settle, unfinished_runs
-from vedette_report.drawing import drawing
+from vedette_report.drawing.brought import drawing
 from vedette_report.figures import figures, length_unit, timings
-from vedette_report.files import NAMES, write_config, write_files, write_of_plugins
 from vedette_report.progress import on_terminal
-from vedette_report.series import recorded_run
-from vedette_report.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
-from vedette_report.summary import summary
+from vedette_report.running.files import NAMES, write_config, write_files, write_of_plugins
+from vedette_report.running.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
+from vedette_report.series.recorder import recorded_run
+from vedette_report.summary.words import summary
 
 if TYPE_CHECKING:
-    from vedette_report.resuming import Former
+    from vedette_report.running.resuming import Former
 
 LONG = 10_000
 """More scans than this are judged and written as they come, and not kept."""
@@ -85,7 +85,7 @@ def run(arguments: Namespace) -> int:
 
 def _go_on(arguments: Namespace) -> int:
     """Go on from a streamed run that did not come to its end."""
-    from vedette_report.resuming import Former
+    from vedette_report.running.resuming import Former
 
     for option in ("out", "keep", "smooth"):
         if getattr(arguments, option) not in (None, False):
@@ -120,7 +120,7 @@ def _stream(
     lag: float | None = None,
 ) -> int:
     """Run, write and judge during the run, and keep nothing in memory."""
-    from vedette_report.streaming import stream
+    from vedette_report.running.streaming import stream
 
     done = stream(experiment, folder, steps=steps, reads=reads, former=former, lag=lag)
     if not arguments.stream and former is None:

@@ -14,7 +14,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment, Steps, Watch
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace, read_speed
 from vedette_report.watching.terminal import TerminalView

@@ -11,7 +11,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.types import Track
 from vedette_files.writing import whole_file
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 from vedette_report.exporting.run import Run, chosen
 
 FIELDS = {

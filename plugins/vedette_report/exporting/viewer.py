@@ -16,7 +16,7 @@ from vedette.types import Track
 from vedette_files import read_series
 from vedette_files.libraries import needed
 from vedette_files.writing import unfinished
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 from vedette_report.exporting.run import CHI_SQUARE_95, OUTLINE, Run
 from vedette_report.page.columns import middle
 

@@ -14,7 +14,7 @@ from vedette.space import Array
 from vedette_files import Origin, Series, Terms
 from vedette_files.json_values import read_table
 from vedette_files.writing import UNFINISHED
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 from vedette_report.page.columns import columns
 from vedette_report.page.frames import frames
 from vedette_report.page.geography import graticule, read_underlay

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette.metrics import chi_square_band
 from vedette.space import Array
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

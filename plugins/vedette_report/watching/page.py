@@ -19,7 +19,7 @@ from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Frame, Gaussian, Recording, Scan
 from vedette_files import Tables, Terms
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 from vedette_report.page.build import DRAWING
 from vedette_report.page.frames import limits_of, picture
 from vedette_report.page.geography import graticule, read_underlay

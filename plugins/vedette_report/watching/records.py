@@ -18,10 +18,10 @@ from vedette.tracking import State
 from vedette.types import Gaussian, Recording, Scan
 from vedette_files import Series, Tables
 from vedette_report.page.columns import arrays, middle
-from vedette_report.series_about import about
-from vedette_report.series_judged import judged
-from vedette_report.series_rows import ScanRows
-from vedette_report.series_tables import no_rows, together
+from vedette_report.series.about import about
+from vedette_report.series.judged import judged
+from vedette_report.series.rows import ScanRows
+from vedette_report.series.tables import no_rows, together
 from vedette_report.watching.truth import TrueObjects
 
 RAY, CAME, COVERED = "returns.ray", "scans.came", "scans.covered"

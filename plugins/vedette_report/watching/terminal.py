@@ -13,7 +13,7 @@ from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Gaussian, Scan
 from vedette_files import Tables
-from vedette_report.plane import Plane, positions_of
+from vedette_report.map.plane import Plane, positions_of
 from vedette_report.watching.real_time import Pace
 
 COLOURS = ("cyan", "yellow", "green", "magenta", "blue", "red", "bright_cyan", "bright_yellow", "bright_green")

@@ -10,7 +10,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.types import Recording
 from vedette_files import Column
-from vedette_report.plane import Plane
+from vedette_report.map.plane import Plane
 
 
 @final

@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Command
 from vedette.commands import options
-from vedette_report.canvas import add_pictures
+from vedette_report.drawing.canvas import add_pictures
 
 
 @final

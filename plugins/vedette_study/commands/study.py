@@ -16,11 +16,11 @@ from vedette.commands import DONE, FAILED, INTERRUPTED, options
 from vedette.errors import ConfigError, Problem
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked
-from vedette_report.canvas import Look
-from vedette_report.drawing import drawing
+from vedette_report.drawing.brought import drawing
+from vedette_report.drawing.canvas import Look
 from vedette_report.output import can_write, write_charts
 from vedette_report.progress import on_terminal
-from vedette_report.warnings import of_recording
+from vedette_report.warnings.words import of_recording
 from vedette_study.judgement import demand_points, judgement, read_judgement, verdicts, write_judgement
 from vedette_study.outcome import Outcome
 from vedette_study.plan import plan, read_study

@@ -11,8 +11,8 @@ from attrs import asdict
 
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
-from vedette_files.columnar import SUFFIX
 from vedette_files.files_read import Inputs
+from vedette_files.tables.columnar import SUFFIX
 from vedette_report.figures import count
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client

@@ -12,8 +12,8 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
-from vedette_files.columnar import TablePath
-from vedette_report.error_in_time import Compared, Path, compared
+from vedette_files.tables.columnar import TablePath
+from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.doubts import doubt

@@ -9,10 +9,10 @@ from itertools import islice, pairwise
 from pathlib import Path
 
 from vedette.errors import InputError
-from vedette_files.columnar import TablePath, header_and_rows, is_columnar
-from vedette_files.csv_numbers import is_number
-from vedette_files.csv_table import COMMAS, Dialect, cells_of, fitted, header_line
 from vedette_files.input_files import lines, shown
+from vedette_files.tables.columnar import TablePath, header_and_rows, is_columnar
+from vedette_files.tables.numbers import is_number
+from vedette_files.tables.rows import COMMAS, Dialect, cells_of, fitted, header_line
 from vedette_tools.drafting.dates import is_day
 from vedette_tools.drafting.several import HELD
 from vedette_tools.drafting.titles import UNITS, meaning

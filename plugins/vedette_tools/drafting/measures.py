@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vedette.space import Array
-from vedette_files.csv_numbers import is_number
+from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.several import GEODETIC
 from vedette_tools.drafting.titles import Meaning
 

@@ -7,7 +7,7 @@ from itertools import combinations
 from math import sqrt
 
 from vedette.units import in_unit
-from vedette_files.csv_numbers import is_number
+from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.several import GEODETIC
 from vedette_tools.drafting.titles import UNITS, by_words_of
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from vedette.errors import InputError
-from vedette_files.columnar import TablePath, is_columnar
-from vedette_files.csv_table import COMMAS, listed
+from vedette_files.tables.columnar import TablePath, is_columnar
+from vedette_files.tables.rows import COMMAS, listed
 from vedette_tools.drafting.first_rows import first_rows
 from vedette_tools.drafting.several import FLAT, GEODETIC
 from vedette_tools.drafting.titles import Meaning, chosen

@@ -19,7 +19,7 @@ from vedette.roles import Sensor
 from vedette.supporting import Source
 from vedette.types import Recording
 from vedette_files import CsvSource
-from vedette_files.columnar import FrameTable, frame_of
+from vedette_files.tables.columnar import FrameTable, frame_of
 from vedette_tools.drafting.config import drafted
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vedette.errors import InputError
 from vedette.space import Array, Indices
-from vedette_files.csv_numbers import degrees, is_number
+from vedette_files.tables.numbers import degrees, is_number
 from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.titles import Meaning
 

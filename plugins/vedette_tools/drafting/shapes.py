@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from attrs import evolve
 
-from vedette_files.composed import PARTS, PLUS, cell_of, coordinates, digits_of
+from vedette_files.tables.composed import PARTS, PLUS, cell_of, coordinates, digits_of
 from vedette_tools.drafting.dates import is_day, is_time_of_day
 from vedette_tools.drafting.titles import Meaning, by_words_of, words_of
 

@@ -12,10 +12,10 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import InputError
 from vedette_files import NORTH_EAST
-from vedette_files.columnar import FrameTable, TablePath
-from vedette_files.composed import made_of
-from vedette_files.csv_table import BY_ROW, Dialect, listed
 from vedette_files.readers import FRAMES
+from vedette_files.tables.columnar import FrameTable, TablePath
+from vedette_files.tables.composed import made_of
+from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column

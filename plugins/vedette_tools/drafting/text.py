@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from attrs import frozen
 
-from vedette_report.error_in_time import Compared
+from vedette_report.detector_errors.in_time import Compared
 from vedette_tools import toml_text
 from vedette_tools.drafting.table import Table
 

@@ -10,8 +10,8 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
-from vedette_files.csv_table import BY_ROW, listed
-from vedette_files.csv_times import check_pattern
+from vedette_files.tables.rows import BY_ROW, listed
+from vedette_files.tables.times import check_pattern
 from vedette_tools.drafting.titles import MEASURES, Meaning, meaning
 
 POSITIONS = (("range", "bearing"), ("latitude", "longitude"), ("x", "y"), ("east", "north"))

@@ -9,7 +9,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.types import LazyScans
 from vedette.units import say
-from vedette_report.rehearsal import rehearsed
+from vedette_report.warnings.rehearsal import rehearsed
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
 from vedette_tools.explaining.parameters import in_seconds

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from vedette.errors import InputError
-from vedette_files.columnar import SUFFIX, header_and_rows, is_columnar, pyarrow
-from vedette_files.csv_table import header_line
 from vedette_files.input_files import encoding, lines
 from vedette_files.libraries import needed
+from vedette_files.tables.columnar import SUFFIX, header_and_rows, is_columnar, pyarrow
+from vedette_files.tables.rows import header_line
 from vedette_tools.drafting.first_rows import dialect_of
 from vedette_tools.smoothing.columns import check_titles
 from vedette_tools.smoothing.folders import folders

@@ -14,10 +14,10 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.space import Array, Mask
 from vedette.units import in_unit
-from vedette_files.columnar import TablePath
-from vedette_files.csv_numbers import degrees
-from vedette_files.csv_table import Dialect, listed, rows
 from vedette_files.libraries import needed
+from vedette_files.tables.columnar import TablePath
+from vedette_files.tables.numbers import degrees
+from vedette_files.tables.rows import Dialect, listed, rows
 from vedette_tools.drafting.several import FLAT, GEODETIC
 from vedette_tools.drafting.table import AID, NO_WISHES, read_table
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning

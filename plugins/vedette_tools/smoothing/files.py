@@ -16,8 +16,8 @@ from attrs import astuple, frozen
 
 from vedette.errors import InputError
 from vedette.progress import Progress
-from vedette_files.columnar import SUFFIX, pyarrow
 from vedette_files.libraries import needed
+from vedette_files.tables.columnar import SUFFIX, pyarrow
 from vedette_files.writing import unfinished
 from vedette_tools.drafting.table import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes

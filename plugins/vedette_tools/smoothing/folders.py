@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from urllib.parse import unquote
 
-from vedette_files.columnar import TablePath
+from vedette_files.tables.columnar import TablePath
 
 
 def folders(path: TablePath) -> dict[str, str]:

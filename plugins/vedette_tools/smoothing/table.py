@@ -11,8 +11,8 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
-from vedette_files.columnar import FrameTable, frame_of
 from vedette_files.libraries import needed
+from vedette_files.tables.columnar import FrameTable, frame_of
 from vedette_tools.smoothing.cells import GROSS, PIECE, as_before, written
 from vedette_tools.smoothing.cleaning import gaps
 from vedette_tools.smoothing.columns import NAMELESS, Column, Columns, check_titles

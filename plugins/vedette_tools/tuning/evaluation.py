@@ -18,8 +18,8 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
 from vedette.types import LazyScans, Recording, Scan
-from vedette_report.errors_in_tracks import Told, in_tracks
-from vedette_report.warnings import left_out
+from vedette_report.detector_errors.in_tracks import Told, in_tracks
+from vedette_report.warnings.words import left_out
 from vedette_tools.tuning.field_of_view import Cover, View, views
 from vedette_tools.tuning.innovations import Gathering, Moments
 from vedette_tools.tuning.likelihood import Predictive

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array
-from vedette_report import canvas
+from vedette_report.drawing import canvas
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

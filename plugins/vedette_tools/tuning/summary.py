@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette_report.errors_in_tracks import Told
+from vedette_report.detector_errors.in_tracks import Told
 from vedette_tools.tuning.errors import JUMPS
 from vedette_tools.tuning.innovations import Noise
 from vedette_tools.tuning.tuner import Found, Tuned

@@ -14,7 +14,7 @@ from attrs import field, frozen
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
-from vedette_report.errors_in_tracks import Told
+from vedette_report.detector_errors.in_tracks import Told
 from vedette_study.plan import whole as whole_number
 from vedette_study.store import made_by
 from vedette_tools.tuning.checkpoint import Kept

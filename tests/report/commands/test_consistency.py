@@ -11,7 +11,7 @@ from vedette.cli import main
 from vedette.config import load
 from vedette.types import Recording
 from vedette_files import write_recording
-from vedette_report.errors_in_tracks import NIS_IS_NOT_ENOUGH
+from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH
 from vedette_report.recorded import recorded_consistency
 
 SCENE = """

@@ -11,8 +11,8 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette.cli import main
 from vedette_files import read_tracks
-from vedette_report.series import recorded_run
-from vedette_report.smoothed import smooth_result
+from vedette_report.running.smoothed import smooth_result
+from vedette_report.series.recorder import recorded_run
 
 
 def config(tmp_path):

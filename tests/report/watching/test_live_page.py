@@ -11,7 +11,7 @@ import vedette
 from support.browser import LACKING, browser
 from support.results import config
 from vedette_files import read_series
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
 from vedette_report.watching import records
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace

@@ -11,10 +11,10 @@ import vedette
 from support.results import PLANE, config
 from vedette import Recording, Trajectory
 from vedette_files import read_series
+from vedette_report.map.plane import Plane
 from vedette_report.page.columns import arrays, middle
-from vedette_report.plane import Plane
-from vedette_report.series_rows import ScanRows
-from vedette_report.streaming import stream
+from vedette_report.running.streaming import stream
+from vedette_report.series.rows import ScanRows
 from vedette_report.watching import records
 from vedette_report.watching.records import Records, Seen
 from vedette_report.watching.truth import TrueObjects

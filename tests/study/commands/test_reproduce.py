@@ -9,7 +9,7 @@ import pytest
 
 from vedette import Gaussian, Registry, Space
 from vedette.cli import main
-from vedette_report.chart import draw
+from vedette_report.drawing.chart import draw
 from vedette_report.findings import Cell, Chart, Claim, Curve, Findings, Panel, Table, mean_cell, ratio_cell, rms_cell
 from vedette_study.reproduction import data, text
 from vedette_study.starts import over_axes, two_point

@@ -55,7 +55,7 @@ def test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands(make, tmp_path,
     assert main(["new", "config", file.name]) == 0
     assert f"run it: vedette run {name}.toml" in capsys.readouterr().out
     if make is not ships_radar:
-        monkeypatch.setattr("vedette_report.drawing.can_draw", lambda: False)  # one picture is enough
+        monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)  # one picture is enough
     assert main(["run", f"{name}.toml", "--json"]) == 0
     figures = json.loads(capsys.readouterr().out.splitlines()[-1])
     assert figures["refused"] == 0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vedette_files.csv_times import check_pattern, stamp
+from vedette_files.tables.times import check_pattern, stamp
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.table import read_table
 

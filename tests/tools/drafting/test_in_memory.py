@@ -58,7 +58,7 @@ def test_a_title_that_stands_twice_in_parquet_is_told(tmp_path):
 
 
 def test_returns_of_one_scan_look_wrong():
-    from vedette_report.warnings import warnings
+    from vedette_report.warnings.words import warnings
 
     experiment = vedette.load(ONE)
     result = vedette.track(FRAME.assign(t=1.0), ONE)

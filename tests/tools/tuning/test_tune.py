@@ -11,7 +11,7 @@ import vedette
 from support.tuned import RANGES, TRUTH, off, recorded
 from vedette.cli import main
 from vedette.errors import ConfigError
-from vedette_report.canvas import Look
+from vedette_report.drawing.canvas import Look
 from vedette_tools.commands import tune as command
 from vedette_tools.tuning import evaluator
 from vedette_tools.tuning.checkpoint import EVALUATIONS, Kept

@@ -1,0 +1,1 @@
+"""Vedette's own format for recordings: JSON lines."""

@@ -1,0 +1,89 @@
+"""Recordings in Vedette's own format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import ClassVar, final
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import fields
+from vedette.errors import InputError
+from vedette.roles import Sensor
+from vedette.space import Space
+from vedette.supporting import ImagingSensor, Source
+from vedette.types import Recording, Scan
+from vedette_files.input_files import shown
+from vedette_files.jsonl.recording import read_recording
+from vedette_files.readers import find
+
+
+@final
+@frozen
+class JsonLinesSource(Source):
+    """A recording in Vedette's JSON-lines format: a header, true states, scans of several sensors, empty ones too.
+
+    Scans of sensors that the tracker lacks are left out and counted in the notes. Those that a preprocessor has made, as the
+    header says of the recording of a run, are delivered as they are.
+    """
+
+    kind: ClassVar[str] = "jsonl"
+    draws: ClassVar[bool] = False
+
+    path: str = fields.text("the file", default="")
+    about: str = fields.text("what the recording is and who published it, told to those who lack it", default="")
+    sort: bool = fields.flag("sort all lines by time; default: those that go back in time are refused", default=False)
+
+    def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
+        """Return the scans in time order.
+
+        InputError if the file is missing or empty, its header is invalid, its axes are not what the tracker's sensors
+        measure, it lacks the frames of a camera, or no scan can be used.
+        """
+        path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
+        recording, spaces = read_recording(path, sort=self.sort)
+        made = recording.detected
+        for name in spaces:
+            if name in sensors and name not in made and set(spaces[name].axes) != set(sensors[name].measurement.axes):
+                measured = sensors[name].measurement
+                raise InputError(
+                    f"{path}:1: sensor {shown(name)} gives {spaces[name]}, and the tracker's measures {measured}"
+                )
+        kept = tuple(
+            scan if scan.sensor in made else _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
+            for scan in recording.scans
+            if scan.sensor in sensors or scan.sensor in made
+        )
+        if not kept:
+            first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
+            names = ", ".join(shown(name) for name in spaces if name not in sensors) or ("" if spaces else "no sensor")
+            others = f", but of {names}" if names else ""
+            empty = "" if first or recording.scans else ": there is nothing below its header"
+            raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}{others}{first}{empty}")
+        seen = {scan.sensor for scan in kept if scan.frame is not None}
+        for name in spaces:
+            if isinstance(sensors.get(name), ImagingSensor) and name not in made and name not in seen:
+                there = f" ({recording.notes['frames']})" if "frames" in recording.notes else ""
+                raise InputError(
+                    f"{path}: holds none of the frames of {shown(name)}: those that a run reads from a video{there} stay "
+                    "there; run the video again, with the config.json of that run"
+                )
+        notes = dict(recording.notes)
+        for name in spaces:
+            if name not in sensors and name not in made:
+                count = sum(scan.sensor == name for scan in recording.scans)
+                notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
+        lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
+        rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
+        return evolve(recording, scans=kept, notes=notes, rows=rows)
+
+
+def _over(measured: Space, scan: Scan, written: Space) -> Scan:
+    """Return the scan with its axes in the sensor's order."""
+    if written == measured:
+        return scan
+    where = written.locate(measured)
+    detections = scan.detections
+    noise = None if detections.noise is None else detections.noise[:, where][:, :, where]
+    return evolve(scan, detections=evolve(detections, z=detections.z[:, where], noise=noise))

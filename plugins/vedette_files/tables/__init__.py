@@ -1,0 +1,1 @@
+"""Recordings in tables with named columns: CSV and Parquet files, data frames, records."""

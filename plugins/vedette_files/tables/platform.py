@@ -1,0 +1,162 @@
+"""Where the sensors' platforms stand in a CSV recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import final
+
+import numpy as np
+from attrs import field, frozen
+
+from vedette import fields
+from vedette.errors import ConfigError, Problem
+from vedette.space import Space
+from vedette.types import Pose, Trajectory
+from vedette_files.geodesy import check_place, complaint, into_plane, made
+from vedette_files.input_files import shown
+from vedette_files.readers import Sample, in_time_order
+from vedette_files.tables.columnar import TablePath
+from vedette_files.tables.layout import Layout, chosen
+from vedette_files.tables.rows import rows
+from vedette_files.tables.truth import trajectory
+
+POSE = Space.of(x="m", y="m", z="m", vx="m/s", vy="m/s", heading="rad mod 2pi")
+"""The axes that a platform may give."""
+
+PLACE = "platform"
+
+
+@final
+@frozen
+class PlatformColumns:
+    """The columns of the platforms' positions: by scan, or at times of their own, which are interpolated linearly.
+
+    Rows whose cells of these columns are all empty are left out.
+    """
+
+    columns: dict[str, str] = fields.names(
+        "x, y (or latitude, longitude) and, if known, vx, vy (or speed, course), heading to their columns"
+    )
+    units: dict[str, str] = fields.names("axis, or time, to its column's unit where that is not SI: heading = 'deg'")
+    file: str = fields.text("file beside the detections; default: their own", default="")
+    scan: str = fields.text("column of the scan, as in the detections; or else give `time`", default="")
+    time: str = fields.text("column of the time; or else give `scan`", default="")
+    object: str = fields.text("column of the platform's name, if there are several; default: there is one", default="")
+    sensors: dict[str, str] = fields.names(
+        "sensor to the name of its platform; the others stand still. Default: each sensor's platform has its name, "
+        "or is the only one"
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if bool(self.scan) == bool(self.time):
+            raise ValueError(f"{'time' if self.time else 'scan'}: give exactly one of `scan` and `time`")
+        if wrong := complaint(self.columns):
+            raise ValueError(f"columns: {wrong}")
+        lacking = [name for name in ("x", "y") if name not in self.columns and "latitude" not in self.columns]
+        lacking += [
+            other for name, other in (("vx", "vy"), ("vy", "vx")) if name in self.columns and other not in self.columns
+        ]
+        if lacking:
+            raise ValueError(f"columns: must also name a column for {', '.join(lacking)}")
+        if self.sensors and not self.object:
+            raise ValueError("object: missing: the column with the names of the platforms, which `sensors` gives")
+
+    def wanted(self) -> dict[str, str]:
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
+        named = {"time": self.time, "scan": self.scan, "object": self.object}
+        return {name: title for name, title in named.items() if title}
+
+    def read(self, path: TablePath, layout: Layout, refused: list[Problem]) -> Platforms:
+        """Return the platforms' states; of two rows for one scan that disagree, the second is refused."""
+        space = chosen(self.columns, POSE, PLACE)
+        by_axis = layout.columns(path, space, self, PLACE)
+        wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
+        at_times: dict[str, list[Sample[list[float]]]] = {}
+        by_scan: dict[tuple[str, str], list[float]] = {}
+        used = left_out = 0
+        for row in rows(path, wanted, PLACE, layout.dialect, refused):
+            if not any(row.cells[by_axis[name].name] for name in space.names):
+                left_out += 1
+                continue
+            name = row.cells.get("object", "")
+            try:
+                state = [by_axis[axis].of(row) for axis in space.names]
+                check_place(space, state, layout.origin)
+                if self.time:
+                    at_times.setdefault(name, []).append(Sample(row.place, by_axis["time"].of(row), state))
+                elif by_scan.setdefault((name, row.cells["scan"]), state) == state:
+                    used += 1
+                else:
+                    raise ValueError(
+                        f"the platform has another position in an earlier row of scan {shown(row.cells['scan'])}"
+                    )
+            except ValueError as error:
+                refused.append(Problem(row.place, str(error)))
+        kept = {name: in_time_order(samples, refused, sort=layout.sort) for name, samples in at_times.items()}
+        states = into_plane(space, list(by_scan.values()), layout.origin, layout.frame)
+        return Platforms(
+            tracks={name: trajectory("platform", space, samples, layout) for name, samples in kept.items()},
+            by_scan=dict(zip(by_scan, states, strict=True)),
+            space=made(space),
+            used=used + sum(map(len, kept.values())),
+            left_out=left_out,
+            names=self.sensors,
+            several=bool(self.object),
+        )
+
+
+@frozen(eq=False)
+class Platforms:
+    """The platforms' states over `space`, by the platform's name: along tracks in time, or by scan.
+
+    `used` and `left_out` count their rows; `names` are the sensors' platforms.
+    """
+
+    tracks: Mapping[str, Trajectory]
+    by_scan: Mapping[tuple[str, str], np.ndarray]
+    space: Space
+    used: int
+    left_out: int
+    names: Mapping[str, str] = field(factory=dict)
+    several: bool = False
+
+    @property
+    def between(self) -> str:
+        """When their tracks are known, in words, or ""."""
+        times = [time for track in self.tracks.values() for time in track.times.tolist()]
+        return f"; its rows are of {min(times)!r} to {max(times)!r} s: are their clocks alike?" if times else ""
+
+    def check(self, sensors: Iterable[str]) -> None:
+        """Raise ConfigError if `names` names a sensor or a platform that there is not."""
+        there = {*self.tracks, *(name for name, _ in self.by_scan)}
+        problems = [
+            Problem(
+                f"{PLACE}.sensors.{sensor}", f"the file has no platform {name!r}, only {', '.join(map(repr, sorted(there)))}"
+            )
+            for sensor, name in self.names.items()
+            if name not in there
+        ]
+        known = list(sensors)
+        problems += [
+            Problem(f"{PLACE}.sensors.{sensor}", f"the tracker has no sensor {sensor!r}, only {', '.join(map(repr, known))}")
+            for sensor in self.names
+            if sensor not in known
+        ]
+        if problems:
+            raise ConfigError(problems)
+
+    def moves(self, sensor: str) -> bool:
+        """Return whether the sensor is on a platform."""
+        return not self.names or sensor in self.names
+
+    def pose(self, sensor: str, scan: str, time: float) -> Pose | None:
+        """Return the pose of a sensor's platform for a scan at a time in s; None if the recording does not state it."""
+        name = self.names.get(sensor, sensor) if self.several else ""
+        track = self.tracks.get(name)
+        state = self.by_scan.get((name, scan)) if track is None else track.at(time)
+        if state is None:
+            return None
+        part = dict(zip(self.space.names, state, strict=True))
+        position = [part[axis] for axis in ("x", "y", "z") if axis in part]
+        velocity = np.array([part["vx"], part["vy"]]) if "vx" in part else None
+        return Pose(np.array(position), velocity, float(part.get("heading", 0.0)))

@@ -1,0 +1,290 @@
+"""The returns of a CSV recording, grouped into scans."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import partial
+from itertools import groupby
+from math import floor, inf
+from typing import final
+
+from attrs import evolve, frozen
+
+from vedette import fields
+from vedette.errors import ConfigError, Problem
+from vedette.roles import Sensor
+from vedette.space import Space, SpaceError
+from vedette_files.codes import code
+from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
+from vedette_files.input_files import shown
+from vedette_files.readers import Sample, in_time_order
+from vedette_files.tables.columnar import TablePath
+from vedette_files.tables.layout import Column, Layout, with_altitude
+from vedette_files.tables.noise import noise_columns
+from vedette_files.tables.numbers import Row
+from vedette_files.tables.rows import BY_ROW, rows
+
+POSITION = Space.of(x="m", y="m")
+POLAR = ("range", "bearing")
+PLACE = "detections"
+
+
+@frozen
+class Reading:
+    """How one sensor's returns are read: the axes that it measures, and those of the file that they come from.
+
+    `relative`: whether positions become range and bearing from the platform.
+    """
+
+    measured: Space
+    read: Space
+    relative: bool = False
+
+    @property
+    def placed(self) -> Space:
+        """The axes of the file, with latitude and longitude as positions in the plane."""
+        return made(self.read)
+
+
+@frozen
+class Look:
+    """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes.
+
+    times: of the returns, where they have their own, and noises: their covariances; else nothing.
+    """
+
+    scan: str
+    returns: tuple[tuple[float, ...], ...]
+    codes: tuple[int, ...] = ()
+    times: tuple[float, ...] = ()
+    noises: tuple[tuple[float, ...], ...] = ()
+
+
+@final
+@frozen
+class DetectionColumns:
+    """The columns of the returns: one row per return. Rows of one scan id, else successive rows of one time, form a scan.
+
+    Where most rows of scans have times of their own, or with `turn`, each return is taken at its own time, and the scan is
+    of its last one. Rows of one name, time and place are one message that was heard more than once: one return.
+    """
+
+    time: str = fields.text("column of the time")
+    columns: dict[str, str] = fields.names(
+        "measured axis to its column: x = 'north_m', bearing = 'azimuth'; latitude and longitude give x and y, with "
+        "altitude z, speed and course give vx and vy"
+    )
+    units: dict[str, str] = fields.names(
+        "measured axis, or time, to its column's unit where that is not SI: bearing = 'deg'"
+    )
+    file: str = fields.text("file in the folder `path`; default: `path` is the file", default="")
+    scan: str = fields.text(
+        "column that numbers the scans; `row`: each row is a scan; default: rows of one time are a scan", default=""
+    )
+    turn: float | None = fields.quantity(
+        "s", "duration of a turn of the antenna, whose rows are a scan, where no column numbers them; default: none",
+        default=None, above=0,
+    )  # fmt: skip
+    sensor: str = fields.text("the tracker's name of the sensor; default: its only one", default="")
+    sensor_column: str = fields.text(
+        "column with the tracker's name of the sensor, where several share the file; without it, a row is of the sensor "
+        "whose columns it fills",
+        default="",
+    )
+    identity: str = fields.text(
+        "column by which returns name their objects, as an MMSI; an empty cell names none; default: none do", default=""
+    )
+    noise: dict[str, str] = fields.names(
+        "measured axis to the column of a return's own deviation along it, x = 'sigma_x', or pair to that of their "
+        "covariance, 'x y' = 'cov_xy', in units of the axes; x and y of latitudes are in m; default: the sensor's errors"
+    )
+    periods: dict[str, float] = fields.table(
+        "sensor to its scan period, if scans without returns were not recorded: gaps of whole periods then hold them",
+        unit="s",
+    )
+
+    def __attrs_post_init__(self) -> None:
+        if self.sensor and self.sensor_column:
+            raise ValueError("sensor: give either `sensor` or `sensor_column`")
+        if self.scan and self.turn is not None:
+            raise ValueError("turn: goes without `scan`, whose column numbers the turns")
+        if wrong := complaint(self.columns):
+            raise ValueError(f"columns: {wrong}")
+        for name, period in self.periods.items():
+            if period <= 0:
+                raise ValueError(f"periods.{name}: must be > 0, got {period:g} s")
+
+    def wanted(self) -> dict[str, str]:
+        """Return the columns to find besides those of the axes: name in this table to title in the file."""
+        scan = "" if self.scan == BY_ROW else self.scan
+        named = {"time": self.time, "scan": scan, "sensor_column": self.sensor_column, "identity": self.identity}
+        return {name: title for name, title in named.items() if title}
+
+    def readings(self, sensors: Mapping[str, Sensor], with_platform: bool) -> dict[str, Reading]:
+        """Return what to read for each sensor that the file holds; ConfigError if the columns are not what they measure."""
+        names = [self.sensor] if self.sensor else list(sensors)
+        known = ", ".join(map(repr, sensors))
+        problems = [
+            Problem(f"{PLACE}.{key}", f"the tracker has no sensor {name!r}, only {known}")
+            for key, given in (("sensor", names), ("periods", self.periods))
+            for name in given
+            if name not in sensors
+        ]
+        columns = {}
+        for name in names:
+            if name in sensors:
+                measured = sensors[name].measurement
+                read, absent = axes_read(measured, self.columns)
+                position, lacking = axes_read(POSITION, self.columns)
+                if not absent:
+                    columns[name] = Reading(measured, with_altitude(read, self.columns))
+                elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
+                    columns[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
+                else:
+                    text = f"sensor {name!r} measures {measured}: name a column for {', '.join(absent)}"
+                    problems.append(Problem(f"{PLACE}.columns", text))
+        unread = [axis for axis in self.columns if not any(axis in reading.read for reading in columns.values())]
+        if unread and not problems:
+            measured_by = ", ".join(f"{name!r} {reading.measured}" for name, reading in columns.items())
+            problems = [Problem(f"{PLACE}.columns.{axis}", f"no sensor measures it: {measured_by}") for axis in unread]
+        axes = [name for reading in columns.values() for name in reading.read.names]
+        if len(names) > 1 and not self.sensor_column and (problems or len(set(axes)) < len(axes)):
+            text = f"missing: which of the tracker's sensors is it, {', '.join(map(repr, sensors))}?"
+            problems = [Problem(f"{PLACE}.sensor", f"{text} `sensor_column` may tell, or columns that each has alone")]
+        if problems:
+            raise ConfigError(problems)
+        return columns
+
+    def read(
+        self, path: TablePath, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
+    ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
+        """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
+        axes = Space()
+        try:
+            for reading in readings.values():
+                axes = axes.union(reading.read)
+        except SpaceError as error:
+            raise ConfigError([Problem(f"{PLACE}.columns", str(error))]) from None
+        by_axis = layout.columns(path, axes, self, PLACE)
+        measured = {name: reading.measured for name, reading in readings.items()}
+        noises = noise_columns(self.noise, measured, self.units, PLACE)
+        wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
+        for noise in noises.values():
+            wanted |= noise.wanted
+        told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
+        left_out: Counter[str] = Counter()
+        by_sensor = {name: [by_axis[axis] for axis in reading.read.names] for name, reading in readings.items()}
+        for row in rows(path, wanted, PLACE, layout.dialect, refused):
+            try:
+                sensor = row.cells["sensor_column"] if self.sensor_column else _filled(row, by_sensor)
+                if sensor not in readings:
+                    left_out[sensor] += 1
+                    continue
+                columns = by_sensor[sensor]
+                blank = all(not row.cells[column.name] for column in columns)
+                values = None if blank else tuple(column.of(row) for column in columns)
+                if values is not None:
+                    check_place(readings[sensor].read, values, layout.origin)
+                covariance = () if values is None else noises[sensor].read(row)
+                own = row.cells.get("scan", ""), values, code(row.cells.get("identity", "")), covariance
+                sample = Sample(row.place, by_axis["time"].of(row), own)
+            except ValueError as error:
+                refused.append(Problem(row.place, str(error)))
+            else:
+                told[sensor].append(sample)
+        if self.scan:
+            group = _by_row if self.scan == BY_ROW else _by_scan
+        else:
+            group = _by_time if self.turn is None else partial(_by_turn, self.turn)
+        placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
+        return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
+
+
+_Cells = tuple[str, tuple[float, ...] | None, int, tuple[float, ...]]
+"""A row's scan id, its values, None where all cells are empty, its code and its covariance."""
+
+
+def _filled(row: Row, by_sensor: Mapping[str, Sequence[Column]]) -> str:
+    """Return the sensor whose columns a row fills, or the only one; ValueError unless it is one."""
+    if len(by_sensor) == 1:
+        return next(iter(by_sensor))
+    filled = [name for name, columns in by_sensor.items() if any(row.cells[column.name] for column in columns)]
+    if len(filled) != 1:
+        names = ", ".join(map(repr, by_sensor))
+        raise ValueError(f"must fill the columns of one of {names}, fills those of {' and '.join(filled) or 'none'}")
+    return filled[0]
+
+
+def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:
+    """Return the rows over `reading.placed`."""
+    if reading.placed == reading.read:
+        return rows
+    values = [row.value[1] for row in rows if row.value[1] is not None]
+    made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
+    return [
+        row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)), *row.value[2:])) for row in rows
+    ]
+
+
+def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused, sort=sort), lambda row: row.time)]
+
+
+def _by_row(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    return [_look([row]) for row in in_time_order(rows, refused, sort=sort)]
+
+
+def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans at the time of most of their rows; rows of another time are refused, unless most rows are such."""
+    scans: dict[str, list[Sample[_Cells]]] = {}
+    for row in rows:
+        scans.setdefault(row.value[0], []).append(row)
+    times = sum(len({row.time for row in members}) for members in scans.values())
+    if times > 0.5 * (len(scans) + len(rows)):
+        return _of_turns(list(scans.values()), refused, sort)
+    looks = []
+    for scan, members in scans.items():
+        time = Counter(row.time for row in members).most_common(1)[0][0]
+        refused += [
+            Problem(row.place, f"time {row.time!r} s is not that of scan {shown(scan)} elsewhere, {time!r} s")
+            for row in members
+            if row.time != time
+        ]
+        looks.append(_look([row for row in members if row.time == time]))
+    return in_time_order(looks, refused, sort=sort)
+
+
+def _by_turn(turn: float, rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans of the rows of each turn, the first of which begins with the first row."""
+    kept = in_time_order(rows, refused, sort=sort)
+    first = kept[0].time if kept else 0.0
+    return [_look(list(scan), own=True) for _, scan in groupby(kept, lambda row: floor((row.time - first) / turn))]
+
+
+def _of_turns(turns: list[list[Sample[_Cells]]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
+    """Return scans whose rows have times of their own; rows out of the time between the scans around are refused."""
+    turns = sorted(turns, key=_middle) if sort else turns
+    middles = [-inf, *map(_middle, turns), inf]
+    looks = []
+    for before, turn, after in zip(middles, turns, middles[2:], strict=False):
+        low, high = (before, after) if before <= after else (-inf, inf)  # if the scans are out of order, they are told
+        looks.append(_look(sorted((row for row in turn if low <= row.time <= high), key=lambda row: row.time), own=True))
+        text = f"is not between the scans around its own, of {before!r} and {after!r} s"
+        refused += [Problem(row.place, f"time {row.time!r} s {text}") for row in turn if not low <= row.time <= high]
+    return in_time_order(looks, refused, sort=sort)
+
+
+def _middle(rows: list[Sample[_Cells]]) -> float:
+    """Return a scan's median time."""
+    return sorted(row.time for row in rows)[(len(rows) - 1) // 2]
+
+
+def _look(rows: list[Sample[_Cells]], own: bool = False) -> Sample[Look]:
+    """Return the scan of rows, of the time of the last; `own`: each return keeps its time."""
+    given = [(row.time, values, *row.value[2:]) for row in rows if (values := row.value[1]) is not None]
+    told = [one for one, _ in dict.fromkeys((one, i if one[2] < 0 else -1) for i, one in enumerate(given))]
+    times = tuple(time for time, *_ in told) if own else ()
+    codes, noises = tuple(code for _, _, code, _ in told), tuple(noise for *_, noise in told if noise)
+    look = Look(rows[0].value[0], tuple(values for _, values, *_ in told), codes, times, noises)
+    return Sample(rows[0].place, rows[-1].time, look, len(rows))

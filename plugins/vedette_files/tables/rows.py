@@ -1,0 +1,183 @@
+"""Rows of a CSV file with a header line, or of a table in columns, by column name, one at a time."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain
+from pathlib import Path
+
+from attrs import frozen
+
+from vedette.errors import InputError, Problem
+from vedette_files.input_files import lines, shown
+from vedette_files.tables.columnar import TablePath, header_and_rows, is_columnar
+from vedette_files.tables.composed import cell_of, made_of, perhaps_of
+from vedette_files.tables.numbers import COMMA, Row, is_number
+
+WIDEST = 131_072
+"""Characters of a cell; what Python's csv module reads unless it is told otherwise, for the whole process."""
+
+BY_ROW = "row"
+"""The `scan` of a table each of whose rows is a scan of its own."""
+
+UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters: close it, or delete it"
+
+_SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
+"""What Excel writes above a header to say what stands between columns."""
+
+_BETWEEN = re.compile(r"[,;\t| ]")
+
+
+@frozen
+class Dialect:
+    """How a file writes its rows: what stands between columns, and in decimal numbers."""
+
+    delimiter: str = ","
+    decimal: str = "."
+
+    def cells(self, line: str) -> list[str] | None:
+        """Return the cells of a line, with decimal points; None as `cells_of` does."""
+        cells = cells_of(line.lstrip("# ").rstrip() if self.delimiter == " " else line, self.delimiter)
+        if self.decimal == "." or cells is None:
+            return cells
+        return [COMMA.sub(r"\1.\2", cell) if COMMA.fullmatch(cell) else cell for cell in cells]
+
+
+COMMAS = Dialect()
+"""What most files are."""
+
+
+def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
+    """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
+
+    Comments may stand above the header, and empty cells beyond its last column.
+
+    wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
+    line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
+    column or has it twice.
+    """
+    if not isinstance(path, Path) or is_columnar(path):
+        yield from _columnar(path, wanted, place)
+        return
+    top, first, given = header_line(lines(path))
+    header = dialect.cells(first)
+    if header is None:
+        raise InputError(f"{path}:{top}: the header has {UNCLOSED.replace(' is not', ' that is not')}")
+    if not header:
+        raise InputError(f"{path}: holds blank lines only, and must begin with a header line: the titles of the columns")
+    _check_titles(header, f"{path}:{top}", wanted, place)
+    where = {name: cell_of(title, header) for name, title in wanted.items()}
+    empty = True
+    for number, line in given:
+        if not line.strip():
+            continue
+        empty = False
+        cells = fitted(dialect.cells(line), len(header))
+        line_place = f"{path.name}:{number}"
+        if cells is None:
+            refused.append(Problem(line_place, UNCLOSED))
+        elif len(cells) != len(header):
+            text = f"must have {len(header)} columns as in the header, got {len(cells)}"
+            refused.append(Problem(line_place, text + _too_many(cells, len(header))))
+        else:
+            yield Row(line_place, {name: cell(cells) for name, cell in where.items()})
+    if empty:
+        raise InputError(f"{path}: has a header and no rows: write one below it for each return")
+
+
+def _too_many(cells: Sequence[str], width: int) -> str:
+    """Return what may be wrong with a row that has more cells than the header, each a whole number; or ""."""
+    split = width < len(cells) <= 2 * width and all(cell.strip(" +-").isdigit() for cell in cells)
+    return "; decimal commas between commas cannot be read: put semicolons between columns" if split else ""
+
+
+def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
+    """Return the number and the text of the header's line, and the lines below it.
+
+    Above it may stand blank lines, Excel's `sep=;` and comments that begin with #. The last comment is the header if
+    numbers follow it: so numpy.savetxt writes one.
+    """
+    comment = (1, "")
+    for number, line in given:
+        text = line.strip()
+        if text.startswith("#"):
+            comment = (number, line)
+        elif text and not _SEPARATOR_LINE.fullmatch(text):
+            if comment[1] and any(map(is_number, _BETWEEN.split(text))):
+                return *comment, chain([(number, line)], given)
+            return number, line, given
+    return *comment, given
+
+
+def fitted(cells: list[str] | None, width: int) -> list[str] | None:
+    """Return a row's cells without empty ones beyond the header's: some programs end a row with a delimiter."""
+    return cells if cells is None or any(cells[width:]) else cells[:width]
+
+
+def _columnar(path: TablePath, wanted: Mapping[str, str], place: str) -> Iterator[Row]:
+    """Yield the rows of a Parquet file or a data frame, the first of which is row 1."""
+    parts = {part for title in wanted.values() for part in perhaps_of(title)}
+    header, given = header_and_rows(path, parts)
+    _check_titles(header, str(path), wanted, place)
+    read = [title for title in header if title in parts]
+    where = {name: cell_of(title, read) for name, title in wanted.items()}
+    number = 0
+    for number, cells in enumerate(given, 1):
+        yield Row(f"{path.name}:row {number}", {name: cell(cells) for name, cell in where.items()})
+    if number == 0:
+        raise InputError(f"{path}: has a header and no rows: write one below it for each return")
+
+
+def _check_titles(header: Sequence[str], where: str, wanted: Mapping[str, str], place: str) -> None:
+    for name, wish in wanted.items():
+        for title in made_of(wish, header) or (wish,):
+            if header.count(title) == 1:
+                continue
+            there = "no column" if title not in header else "more than one column"
+            found = f"the columns are {listed(header)}" if len(header) > 1 else f"the only column is {shown(header[0])}"
+            cure = _delimiter(header[0]) if len(header) == 1 else ""
+            if title in header:
+                cure = "; rename all but one"
+            elif all(map(is_number, header)):
+                cure = "; these are numbers: write the titles of the columns above them"
+            elif any("\0" in each for each in header):
+                cure = "; this looks like UTF-16 without a byte order mark: save the table in UTF-8"
+            raise InputError(f"{where}: there is {there} {title!r}, which {place}.{name} asks for; {found}{cure}")
+
+
+def _delimiter(header: str) -> str:
+    """Return which delimiter parts a header that has but one column."""
+    found = [mark for mark in (";", "\t", "|", ",") if mark in header]
+    told = f"{found[0]!r} seems to stand between columns" if len(found) == 1 else "what stands between columns?"
+    return f"; {told}: source.delimiter states it" + (", as ' ' for blanks" if not found and " " in header else "")
+
+
+def listed(header: Sequence[str]) -> str:
+    """Return a header as a message shows it."""
+    named = ", ".join(title if len(title) <= 60 and title.isprintable() else shown(title) for title in header[:20])
+    return named if len(header) <= 20 else f"{named} and {len(header) - 20} more"
+
+
+def header_of(path: Path, line: str, wanted: Sequence[str], optional: Sequence[str] = ()) -> list[str]:
+    """Return the titles in a file's first line; InputError if one is lacking, or one that is read stands twice."""
+    header = cells_of(line)
+    if header is None:
+        raise InputError(f"{path}:1: {UNCLOSED}")
+    lacking = [title for title in wanted if title not in header]
+    if lacking:
+        told = f"must have the columns {', '.join(wanted)}; lacks {', '.join(lacking)}"
+        raise InputError(f"{path}:1: {told}, got {shown(line.strip())}")
+    twice = [title for title in (*wanted, *optional) if header.count(title) > 1]
+    if twice:
+        raise InputError(f"{path}:1: must have each column once; has {', '.join(twice)} more often")
+    return header
+
+
+def cells_of(line: str, delimiter: str = ",") -> list[str] | None:
+    """Return the cells of a line, stripped; None if a quotation mark is not closed or a cell is wider than WIDEST."""
+    try:
+        return [cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))]
+    except (csv.Error, StopIteration):
+        return None

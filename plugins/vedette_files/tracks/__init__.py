@@ -1,0 +1,1 @@
+"""Tracks, written and read."""

@@ -1,0 +1,1 @@
+"""What returns say of a detector's errors, without truth."""

@@ -1,0 +1,1 @@
+"""Pictures: their common parts, and each of them."""

@@ -1,0 +1,1 @@
+"""What a map shows: its plane, what sensors see of it, gates on it."""

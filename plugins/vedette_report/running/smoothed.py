@@ -1,0 +1,109 @@
+"""What smoothing adds to a run's results: its tracks, and its figures beside the filter's."""
+
+from __future__ import annotations
+
+import math
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+from attrs import frozen
+
+from vedette.errors import ConfigError, Problem
+from vedette.experiment import Experiment, Result
+from vedette.hypotheses import HypothesisAssociator
+from vedette.metrics import Score
+from vedette.tracking import from_the_start, smooth, smoothed
+from vedette.types import Track
+from vedette.units import in_unit
+from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
+from vedette_files.writing import whole_bytes
+from vedette_report.series.recorder import Recorded, Recorder, SmoothedSteps
+from vedette_report.series.smoothed import smoothed_series
+
+_COMPARED = (
+    ("position RMSE [{unit}]", "position_rmse_m"),
+    ("velocity RMSE [{unit}/s]", "velocity_rmse_mps"),
+    ("coverage", "coverage"),
+    ("GOSPA [{unit}]", "gospa_m"),
+    ("NEES of the position over its axes", "nees_position"),
+)
+"""Figures that smoothing changes; identities, existence and NIS stay the filter's."""
+
+
+@frozen(eq=False)
+class Smoothed:
+    """Tracks that use the scans of up to `lag` s later, their score, and the content of `smoothed.npz`."""
+
+    lag: float
+    tracks: tuple[Track, ...]
+    score: Score
+    packed: bytes
+
+
+def read_lag(text: str) -> float:
+    """Return the lag in s of the command line, "" for the whole recording; ConfigError says what would be right."""
+    if not text:
+        return math.inf
+    try:
+        lag = in_unit(text, "s")
+        if not 0 <= lag < math.inf:
+            raise ValueError(f"must be >= 0 s, got {text!r}")
+    except ValueError as error:
+        raise ConfigError([Problem("--smooth", str(error))]) from None
+    return lag
+
+
+def smooth_result(experiment: Experiment, recorded: Recorded, lag: float) -> Smoothed:
+    """Smooth a run whose states were kept, and judge it as the filter is judged."""
+    result = recorded.result
+    if isinstance(experiment.tracker.associator, HypothesisAssociator):
+        return _retold(experiment, result, lag)
+    tracks = smooth(experiment.tracker, result.states, lag, experiment.seed)
+    if experiment.retroactive:
+        tracks = tuple(map(from_the_start, tracks))
+    score, packed = smoothed_series(recorded.series(), experiment, result.scans, result.recording.truth, tracks)
+    return Smoothed(lag, tracks, score, packed)
+
+
+def _retold(experiment: Experiment, result: Result, lag: float) -> Smoothed:
+    """Smooth a run that kept hypotheses: later scans say which tracks there were, too."""
+    tracker, packed = experiment.tracker, BytesIO()
+    before = tracker.start()
+    recorder = Recorder(packed, experiment, SmoothedSteps(result.recording, before))
+    told = smoothed(tracker, result.states, lag, experiment.seed)
+    for scan, filtered, state in zip(result.scans, result.states, told, strict=True):
+        recorder.add(scan, before, state, tracker.estimate(state), tracker.estimator.mode_prob(state.belief))
+        before = filtered
+    recorder.close()
+    return Smoothed(lag, recorder.tracks.hand_out().tracks(), recorder.judge.score(), packed.getvalue())
+
+
+def write_smoothed(folder: Path, experiment: Experiment, result: Result, smoothed: Smoothed) -> list[str]:
+    """Write the tracks beside the filter's, in the terms of its recording, and their series; return the files' names."""
+    folder.mkdir(parents=True, exist_ok=True)
+    space, recording = experiment.tracker.state, result.recording
+    write_tracks_csv(folder / "smoothed.csv", smoothed.tracks, space, Terms.of(recording.notes))
+    write_tracks_jsonl(folder / "smoothed.jsonl", smoothed.tracks, space)
+    with whole_bytes(folder / "smoothed.npz") as file:
+        file.write(smoothed.packed)
+    return ["smoothed.csv", "smoothed.jsonl", "smoothed.npz"]
+
+
+def smoothed_figures(lag: float, score: Score) -> dict[str, Any]:
+    """Return `lag_s`, null for the whole recording, and the figures that smoothing changes."""
+    return {"lag_s": None if math.isinf(lag) else lag, **{name: getattr(score, name) for _, name in _COMPARED}}
+
+
+def smoothed_summary(filtered: Score, smoothed: Score, lag: float, unit: str) -> str:
+    """Return lines of text that compare the filter and the smoother; `unit` is that of positions."""
+    later = "all later scans" if math.isinf(lag) else f"the scans of up to {lag:g} s later"
+    lines = ["", f"Smoothed by {later}"]
+    if filtered.coverage is None:
+        return "\n".join([*lines, "  no truth to judge it by"]) + "\n"
+    lines.append(f"  {'':<22}{'filtered':>10}{'smoothed':>10}")
+    for title, name in _COMPARED:
+        values = (getattr(score, name) for score in (filtered, smoothed))
+        told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
+        lines.append(f"  {title.format(unit=unit):<22}{told}")
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,1 @@
+"""The series of a run: what its page, its pictures and its tracks are made from."""

@@ -1,0 +1,120 @@
+"""One scan of a run as rows of its series: what it did to the tracks, and where the true objects were."""
+
+from __future__ import annotations
+
+from typing import final
+
+import numpy as np
+
+from vedette.experiment import Experiment
+from vedette.metrics import truth_at
+from vedette.space import Array
+from vedette.tracking import State
+from vedette.types import Gaussian, Recording, Scan
+from vedette_files import UNNAMED, WITHIN, Column, below, stands, triangles
+from vedette_report.map.gates import gates
+from vedette_report.map.plane import Plane, positions_of
+
+_NONE = np.zeros((0, 2), dtype=np.int64)
+
+
+@final
+class ScanRows:
+    """Makes the rows of each scan of a run, counted from the scan's own begin: `scan` is 0, `entry` the scan's own.
+
+    `plane`: the axes that the map shows, if there are two; `axes`: the most that a sensor measures.
+    """
+
+    def __init__(self, experiment: Experiment, recording: Recording) -> None:
+        self._tracker = experiment.tracker
+        space, sensors = self._tracker.state, self._tracker.sensors
+        self.plane = Plane.of(space, recording) if len(space) > 1 else None
+        plane = self.plane
+        told = [(j, true) for j, true in enumerate(recording.truth) if len(true.times)]
+        self._truth = [(j, true) for j, true in told if plane is not None and plane.within(true.space)]
+        self._codes = {name: i for i, name in enumerate(sensors)}
+        self.axes = max(len(sensor.measurement) for sensor in sensors.values())
+        self._measured = np.triu_indices(self.axes)
+        self._gap = experiment.judge.truth_gap
+
+    def of(
+        self, scan: Scan, before: State, state: State, estimate: Gaussian, modes: Array | None
+    ) -> dict[str, dict[str, Column]]:
+        """Return the rows of a scan, by the states before and after it, estimates and mode probabilities (t, r)."""
+        seen, tracks, pose = scan.detections, len(state.ids), scan.pose
+        place = np.full(2, np.nan)
+        if pose is not None and self.plane is not None and self.plane.is_ground:
+            place = self.plane.platform(pose.position[:2])
+        k = 0 if scan.frame is not None else len(seen.z)
+        z = np.full((k, self.axes), np.nan)
+        z[:, : seen.z.shape[-1]] = seen.z[:k]
+        met = gates(self._tracker, scan, before, state, self.plane)
+        m = met.expected.shape[-1]
+        expected, innovation = np.full((tracks, self.axes), np.nan), np.full((tracks, self.axes, self.axes), np.nan)
+        expected[:, :m], innovation[:, :m, :m] = met.expected, met.innovation
+        n = len(self._tracker.state)
+        flat = estimate.cov.reshape(tracks, n * n)
+        halves = below(flat, *triangles(n))
+        weights, within = state.weights[:, 1:], state.returns is not None
+        entry, column = np.nonzero(stands(weights) if state.returns is None else state.returns >= 0)
+        lineage = state.lineage
+        splits, merges = (_NONE, _NONE) if lineage is None else (lineage.splits, lineage.merges)
+        return {
+            "scans": {
+                "time": np.array([scan.time]),
+                "sensor": np.array([self._codes[scan.sensor]], dtype=np.int16),
+                "returns": np.array([k], dtype=np.int32),
+                "tracks": np.array([tracks], dtype=np.int32),
+                "columns": np.array([WITHIN if within else weights.shape[1]], dtype=np.int32),
+                "platform": place[None],
+                "heading": np.array([np.nan if pose is None else float(pose.heading)]),
+            },
+            "returns": {
+                "scan": np.zeros(k, dtype=np.int32),
+                "z": z,
+                "position": positions_of(scan, self._tracker.sensors[scan.sensor], self.plane)[:k],
+            },
+            "entries": {
+                "scan": np.zeros(tracks, dtype=np.int32),
+                "track": np.asarray(state.ids, dtype=np.int64),
+                "mean": estimate.mean,
+                "cov": flat[:, triangles(n)[0]],
+                "confirmed": state.confirmed,
+                "existence": state.existence,
+                "hit": state.hit,
+                "miss": state.weights[:, 0],
+                "identity": np.full(tracks, UNNAMED) if state.identity is None else state.identity,
+                **({} if state.links is None else {"link": state.links}),
+                "nis": state.nis,
+                "modes": np.zeros((tracks, 0)) if modes is None else modes,
+                "expected": expected,
+                "innovation": innovation[:, self._measured[0], self._measured[1]],
+                "gate_position": met.position,
+                "gate_cov": met.cov[:, [0, 0, 1], [0, 1, 1]],
+            },
+            "weights": {
+                "entry": entry.astype(np.int64),
+                "return": (column if state.returns is None else state.returns[entry, column]).astype(np.int32),
+                "weight": weights[entry, column],
+            },
+            "below": {"entry": halves.row, "place": halves.key.astype(np.int32), "value": halves.value},
+            "splits": {"scan": np.zeros(len(splits), np.int32), "track": splits[:, 0], "parent": splits[:, 1]},
+            "merges": {"scan": np.zeros(len(merges), np.int32), "track": merges[:, 0], "into": merges[:, 1]},
+        }
+
+    def true(self, times: Array, first: int = 0) -> dict[str, Column]:
+        """Return where the true objects are at scans with these times (s,), numbered from `first` on."""
+        near = (
+            [(j, true) for j, true in self._truth if true.times[0] <= times[-1] and times[0] <= true.times[-1]]
+            if len(times)
+            else []
+        )
+        if not near or self.plane is None:
+            return {"scan": np.zeros(0, np.int32), "object": np.zeros(0, np.int32), "position": np.zeros((0, 2))}
+        truth = truth_at([true for _, true in near], times, self.plane.space, self._gap)
+        scan, j = np.nonzero(truth.alive)
+        return {
+            "scan": (first + scan).astype(np.int32),
+            "object": np.array([number for number, _ in near], dtype=np.int32)[j],
+            "position": self.plane.points(truth.space, truth.states[scan, j]),
+        }

@@ -1,0 +1,143 @@
+"""What looks wrong with a run, and what to change: wrong units, refused input, nothing that fits.
+
+A run does not end for any of it, and none of it is certain; each is one sentence, in the summary and on the terminal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from vedette.config import warnings_of
+from vedette.experiment import Experiment, Result
+from vedette.hypotheses import HypothesisAssociator
+from vedette.metrics import Score
+from vedette.roles import Sensor
+from vedette.tracking import Came, Intake, open_source
+from vedette.types import LazyScans, Recording
+from vedette_files import beyond_period
+from vedette_report.figures import count
+from vedette_report.warnings.coalescence import LONG, coalesced
+from vedette_report.warnings.rehearsal import rehearsed
+from vedette_report.warnings.turned import turned
+
+MOST = 0.5
+"""A larger fraction of the input than this must be odd before it is reported."""
+ENOUGH = 10
+"""Fewer scans or returns than this are not judged."""
+_SHORT, _LONG = 1e-5, 1000.0
+"""Scans this near to each other, or this far apart, in s, are no sensor's: their times are in another unit."""
+
+
+def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
+    """Yield a sentence for each thing that looks wrong, the most serious first."""
+    intake = result.intake
+    yield from warnings_of(intake, result.recording, experiment.tracker.sensors)
+    if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
+        yield (
+            f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
+            "out in the first frame, where its track begins?"
+        )
+    elif intake.tracked >= ENOUGH and intake.hits == 0:
+        told = f"there were tracks and returns in {intake.tracked:,} scans, and in none of them did a track take a return"
+        yield from _because(
+            experiment, result, told, "compare the sensor's noise and the motion's with the units of the data"
+        )
+    elif ENOUGH <= intake.scans <= intake.returns and not score.tracks:
+        told = f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns"
+        yield from _because(
+            experiment, result, told, "compare the lifecycle, the sensor's noise and its clutter with the data"
+        )
+    if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
+        pairs = coalesced(result.tracks)
+        if pairs:
+            a, b, scans = max(pairs, key=lambda pair: pair[2])
+            kind = experiment.tracker.associator.kind
+            yield (
+                f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {scans}): "
+                f"where targets stay close, {kind!r} averages over them. Nearer than two of the sensor's deviations that "
+                "places them best; if yours are farther apart, take 'jpda_star'"
+            )
+    yield from turned(experiment.tracker, result.scans, result.recording.truth)
+    if result.recording.truth and score.scans < ENOUGH <= intake.scans:
+        yield (
+            f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
+            "clocks agree?"
+        )
+    if score.coverage == 0 and score.tracks:
+        yield (
+            f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
+            "truth and tracks, and judge.cover_radius"
+        )
+
+
+def _because(experiment: Experiment, result: Result, told: str, otherwise: str) -> Iterator[str]:
+    """Yield what was told with each cause that a target played to the tracker shows, and its cure; without, `otherwise`."""
+    causes = [f"{place}: {said}; try {better}" for place, said, better in rehearsed(experiment.tracker, result.scans)]
+    yield from (f"{told}: {cause}" for cause in causes or [otherwise])
+
+
+def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
+    """Yield a sentence for each thing that looks wrong with the input alone, whatever the tracks made of it."""
+    if (said := _refused(intake)) is not None:
+        yield said
+    yield from recording.warnings
+    for name, came in intake.came.items():
+        yield from _of_sensor(name, came, sensors[name])
+    if intake.scans == 1 and intake.returns >= ENOUGH:
+        yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
+    gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
+    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
+        yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
+
+
+def left_out(intake: Intake, recording: Recording) -> Iterator[str]:
+    """Yield how much of the input was left out, and why the first part was; nothing where all of it was taken."""
+    if intake.refused.count:
+        first = next((f", the first: {problem}" for problem in (*recording.refused, *intake.refused.first)), "")
+        yield f"{count(intake.refused.count, 'part')} of the input left out{first}"
+
+
+def of_recording(experiment: Experiment) -> Iterator[str]:
+    """Yield what looks wrong with the input of an experiment that reads a recording, opened for that; no frame is read."""
+    if experiment.source is None or experiment.source.draws:
+        return
+    sensors = experiment.tracker.sensors
+    recording = open_source(experiment.source, experiment.preprocessors, sensors, np.random.default_rng(experiment.seed))
+    unread = isinstance(recording.scans, LazyScans) or bool(experiment.preprocessors)
+    yield from warnings_of(Intake.of(sensors, () if unread else recording.scans, recording.refused), recording, sensors)
+
+
+def _interval(gap: float) -> str:
+    return f"{gap:,.0f} s" if gap >= _LONG else f"{gap:.3g} s"
+
+
+def _refused(intake: Intake) -> str | None:
+    """Say that most of the input was refused, and how to put times that go back right."""
+    refused = intake.refused
+    if not refused.count or refused.count < max(intake.scans, intake.returns):
+        return None
+    told = f"most of the input was left out: {count(refused.count, 'part')}, and {count(intake.scans, 'scan')} taken"
+    if refused.late > MOST * refused.count:
+        return f"{told}; {refused.late:,} of them go back in time: sort the recording, or state `sort = true`"
+    return f"{told}; what is wrong with the first is said below"
+
+
+def _of_sensor(name: str, came: Came, sensor: Sensor) -> Iterator[str]:
+    """Yield what is odd about all returns of one sensor."""
+    if came.returns == 0 and came.frames == 0 and came.scans >= ENOUGH:
+        yield f"{name}: none of {came.scans:,} scans holds a return: is the right sensor, column or threshold read?"
+    for axis, largest in zip(sensor.measurement.axes, came.largest, strict=False):
+        if (said := beyond_period(name, axis, np.array([largest]))) is not None:
+            yield said
+    if came.looked >= ENOUGH and came.out_of_reach == came.looked:
+        yield (
+            f"{name}: all of the first {came.looked:,} returns lie where the sensor says that it detects nothing: check the "
+            "unit of their ranges, and max_range"
+        )
+    if came.scans >= ENOUGH and came.same_time > MOST * came.scans:
+        yield (
+            f"{name}: {came.same_time:,} of {came.scans:,} scans have the very time of the one before: is each return a "
+            "scan of its own, or are the times cut to whole seconds?"
+        )
