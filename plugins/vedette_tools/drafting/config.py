@@ -18,12 +18,14 @@ from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.height_and_rate import third_noise
+from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
 from vedette_tools.drafting.reading import JUMP, Reading, opened
+from vedette_tools.drafting.recognising import NO_WISHES, read_table
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
-from vedette_tools.drafting.table import AID, NO_WISHES, Table, read_table
+from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import Trial, tried
 from vedette_tools.drafting.wishes import Wishes
@@ -179,13 +181,12 @@ def _cut(best: Reading) -> str:
 
 
 def _too_fast(table: Table, speed: float) -> str:
-    """Say that targets are faster than any, in a unit that is assumed; or return ""."""
-    assumed = [
-        axis for axis, title in table.measured.items() if any(it.startswith(f"{title} is in m") for it in table.assumed)
-    ]
-    if not assumed or speed < FASTEST:
+    """Say that targets are faster than any, in a unit that is guessed; or return ""."""
+    lengths = [axis for axis in table.measured if axis not in (*ANGLES, *SPEEDS, *table.units)]
+    guessed = [axis for axis in lengths if table.measured[axis] in table.guessed]
+    if not guessed or speed < FASTEST:
         return ""
-    units = ",".join(f"{axis}=0.001 m" for axis in assumed)
+    units = ",".join(f"{axis}=0.001 m" for axis in guessed)
     told = f"targets move at some {speed:,.0f} m/s; say in what unit positions are"
     return f"nothing fits these data: {told}, as --units '{units}' of mm"
 

@@ -28,9 +28,9 @@ ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "s
 
 
 def add_unit(
-    place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], assumed: list[str]
+    place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], guessed: dict[str, str]
 ) -> None:
-    """Add a column's unit unless it is the usual one, and what had to be assumed."""
+    """Add a column's unit unless it is the usual one, and what says that it had to be guessed."""
     if axis in GEODETIC:
         if given.unit not in ("", "deg"):
             units[place] = given.unit
@@ -40,15 +40,15 @@ def add_unit(
     if not unit and axis in ANGLES:
         largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
-        assumed.append(f"{given.title} is in {unit}: it goes up to {largest:.4g}{_unknown(given)}")
+        guessed[given.title] = f"is in {unit}: it goes up to {largest:.4g}{_unknown(given)}"
     elif not unit and axis == "range" and {title.lower() for title in columns} >= ASTERIX:
         unit = "NM"
-        assumed.append(f"{given.title} is in NM, as ASTERIX sends it")
+        guessed[given.title] = "is in NM, as ASTERIX sends it"
     elif not unit and axis == "altitude" and (most := float(np.max(numbers(columns[given.title]), initial=0.0))) > CEILING:
         unit = "ft"
-        assumed.append(f"{given.title} is in ft: it goes up to {most:,.0f}{_unknown(given)}")
+        guessed[given.title] = f"is in ft: it goes up to {most:,.0f}{_unknown(given)}"
     elif not unit:
-        assumed.append(f"{given.title} is in {usual}{_unknown(given)}")
+        guessed[given.title] = f"is in {usual}{_unknown(given)}"
     if unit and unit != usual:
         units[place] = unit
 

@@ -1,52 +1,33 @@
-"""What a table of detections holds, by its header and its first rows: how a `csv` source reads it."""
+"""How a table of detections is read by a `csv` source, as a draft takes it to be."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from functools import partial
-from itertools import compress
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from attrs import evolve, field, frozen
 
-from vedette.errors import InputError
-from vedette_files import NORTH_EAST
-from vedette_files.readers import FRAMES
-from vedette_files.tables.columnar import FrameTable, TablePath
-from vedette_files.tables.composed import made_of
-from vedette_files.tables.rows import BY_ROW, Dialect, listed
-from vedette_tools.drafting.dates import pattern_of
-from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
-from vedette_tools.drafting.height_and_rate import VELOCITY, own_velocity, third_column
-from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
-from vedette_tools.drafting.naming import by_words, named_by
-from vedette_tools.drafting.own_errors import own_errors, roundings
-from vedette_tools.drafting.platforms import file_beside, platform_of
-from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
-from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
-from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
-from vedette_tools.drafting.titles import Meaning, chosen
-from vedette_tools.drafting.wishes import Wishes
+from vedette_files.tables.columnar import FrameTable
+from vedette_files.tables.rows import Dialect
+from vedette_tools.drafting.height_and_rate import VELOCITY
+from vedette_tools.drafting.several import FLAT, POLAR
+from vedette_tools.drafting.titles import Meaning
 
 AID, TRUTH, IGNORE = "aid", "truth", "ignore"
 """What names of objects are to a draft: known to the tracker, to judge its tracks by, or nothing."""
 
-OWN_ERRORS = "each return has errors of its own: "
-"""What is assumed where columns hold them."""
-
-NO_MEANING, NO_WISHES = Meaning("", "", "", False, False), Wishes()
-
-COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
+NO_MEANING = Meaning("", "", "", False, False)
 
 
 @frozen
 class Table:
     """How a table is read: its columns by the config's tables, what was assumed, and what is left out.
 
-    others: what sensors measure that do not measure the same as the first, axis to column; reports: the sensors whose
-    returns are what objects report of themselves; stands: where sensors stand that are not at x = y = 0; unknown: what to
-    type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis, in SI units.
+    guessed: units that had to be, column to what says so; others: what sensors measure that do not measure the same as the
+    first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
+    stand that are not at x = y = 0; unknown: what to type as a unit of a length or a speed is not known, or "";
+    roundings: what errors digits leave, by axis, in SI units.
     """
 
     path: str
@@ -61,6 +42,7 @@ class Table:
     units: Mapping[str, str]
     frame: str
     assumed: tuple[str, ...] = ()
+    guessed: Mapping[str, str] = field(factory=dict)
     unknown: str = ""
     left_out: tuple[str, ...] = ()
     sort: bool = False
@@ -103,6 +85,13 @@ class Table:
         each = [self.roundings.get(axis, 0.0) for axis in (POLAR if self.polar else FLAT)]
         return tuple(each) if self.polar else (max(each),)
 
+    @property
+    def said(self) -> tuple[str, ...]:
+        """What a draft says of what it takes for granted."""
+        guessed = (f"{column} {said}" for column, said in self.guessed.items())
+        own = (f"each return has errors of its own: {', '.join(self.noise.values())}",) if self.noise else ()
+        return (*self.assumed, *guessed, *own)
+
     def without_third(self, why: str) -> Table:
         """Return how the same table is read without it."""
         kept = self.at_rest()
@@ -110,22 +99,22 @@ class Table:
         noise = {axes: column for axes, column in self.noise.items() if self.third not in axes.split()}
         title = self.measured[self.third]
         units = {axis: unit for axis, unit in self.units.items() if axis != self.third}
-        text = f"{title} is left out: {why}"
-        assumed = (*(one for one in kept.assumed if not one.startswith(f"{title} is in ")), text)
-        return evolve(kept, measured=measured, noise=noise, units=units, assumed=assumed, left_out=(*kept.left_out, title))
+        assumed, left_out = (*kept.assumed, f"{title} is left out: {why}"), (*kept.left_out, title)
+        guessed = {column: said for column, said in kept.guessed.items() if column != title}
+        return evolve(kept, measured=measured, noise=noise, units=units, assumed=assumed, guessed=guessed, left_out=left_out)
 
     def without_noise(self) -> Table:
         """Return how the same table is read without the errors of returns: they are likelier without them."""
-        kept = tuple(one for one in self.assumed if not one.startswith(OWN_ERRORS))
         told = f"{', '.join(self.noise.values())} are left out: returns are less likely by them than by the sensor's errors"
-        return evolve(self, noise={}, assumed=(*kept, told), left_out=(*self.left_out, *self.noise.values()))
+        return evolve(self, noise={}, assumed=(*self.assumed, told), left_out=(*self.left_out, *self.noise.values()))
 
     def at_rest(self, *why: str) -> Table:
         """Return how the same table is read without the velocity of its platform."""
         titles = tuple(title for axis, title in self.platform.items() if axis in VELOCITY)
         platform = {axis: title for axis, title in self.platform.items() if axis not in VELOCITY}
-        assumed = [one for one in self.assumed if not one.startswith(tuple(f"{title} is in " for title in titles))]
-        return evolve(self, platform=platform, assumed=(*assumed, *why), left_out=(*self.left_out, *titles))
+        guessed = {column: said for column, said in self.guessed.items() if column not in titles}
+        left_out = (*self.left_out, *titles)
+        return evolve(self, platform=platform, assumed=(*self.assumed, *why), guessed=guessed, left_out=left_out)
 
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""
@@ -162,134 +151,3 @@ class Table:
             true |= {"units": detections["units"]} if "units" in detections else {}
             source["truth"] = true | {"object": self.identity}
         return source
-
-
-def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Table:
-    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles.
-
-    use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
-    """
-    titles, rows, dialect = first_rows(path)
-    below = units_below(rows)
-    columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-    below_header, own = chosen(titles, below)
-    measured = wishes.measured(path, titles, below_header)
-    time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
-    if time is not None and wishes.time and not wishes.rate:
-        time = with_rest(time, columns)
-    geodetic_pair = partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
-    if not any(set(pair) <= set(measured) for pair in PAIRS):
-        measured |= position_of(columns, geodetic_pair)
-    measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
-    measured |= {"time": time} if time is not None else {}
-    columns = with_made(columns, measured)
-    if time is None:
-        index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
-        scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
-        counted = f", or say {scan}" if scan else ""
-        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
-        raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
-    assumed: list[str] = []
-    who, sensors = who_of(measured, columns, assumed)
-    flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
-    geodetic = (
-        bool(flat)
-        and not set(GEODETIC) <= set(measured)
-        and not any(each.unit for each in flat)
-        and geodetic_pair(*(columns[each.title] for each in flat))
-    )
-    if geodetic:
-        x, y = measured.pop("x"), measured.pop("y")
-        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
-        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
-    found_by = measured_by(measured, columns, who, sensors)
-    if not found_by:
-        wanted = "range and bearing, latitude and longitude, or x and y"
-        told = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
-        raise InputError(f"{path}: {told}{of_header(titles, below or next(iter(rows), []))}")
-    found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
-    check_together(path, found_by, found, titles)
-    lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
-    assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
-    sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
-    axes = POLAR if POLAR in found_by.values() else next(iter(found_by.values()))
-    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
-    names = _axes(axes)
-    others = {one: pair for one, pair in found_by.items() if pair != axes}
-    own_rows = [cell in found_by and cell not in others for cell in columns[who]] if others and who else []
-    main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
-    if not others or who:
-        names |= third_column(axes[0], measured, main)
-    beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
-    every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
-    units: dict[str, str] = {}
-    assumed += ["the row below the header states units; as a return it is refused"] if below else []
-    dates, told = (wishes.dates or pattern, "") if wishes.dates or pattern else pattern_of(columns[time.title])
-    assumed += [told] if told else []
-    for axis, name in every.items():
-        add_unit(axis, axis, measured[name], columns, units, assumed)
-    lost_units = [unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
-    aside = file_beside(path, wishes.platform)
-    platform = platform_of(aside[1]) if aside else platform_of(own) if axes == POLAR else {}
-    if "range_rate" in names and platform:
-        platform |= own_velocity(own, platform, columns, compass)
-    for axis, given in platform.items():
-        add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, assumed)
-    # What is looked at of a longer file may be the reports of many objects at its first moment.
-    if MANY <= len(rows) < 0.9 * LOOKED_AT and len(set(columns[time.title])) == 1:
-        same, route = columns[time.title][0], "" if columns[time.title][0] else "; a planned route has none"
-        raise InputError(f"{path}: {time.title}: is the time, and {same!r} in all rows; name another: --time COLUMN{route}")
-    times = numbers(columns[time.title])
-    if not (wishes.rate or wishes.dates) and (advice := joined(times)):
-        raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
-    unit = "" if wishes.dates else time_unit(time, times, assumed)
-    read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
-    scan = measured["scan"].title if "scan" in measured else ""
-    if scan and len(rows) >= MANY and len(set(columns[scan])) == 1:
-        scan = ""  # as the name of a frame of reference, the same in all rows
-    if scan and _timed(columns[scan], columns[time.title]):
-        assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
-    name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
-    if use == TRUTH and not name:
-        raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
-    noise = own_errors(names, columns) if not others else {}
-    assumed += [f"{OWN_ERRORS}{', '.join(noise.values())}"] if noise else []
-    read |= {who, scan, name, *noise.values()}
-    return Table(
-        path="" if isinstance(path, FrameTable) else str(path),
-        frame_table=path if isinstance(path, FrameTable) else None,
-        dialect=dialect,
-        time=time,
-        time_unit=unit,
-        scan=BY_ROW if wishes.scan == BY_ROW else scan,
-        identity=name,
-        reports=reports_of(found_by, columns, who),
-        use=use,
-        sensor_column=who,
-        sensors=sensors or ("sensor",),
-        others={one: {axis: measured[each].title for axis, each in pair.items()} for one, pair in beside.items()},
-        measured={axis: measured[name].title for axis, name in names.items()},
-        platform={axis: each.title for axis, each in platform.items()},
-        units=units,
-        frame=NORTH_EAST if compass else FRAMES[0],
-        assumed=(*wishes.assumed, *assumed),
-        unknown=next(filter(None, lost_units), ""),
-        dates=dates,
-        noise=noise,
-        roundings=roundings({axis: columns[measured[name].title] for axis, name in every.items()}, units),
-        beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
-        left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
-    )
-
-
-def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
-    """Return the axes that a source reads, by the axes of titles; with a `compass`, x is north."""
-    if pair != EAST:
-        return {axis: axis for axis in pair}
-    return dict(zip(FLAT, pair[::-1] if compass else pair, strict=True))
-
-
-def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:
-    """Return whether the returns of a scan have times of their own."""
-    pairs = set(zip(scans, times, strict=True))
-    return len(pairs) > 0.5 * (len(set(scans)) + len(scans)) and len(scans) > 2 * len(set(scans))

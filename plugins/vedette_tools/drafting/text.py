@@ -126,7 +126,7 @@ def _lines(
     if "origin" in notes:
         latitude, longitude, _ = notes["origin"].split(",")
         yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # the middle of the positions"
-    for text in table.assumed:
+    for text in table.said:
         yield f"# assumed: {toml_text.comment(text)}"
     if table.left_out:
         yield f"# not read: {', '.join(map(toml_text.comment, table.left_out))}"

@@ -18,8 +18,9 @@ from vedette_files.libraries import needed
 from vedette_files.tables.columnar import TablePath
 from vedette_files.tables.numbers import degrees
 from vedette_files.tables.rows import Dialect, listed, rows
+from vedette_tools.drafting.recognising import NO_WISHES, read_table
 from vedette_tools.drafting.several import FLAT, GEODETIC
-from vedette_tools.drafting.table import AID, NO_WISHES, read_table
+from vedette_tools.drafting.table import AID
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.folders import folders

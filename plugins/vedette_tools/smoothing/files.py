@@ -19,7 +19,7 @@ from vedette.progress import Progress
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import SUFFIX, pyarrow
 from vedette_files.writing import unfinished
-from vedette_tools.drafting.table import NO_WISHES
+from vedette_tools.drafting.recognising import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import batches, cast, rows_in, titles_of
 from vedette_tools.smoothing.cells import GROSS

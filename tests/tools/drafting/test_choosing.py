@@ -5,7 +5,7 @@ import pytest
 from support.foreign_files import ships_radar
 from vedette_tools.drafting.choosing import likeliest
 from vedette_tools.drafting.reading import Reading, opened
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 
 
 @pytest.mark.costly

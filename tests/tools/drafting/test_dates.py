@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from vedette_files.tables.times import check_pattern, stamp
 from vedette_tools.drafting.dates import pattern_of
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 
 PATTERNS = [
     f"{between.join(order)}{gap}{clock}"

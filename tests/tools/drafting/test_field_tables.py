@@ -15,7 +15,7 @@ from vedette.config.schema import schema
 from vedette.errors import InputError
 from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.config import drafted as whole_draft
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.wishes import Wishes
 
 RNG = np.random.default_rng(3)

@@ -138,7 +138,7 @@ def test_a_platform_that_stands_needs_no_velocity(tmp_path, monkeypatch):
     ],
 )
 def test_columns_of_a_platforms_velocity_are_known_by_their_titles(titles, columns, tmp_path):
-    from vedette_tools.drafting.table import read_table
+    from vedette_tools.drafting.recognising import read_table
 
     rows = [f"{t},{100 + t},{10 + t},{t},59.{t},10.{t},8,120" for t in range(5)]
     (tmp_path / "d.csv").write_text("\n".join([f"t,range,bearing [deg],doppler,{titles}", *rows]) + "\n")

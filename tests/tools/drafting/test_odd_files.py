@@ -9,7 +9,7 @@ from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.wishes import Wishes
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from vedette_tools.drafting.config import draft_config
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.trial import tried
 
 ERRORS = {

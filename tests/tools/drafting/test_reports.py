@@ -6,8 +6,8 @@ import pytest
 from benchmarks import drafts
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import REPORTED, Reading, opened
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.reports import LEAST, in_turn, longest_waits
-from vedette_tools.drafting.table import read_table
 
 
 def file_of(path, rows):

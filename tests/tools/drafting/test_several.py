@@ -12,8 +12,8 @@ from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.choosing import stood
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import TRACKER, read
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.several import stand
-from vedette_tools.drafting.table import read_table
 
 SHIPS, HEARD, SCANS = 4, 3, 60
 KIEL = (54.3, 10.2)

@@ -4,7 +4,7 @@ import pytest
 
 from vedette.errors import InputError
 from vedette_files.readers import FRAMES
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.titles import meaning
 from vedette_tools.drafting.wishes import Wishes
 
@@ -79,7 +79,7 @@ def test_a_polar_table_of_a_ship(tmp_path):
     assert found.platform == {"latitude": "own_lat", "longitude": "own_lon", "heading": "hdg"}
     assert found.units == {"range": "km", "bearing": "deg", "own heading": "deg"}
     assert (found.time_unit, found.frame, found.left_out) == ("", FRAMES[1], ("snr",))
-    assert found.assumed == ("brg is in deg: it goes up to 350", "hdg is in deg: it goes up to 271")
+    assert found.said == ("brg is in deg: it goes up to 350", "hdg is in deg: it goes up to 271")
 
 
 def test_positions_of_ships_are_what_is_measured_if_nothing_else_is(tmp_path):

@@ -9,7 +9,7 @@ import pytest
 import vedette
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import Reading, opened
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 
 TURN, TARGETS, TURNS = 4.0, 4, 40
 

@@ -8,7 +8,7 @@ import pytest
 import vedette
 from vedette.cli import main
 from vedette.errors import ConfigError, InputError
-from vedette_tools.drafting.table import read_table
+from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.wishes import Wishes
 
 

@@ -1,0 +1,165 @@
+"""What a table of detections holds, by its header and its first rows: how a `csv` source reads it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from itertools import compress
+
+from attrs import evolve
+
+from vedette.errors import InputError
+from vedette_files import NORTH_EAST
+from vedette_files.readers import FRAMES
+from vedette_files.tables.columnar import FrameTable, TablePath
+from vedette_files.tables.composed import made_of
+from vedette_files.tables.rows import BY_ROW, listed
+from vedette_tools.drafting.dates import pattern_of
+from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
+from vedette_tools.drafting.height_and_rate import own_velocity, third_column
+from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
+from vedette_tools.drafting.naming import by_words, named_by
+from vedette_tools.drafting.own_errors import own_errors, roundings
+from vedette_tools.drafting.platforms import file_beside, platform_of
+from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
+from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
+from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
+from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
+from vedette_tools.drafting.titles import chosen
+from vedette_tools.drafting.wishes import Wishes
+
+NO_WISHES = Wishes()
+
+COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
+
+
+def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Table:
+    """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles.
+
+    use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
+    """
+    titles, rows, dialect = first_rows(path)
+    below = units_below(rows)
+    columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
+    below_header, own = chosen(titles, below)
+    measured = wishes.measured(path, titles, below_header)
+    time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
+    if time is not None and wishes.time and not wishes.rate:
+        time = with_rest(time, columns)
+    geodetic_pair = partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
+    if not any(set(pair) <= set(measured) for pair in PAIRS):
+        measured |= position_of(columns, geodetic_pair)
+    measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
+    measured |= {"time": time} if time is not None else {}
+    columns = with_made(columns, measured)
+    if time is None:
+        index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
+        scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
+        counted = f", or say {scan}" if scan else ""
+        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
+        raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
+    assumed: list[str] = []
+    who, sensors = who_of(measured, columns, assumed)
+    flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
+    geodetic = (
+        bool(flat)
+        and not set(GEODETIC) <= set(measured)
+        and not any(each.unit for each in flat)
+        and geodetic_pair(*(columns[each.title] for each in flat))
+    )
+    if geodetic:
+        x, y = measured.pop("x"), measured.pop("y")
+        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
+        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
+    found_by = measured_by(measured, columns, who, sensors)
+    if not found_by:
+        wanted = "range and bearing, latitude and longitude, or x and y"
+        told = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        raise InputError(f"{path}: {told}{of_header(titles, below or next(iter(rows), []))}")
+    found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
+    check_together(path, found_by, found, titles)
+    lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
+    assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
+    sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
+    axes = POLAR if POLAR in found_by.values() else next(iter(found_by.values()))
+    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
+    names = _axes(axes)
+    others = {one: pair for one, pair in found_by.items() if pair != axes}
+    own_rows = [cell in found_by and cell not in others for cell in columns[who]] if others and who else []
+    main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
+    if not others or who:
+        names |= third_column(axes[0], measured, main)
+    beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
+    every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
+    units: dict[str, str] = {}
+    guessed: dict[str, str] = {}
+    assumed += ["the row below the header states units; as a return it is refused"] if below else []
+    dates, told = (wishes.dates or pattern, "") if wishes.dates or pattern else pattern_of(columns[time.title])
+    assumed += [told] if told else []
+    for axis, name in every.items():
+        add_unit(axis, axis, measured[name], columns, units, guessed)
+    lost_units = [unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
+    aside = file_beside(path, wishes.platform)
+    platform = platform_of(aside[1]) if aside else platform_of(own) if axes == POLAR else {}
+    if "range_rate" in names and platform:
+        platform |= own_velocity(own, platform, columns, compass)
+    for axis, given in platform.items():
+        add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, guessed)
+    # What is looked at of a longer file may be the reports of many objects at its first moment.
+    if MANY <= len(rows) < 0.9 * LOOKED_AT and len(set(columns[time.title])) == 1:
+        same, route = columns[time.title][0], "" if columns[time.title][0] else "; a planned route has none"
+        raise InputError(f"{path}: {time.title}: is the time, and {same!r} in all rows; name another: --time COLUMN{route}")
+    times = numbers(columns[time.title])
+    if not (wishes.rate or wishes.dates) and (advice := joined(times)):
+        raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
+    unit = "" if wishes.dates else time_unit(time, times, assumed)
+    read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
+    scan = measured["scan"].title if "scan" in measured else ""
+    if scan and len(rows) >= MANY and len(set(columns[scan])) == 1:
+        scan = ""  # as the name of a frame of reference, the same in all rows
+    if scan and _timed(columns[scan], columns[time.title]):
+        assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
+    name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
+    if use == TRUTH and not name:
+        raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
+    noise = own_errors(names, columns) if not others else {}
+    read |= {who, scan, name, *noise.values()}
+    return Table(
+        path="" if isinstance(path, FrameTable) else str(path),
+        frame_table=path if isinstance(path, FrameTable) else None,
+        dialect=dialect,
+        time=time,
+        time_unit=unit,
+        scan=BY_ROW if wishes.scan == BY_ROW else scan,
+        identity=name,
+        reports=reports_of(found_by, columns, who),
+        use=use,
+        sensor_column=who,
+        sensors=sensors or ("sensor",),
+        others={one: {axis: measured[each].title for axis, each in pair.items()} for one, pair in beside.items()},
+        measured={axis: measured[name].title for axis, name in names.items()},
+        platform={axis: each.title for axis, each in platform.items()},
+        units=units,
+        frame=NORTH_EAST if compass else FRAMES[0],
+        assumed=(*wishes.assumed, *assumed),
+        guessed=guessed,
+        unknown=next(filter(None, lost_units), ""),
+        dates=dates,
+        noise=noise,
+        roundings=roundings({axis: columns[measured[name].title] for axis, name in every.items()}, units),
+        beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
+        left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
+    )
+
+
+def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:
+    """Return the axes that a source reads, by the axes of titles; with a `compass`, x is north."""
+    if pair != EAST:
+        return {axis: axis for axis in pair}
+    return dict(zip(FLAT, pair[::-1] if compass else pair, strict=True))
+
+
+def _timed(scans: Sequence[str], times: Sequence[str]) -> bool:
+    """Return whether the returns of a scan have times of their own."""
+    pairs = set(zip(scans, times, strict=True))
+    return len(pairs) > 0.5 * (len(set(scans)) + len(scans)) and len(scans) > 2 * len(set(scans))
