@@ -223,19 +223,28 @@ class Experiment:
         tracks = history.tracks()
         if (bad := history.first_undefined()) is not None:
             check_again(self, partial(steps.again, taken[: bad + 1]))
-        return Result(
+        return evolve(
+            self.outcome(steps, interrupted=interrupted),
             tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,
-            recording=steps.recording,
             scans=tuple(taken),
+            states=tuple(states),
+            framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+        )
+
+    def outcome(self, steps: Steps, *, interrupted: bool) -> Result:
+        """Return what the steps of a run leave, without its tracks and scans, which whoever made the steps has kept."""
+        state = steps.state
+        return Result(
+            tracks=(),
+            recording=steps.recording,
+            scans=(),
             refused=tuple(steps.intake.refused.first),
-            begun=steps.state.born,
+            begun=state.born,
             seconds=steps.seconds,
             interrupted=interrupted,
-            approximated=steps.state.approximated,
-            lost=steps.state.lost,
-            states=tuple(states),
+            approximated=state.approximated,
+            lost=state.lost,
             intake=steps.intake,
             experiment=self,
-            offsets=steps.state.offsets,
-            framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+            offsets=state.offsets,
         )

@@ -165,24 +165,22 @@ def _written(
         recorder.close()
         if smoothed is not None:
             smoothed.write(all_of_it=True)
-    intake = steps.intake
-    result = Result(
-        tracks=(),
-        recording=steps.recording,
-        scans=(),
-        refused=tuple(intake.refused.first),
-        begun=steps.state.born,
-        seconds=steps.seconds,
-        interrupted=interrupted,
-        approximated=steps.state.approximated,
-        lost=steps.state.lost,
-        intake=intake,
-        experiment=experiment,
-        offsets=steps.state.offsets,
-    )
-    score = recorder.judge.score()
+    result = experiment.outcome(steps, interrupted=interrupted)
+    return _concluded(result, folder, recorder, evolve(result, scans=tuple(looked.scans)), tracks, smoothed, lag)
+
+
+def _concluded(
+    result: Result,
+    folder: Path,
+    recorder: Recorder,
+    seen: Result,
+    tracks: TrackFiles,
+    smoothed: SmoothedFiles | None,
+    lag: float | None,
+) -> Streamed:
+    """Write the figures and the summary of a run that ended; `seen` is the same run with its first scans."""
+    experiment, score = result.made_by, recorder.judge.score()
     told = figures(experiment, result, score)
-    seen = evolve(result, scans=tuple(looked.scans))
     text, brief = (summary(experiment, seen, score, recorder.bands, brief=short) for short in (False, True))
     further: list[str] = []
     if smoothed is not None and lag is not None:
