@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import compress
 
-from attrs import evolve
+from attrs import evolve, frozen
 
 from vedette.errors import InputError
+from vedette.space import Array
 from vedette_files import NORTH_EAST
 from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath
 from vedette_files.tables.composed import made_of
-from vedette_files.tables.rows import BY_ROW, listed
+from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import own_velocity, third_column
@@ -25,7 +26,7 @@ from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
-from vedette_tools.drafting.titles import chosen
+from vedette_tools.drafting.titles import Meaning, chosen
 from vedette_tools.drafting.wishes import Wishes
 
 NO_WISHES = Wishes()
@@ -33,49 +34,100 @@ NO_WISHES = Wishes()
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
 
 
+@frozen
+class Columns:
+    """The columns of a table by title, those made of others too, and which of them hold a time, a position and other things.
+
+    measured: by axis; own: of the platform; below: the row below the header that states units, or []; pattern: of dates.
+    """
+
+    path: TablePath
+    titles: list[str]
+    cells: dict[str, list[str]]
+    rows: Sequence[Sequence[str]]
+    dialect: Dialect
+    below: Sequence[str]
+    measured: dict[str, Meaning]
+    own: Mapping[str, Meaning]
+    time: Meaning
+    pattern: str
+
+    @classmethod
+    def of(cls, path: TablePath, wishes: Wishes) -> Columns:
+        """Read the header and the first rows; InputError if no column looks like a time."""
+        titles, rows, dialect = first_rows(path)
+        below = units_below(rows)
+        cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
+        below_header, own = chosen(titles, below)
+        measured = wishes.measured(path, titles, below_header)
+        time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")
+        if time is not None and wishes.time and not wishes.rate:
+            time = with_rest(time, cells)
+        if not any(set(pair) <= set(measured) for pair in PAIRS):
+            measured |= position_of(cells, _in_degrees(titles))
+        measured |= {axis: with_hemisphere(measured[axis], cells) for axis in GEODETIC if axis in measured}
+        measured |= {"time": time} if time is not None else {}
+        cells = with_made(cells, measured)
+        if time is None:
+            index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
+            scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
+            counted = f", or say {scan}" if scan else ""
+            told = (
+                f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
+            )
+            raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
+        return cls(path, titles, cells, rows, dialect, below, measured, own, time, pattern)
+
+    def geodetic(self) -> tuple[Columns, tuple[str, ...]]:
+        """Return them with x and y as longitude and latitude, and what says so, if nothing else fits their values."""
+        flat = [self.measured[axis] for axis in FLAT if axis in self.measured]
+        if len(flat) < len(FLAT) or set(GEODETIC) <= set(self.measured) or any(each.unit for each in flat):
+            return self, ()
+        if not _in_degrees(self.titles)(*(self.cells[each.title] for each in flat)):
+            return self, ()
+        x, y = flat
+        measured = {axis: each for axis, each in self.measured.items() if axis not in FLAT}
+        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
+        told = f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m"
+        return evolve(self, measured=measured), (told,)
+
+    def times(self, wishes: Wishes) -> Array:
+        """Return the times that are numbers; InputError if the column cannot be the time, or must be read otherwise."""
+        cells, place = self.cells[self.time.title], f"{self.path}: {self.time.title}"
+        # What is looked at of a longer file may be the reports of many objects at its first moment.
+        if MANY <= len(self.rows) < 0.9 * LOOKED_AT and len(set(cells)) == 1:
+            route = "" if cells[0] else "; a planned route has none"
+            raise InputError(f"{place}: is the time, and {cells[0]!r} in all rows; name another: --time COLUMN{route}")
+        times = numbers(cells)
+        if not (wishes.rate or wishes.dates) and (advice := joined(times)):
+            raise InputError(f"{place}: {advice}, got {times[0]:.15g}")
+        return times
+
+    def scan(self) -> str:
+        """Return the column that counts scans, or ""; one that is the same in all rows names a frame of reference."""
+        title = self.measured["scan"].title if "scan" in self.measured else ""
+        return "" if title and len(self.rows) >= MANY and len(set(self.cells[title])) == 1 else title
+
+
+def _in_degrees(titles: Iterable[str]) -> Callable[[Sequence[str], Sequence[str]], bool]:
+    return partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
+
+
 def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> Table:
     """Return what a CSV or Parquet file holds; InputError if no time or no position can be found among its titles.
 
     use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
     """
-    titles, rows, dialect = first_rows(path)
-    below = units_below(rows)
-    columns = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-    below_header, own = chosen(titles, below)
-    measured = wishes.measured(path, titles, below_header)
-    time, pattern = time_of(columns, measured.get("time")) if not wishes.time else (measured["time"], "")
-    if time is not None and wishes.time and not wishes.rate:
-        time = with_rest(time, columns)
-    geodetic_pair = partial(in_degrees, sent=any(map(is_sent, by_words(titles))))
-    if not any(set(pair) <= set(measured) for pair in PAIRS):
-        measured |= position_of(columns, geodetic_pair)
-    measured |= {axis: with_hemisphere(measured[axis], columns) for axis in GEODETIC if axis in measured}
-    measured |= {"time": time} if time is not None else {}
-    columns = with_made(columns, measured)
-    if time is None:
-        index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
-        scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
-        counted = f", or say {scan}" if scan else ""
-        told = f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
-        raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
+    table, told = Columns.of(path, wishes).geodetic()
+    columns, measured, titles, time = table.cells, table.measured, table.titles, table.time
     assumed: list[str] = []
     who, sensors = who_of(measured, columns, assumed)
-    flat = [measured[axis] for axis in FLAT] if set(FLAT) <= set(measured) else []
-    geodetic = (
-        bool(flat)
-        and not set(GEODETIC) <= set(measured)
-        and not any(each.unit for each in flat)
-        and geodetic_pair(*(columns[each.title] for each in flat))
-    )
-    if geodetic:
-        x, y = measured.pop("x"), measured.pop("y")
-        measured |= {"longitude": evolve(x, axis="longitude"), "latitude": evolve(y, axis="latitude")}
-        assumed.append(f"{x.title} and {y.title} are longitude and latitude in degrees; if not, say --units x=m,y=m")
+    assumed += told
     found_by = measured_by(measured, columns, who, sensors)
     if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
-        told = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
-        raise InputError(f"{path}: {told}{of_header(titles, below or next(iter(rows), []))}")
+        text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        raise InputError(f"{path}: {text}{of_header(titles, table.below or next(iter(table.rows), []))}")
     found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
     check_together(path, found_by, found, titles)
     lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
@@ -93,30 +145,21 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
     guessed: dict[str, str] = {}
-    assumed += ["the row below the header states units; as a return it is refused"] if below else []
-    dates, told = (wishes.dates or pattern, "") if wishes.dates or pattern else pattern_of(columns[time.title])
-    assumed += [told] if told else []
+    assumed += ["the row below the header states units; as a return it is refused"] if table.below else []
+    dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
+    assumed += [text] if text else []
     for axis, name in every.items():
         add_unit(axis, axis, measured[name], columns, units, guessed)
     lost_units = [unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
     aside = file_beside(path, wishes.platform)
-    platform = platform_of(aside[1]) if aside else platform_of(own) if axes == POLAR else {}
+    platform = platform_of(aside[1]) if aside else platform_of(table.own) if axes == POLAR else {}
     if "range_rate" in names and platform:
-        platform |= own_velocity(own, platform, columns, compass)
+        platform |= own_velocity(table.own, platform, columns, compass)
     for axis, given in platform.items():
         add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, guessed)
-    # What is looked at of a longer file may be the reports of many objects at its first moment.
-    if MANY <= len(rows) < 0.9 * LOOKED_AT and len(set(columns[time.title])) == 1:
-        same, route = columns[time.title][0], "" if columns[time.title][0] else "; a planned route has none"
-        raise InputError(f"{path}: {time.title}: is the time, and {same!r} in all rows; name another: --time COLUMN{route}")
-    times = numbers(columns[time.title])
-    if not (wishes.rate or wishes.dates) and (advice := joined(times)):
-        raise InputError(f"{path}: {time.title}: {advice}, got {times[0]:.15g}")
-    unit = "" if wishes.dates else time_unit(time, times, assumed)
+    unit = "" if wishes.dates else time_unit(time, table.times(wishes), assumed)
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
-    scan = measured["scan"].title if "scan" in measured else ""
-    if scan and len(rows) >= MANY and len(set(columns[scan])) == 1:
-        scan = ""  # as the name of a frame of reference, the same in all rows
+    scan = table.scan()
     if scan and _timed(columns[scan], columns[time.title]):
         assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
     name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
@@ -127,7 +170,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     return Table(
         path="" if isinstance(path, FrameTable) else str(path),
         frame_table=path if isinstance(path, FrameTable) else None,
-        dialect=dialect,
+        dialect=table.dialect,
         time=time,
         time_unit=unit,
         scan=BY_ROW if wishes.scan == BY_ROW else scan,
