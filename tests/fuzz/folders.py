@@ -22,7 +22,7 @@ from fuzz.trees import mutated
 from support.results import config
 from vedette.cli import main
 from vedette.commands.exit_codes import DONE, WRONG
-from vedette_report.running import streaming
+from vedette_report.running import growing
 from vedette_report.series import recorder as series
 
 RUN, LEFT, STUDY = "run", "left", "study"
@@ -57,20 +57,20 @@ def made() -> Path:
 
 def killed() -> None:
     """Leave an unfinished run."""
-    original, blocks, written = streaming.scan_line, (series.SCANS, streaming._BLOCKS), iter(range(30))
+    original, blocks, written = growing.scan_line, (series.SCANS, growing.BLOCKS), iter(range(30))
 
     def line(*given):  # type: ignore[no-untyped-def]
         if next(written, None) is None:
             raise Killed
         return original(*given)
 
-    streaming.scan_line, series.SCANS, streaming._BLOCKS = line, 4, 2
+    growing.scan_line, series.SCANS, growing.BLOCKS = line, 4, 2
     try:
         quiet(["run", "config.json", "--stream", "--out", LEFT])
     except Killed:
         pass
     finally:
-        streaming.scan_line, (series.SCANS, streaming._BLOCKS) = original, blocks
+        growing.scan_line, (series.SCANS, growing.BLOCKS) = original, blocks
 
 
 @contextmanager

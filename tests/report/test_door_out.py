@@ -226,7 +226,7 @@ def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
 def started(folder, *more, pause=0.02):
     """A streamed run of small blocks in a process of its own, which pauses after each scan."""
     code = "import sys; from time import sleep; from vedette_report.series import recorder; recorder.SCANS = 2\n"
-    code += "import vedette_report.running.streaming as s; s._BLOCKS = 1; old = s.scan_line\n"
+    code += "import vedette_report.running.growing as s; s.BLOCKS = 1; old = s.scan_line\n"
     code += f"s.scan_line = lambda *given: (sleep({pause}), old(*given))[1]\n"
     code += "from vedette.cli import main; sys.exit(main(sys.argv[1:]))"
     line = [sys.executable, "-c", code, "run", "config.json", "--out", "out", "--stream", *more]

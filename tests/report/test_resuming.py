@@ -23,7 +23,7 @@ from vedette.tracking import State
 from vedette_files import read_series
 from vedette_files.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
 from vedette_report import identity
-from vedette_report.running import lagging, streaming
+from vedette_report.running import growing, lagging, streaming
 from vedette_report.running.resuming import CHECKPOINT, Former
 from vedette_report.series import recorder as series
 
@@ -50,7 +50,7 @@ class Killed(BaseException):
 def small(monkeypatch, tmp_path):
     """Blocks of three scans, and a state that is kept every second one."""
     monkeypatch.setattr(series, "SCANS", 3)
-    monkeypatch.setattr(streaming, "_BLOCKS", 2)
+    monkeypatch.setattr(growing, "BLOCKS", 2)
     monkeypatch.chdir(tmp_path)
 
 
@@ -60,7 +60,7 @@ def write(name="config.json", **changes):
 
 def ended_after(count):
     """What writes so many scans, and then ends the run."""
-    written, original = iter(range(count)), streaming.scan_line
+    written, original = iter(range(count)), growing.scan_line
 
     def line(*given):
         if next(written, None) is None:
@@ -73,7 +73,7 @@ def ended_after(count):
 def killed(monkeypatch, after, *arguments):
     """Run a command that is ended when so many scans were written."""
     with monkeypatch.context() as patch:
-        patch.setattr(streaming, "scan_line", ended_after(after))
+        patch.setattr(growing, "scan_line", ended_after(after))
         with pytest.raises(Killed):
             main([*map(str, arguments)])
 
@@ -156,7 +156,7 @@ def test_scans_that_were_refused_or_lack_returns_stay_so(monkeypatch):
     whole = streaming.stream(experiment, Path("whole"))
     assert whole.result.intake.refused.count == 4
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(streaming, "scan_line", ended_after(20))
+        patch.setattr(growing, "scan_line", ended_after(20))
         with pytest.raises(Killed):
             streaming.stream(experiment, Path("out"))
     former = Former.of(Path("out"))

@@ -13,7 +13,7 @@ from pathlib import Path
 from support.killing import killed
 from vedette.cli import main
 from vedette_files import read_recording, read_series
-from vedette_report.running import streaming
+from vedette_report.running import growing
 from vedette_report.series import recorder as series
 
 
@@ -33,7 +33,7 @@ def left(place):
 if __name__ == "__main__":
     runs, seed, config = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
     chance = random.Random(seed)
-    series.SCANS, streaming._BLOCKS = 4, 2
+    series.SCANS, growing.BLOCKS = 4, 2
     with redirect_stdout(sys.stderr):
         main(["run", config, "--stream", "--out", "warm"])  # all is loaded before it forks
     for i in range(runs):

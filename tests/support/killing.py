@@ -18,7 +18,7 @@ from pathlib import Path
 
 from vedette.cli import main
 from vedette_files.writing import UNFINISHED
-from vedette_report.running import streaming
+from vedette_report.running import growing
 from vedette_report.series import recorder as series
 
 OPTIONS = {"run": "--out", "study": "--out", "export": "--to"}
@@ -66,7 +66,7 @@ if __name__ == "__main__":
     total, seed, name, *command = sys.argv[1:]
     place = Path(name)
     chance, kills, chains = random.Random(int(seed)), 0, 0
-    series.SCANS, streaming._BLOCKS = 4, 2
+    series.SCANS, growing.BLOCKS = 4, 2
     with redirect_stdout(sys.stderr):
         main(
             [*command, OPTIONS[command[0]], str(place.with_name(f"{place.stem}-first{place.suffix}"))]

@@ -35,7 +35,7 @@ CHECKPOINT = ".checkpoint.json"
 """Holds two lines: what the second one is, with its hash, and the state."""
 
 FORMAT, VERSION = "vedette checkpoint", 1
-_RECORDING = "recording.jsonl"
+RECORDING = "recording.jsonl"
 
 Rows = dict[str, dict[str, Any]]
 """Tables of one scan."""
@@ -101,7 +101,7 @@ class Former:
         places = unfinished_runs(folder)
         if not places:
             raise ConfigError([Problem("--resume", f"{str(folder)!r} holds no run that did not come to its end")])
-        streamed = [place for place in places if (place / _RECORDING).exists()]
+        streamed = [place for place in places if (place / RECORDING).exists()]
         if not streamed:
             told = f"{places[-1]} has nothing to go on from, as a run that keeps all writes at its end: run it again"
             raise ConfigError([Problem("--resume", told)])
@@ -128,7 +128,7 @@ class Former:
             return
         if isinstance(steps.recording.scans, LazyScans) and steps.recording.scans.once:
             raise InputError(f"{self.place}: its source gives each scan once, so that nobody can go on from there")
-        given = lines(self.place / _RECORDING)
+        given = lines(self.place / RECORDING)
         for wanted in head:
             self._check_line(wanted.rstrip("\n"), next(given, (0, "")))
         with open_series(self.place / SERIES) as series:
@@ -155,7 +155,7 @@ class Former:
 
     def _check_line(self, wanted: str, line: tuple[int, str]) -> None:
         if line[1] != wanted:
-            raise InputError(f"{self.place / _RECORDING}:{line[0]}: the source does not give what it gave to this run")
+            raise InputError(f"{self.place / RECORDING}:{line[0]}: the source does not give what it gave to this run")
 
 
 def _read(place: Path) -> Former:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import nullcontext
 from functools import partial
 from pathlib import Path
 from signal import SIGINT, signal
@@ -19,26 +18,18 @@ from vedette.metrics import Score
 from vedette.progress import Progress, silent
 from vedette.space import Array
 from vedette.tracking import State, Tracker, check_again
-from vedette.types import Detections, Gaussian, Scan
-from vedette_files import FrameFiles, Tables, recording_head, scan_line
+from vedette.types import Gaussian, Scan
+from vedette_files import Tables
 from vedette_files.files_read import NOTHING_READ, Inputs
 from vedette_files.writing import Results, results_in
 from vedette_report.figures import figures, length_unit
 from vedette_report.running.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
-from vedette_report.running.lagging import SmoothedFiles
-from vedette_report.running.resuming import Checkpoints, Former
+from vedette_report.running.growing import GrowingFiles
+from vedette_report.running.resuming import RECORDING, Former
 from vedette_report.running.smoothed import smoothed_figures, smoothed_summary
-from vedette_report.running.track_files import TrackFiles
-from vedette_report.series.recorder import Recorder
 from vedette_report.summary.words import summary
-from vedette_report.warnings.turned import SAMPLED
 
 T = TypeVar("T")
-
-MOST_RETURNS = 100_000
-"""Returns of an excerpt: more are not kept."""
-_BLOCKS = 10
-"""So many blocks that are judged are written into the series at a time at most: a killed run can be seen up to there."""
 
 Shown = Callable[[Scan, State, State, Gaussian, Array | None, Tables], None]
 """Is told what `Experiment.finish` tells its `watch`, and the tables of the scan, numbered from the run's first one on."""
@@ -93,120 +84,44 @@ def stream(
 def _written(
     experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None, lag: float | None
 ) -> Streamed:
-    folder = results.place
     steps.intake.refused.limit(NAMED)
-    tracker, interrupted = experiment.tracker, False
-    spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
-    detected = {name: spaces[name] for name in experiment.preprocessors}
-    frames, notes = FrameFiles.of(folder / "recording.jsonl", steps.recording), steps.recording.notes
-    recorder = Recorder(folder / SERIES, experiment, steps, kept=False)
-    extra = () if steps.state.links is None else ("link",)
-    looked = Excerpt()
-    smoothed = None if lag is None else SmoothedFiles(folder, experiment, steps.recording, steps.state, lag)
-    with (
-        smoothed or nullcontext(),
-        TrackFiles(folder, tracker.state, notes, recorder.modes, extra=extra, grows=True) as tracks,
-        (folder / "recording.jsonl").open("w", encoding="utf-8", newline="\n") as recording,
-    ):
-        described = evolve(steps.recording, detected=detected)
-        recording.writelines(recording_head(described, spaces))
-
-        blocks, checkpoints = 0, None
-
-        def write() -> None:
-            nonlocal blocks
-            recorder.finish_block()
-            tracks.write(recorder.tracks.hand_out())
-            recording.flush()
-            if smoothed is not None:
-                smoothed.write()
-            blocks += 1
-            if blocks % _BLOCKS == 0:
-                recorder.flush()
-            if checkpoints is not None:
-                results.keep = True
-                if blocks % _BLOCKS == 0:
-                    checkpoints.write(steps, recorder.scans)
-
+    tracker, interrupted, defined, held = experiment.tracker, False, True, Held()
+    with GrowingFiles(experiment, results, steps, lag) as files:
         if former is not None:
-            told_later = None if smoothed is None else former.smoothed_rows(smoothed.none)
-            for scan, rows in former.play(steps, recording_head(described, spaces), spaces, recorder.none):
-                recording.write(scan_line(scan, spaces, frames))
-                looked.add(scan)
-                recorder.again(scan, rows)
-                if smoothed is not None and told_later is not None:
-                    smoothed.again(scan, steps.state, told_later)
-                if recorder.full:
-                    write()
-            if smoothed is not None and former.drawn:
-                smoothed.go_on(former.smoothed)
-        checkpoints = Checkpoints(folder, experiment, smoothed)
-        if recorder.scans or smoothed is not None:  # one that begins anew is to smooth as it did
-            checkpoints.write(steps, recorder.scans)
-        defined, held = True, Held()
+            files.play(former)
+        files.keep_places()
         try:
             for scan, state in held.apart(steps):
-                recording.write(scan_line(scan, spaces, frames))
-                looked.add(scan)
                 estimate, modes = estimates(tracker, state)
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
-                recorder.add(scan, steps.before, state, estimate, modes)
-                if smoothed is not None:
-                    smoothed.add(scan, steps.before, state)
+                files.add(scan, state, estimate, modes)
                 if shown is not None:
-                    shown(scan, steps.before, state, estimate, modes, recorder.judged())
-                if recorder.full:
-                    write()
+                    shown(scan, steps.before, state, estimate, modes, files.recorder.judged())
+                files.write_if_full()
         except KeyboardInterrupt:
             interrupted = True
-        write()
-        recorder.close()
-        if smoothed is not None:
-            smoothed.write(all_of_it=True)
-    result = experiment.outcome(steps, interrupted=interrupted)
-    return _concluded(result, folder, recorder, evolve(result, scans=tuple(looked.scans)), tracks, smoothed, lag)
+        files.close()
+    return _concluded(experiment.outcome(steps, interrupted=interrupted), files, lag)
 
 
-def _concluded(
-    result: Result,
-    folder: Path,
-    recorder: Recorder,
-    seen: Result,
-    tracks: TrackFiles,
-    smoothed: SmoothedFiles | None,
-    lag: float | None,
-) -> Streamed:
-    """Write the figures and the summary of a run that ended; `seen` is the same run with its first scans."""
-    experiment, score = result.made_by, recorder.judge.score()
+def _concluded(result: Result, files: GrowingFiles, lag: float | None) -> Streamed:
+    """Write the figures and the summary of a run that ended."""
+    experiment, score, smoothed = result.made_by, files.recorder.judge.score(), files.smoothed
     told = figures(experiment, result, score)
-    text, brief = (summary(experiment, seen, score, recorder.bands, brief=short) for short in (False, True))
+    seen = evolve(result, scans=tuple(files.excerpt))
+    text, brief = (summary(experiment, seen, score, files.recorder.bands, brief=short) for short in (False, True))
     further: list[str] = []
     if smoothed is not None and lag is not None:
         later = smoothed.score()
         told |= {"smoothed": smoothed_figures(lag, later)}
         compared = smoothed_summary(score, later, lag, length_unit(experiment))
         text, brief, further = text + compared, brief + compared, smoothed.names
-    summaries = write_summaries(folder, experiment, told, text)
-    written = (*tracks.names[:2], "recording.jsonl", SERIES, *summaries, *tracks.names[2:], *further)
-    of_plugins, problems = write_of_plugins(folder, experiment, result, "vedette_files_of_stream")
+    summaries = write_summaries(files.place, experiment, told, text)
+    written = (*files.tracks.names[:2], RECORDING, SERIES, *summaries, *files.tracks.names[2:], *further)
+    of_plugins, problems = write_of_plugins(files.place, experiment, result, "vedette_files_of_stream")
     return Streamed(result, score, text, brief, told, (*written, *of_plugins), tuple(problems))
-
-
-@final
-class Excerpt:
-    """The first scans of returns, by which what looks wrong is told; they take a few MB."""
-
-    def __init__(self) -> None:
-        self.scans: list[Scan] = []
-        self._left = MOST_RETURNS
-
-    def add(self, scan: Scan) -> None:
-        """Keep a scan, if there is room."""
-        if len(self.scans) < SAMPLED and isinstance(scan.detections, Detections) and len(scan.detections.z) <= self._left:
-            self.scans.append(scan)
-            self._left -= len(scan.detections.z)
 
 
 @final
