@@ -277,14 +277,16 @@ def _reviewed(
 ) -> tuple[Rows, Mask]:
     """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do.
 
-    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends if that which it is
-    shown with, `shown` (l,), is so small that its hypotheses may as well hold no target.
+    of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends where it would by
+    what it is shown with, `shown` (l,): its hypotheses may as well hold no target.
     """
     count = int(np.count_nonzero(parent >= 0))
     old, new = slice(count), len(rows.ids) - count
     belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
-    memory, confirmed, alive = judged(it.plan, belief, memory, it.dt, of_target[old], hit[old], p_detect[parent[old]])
-    alive = alive & (shown[old] >= it.plan.lifecycle.least_existence)
+    seen, before = (hit[old], p_detect[parent[old]]), memory
+    memory, confirmed, alive = judged(it.plan, belief, before, it.dt, of_target[old], *seen)
+    if np.any(shown[old] < it.plan.lifecycle.least_existence):
+        alive = alive & judged(it.plan, belief, before, it.dt, np.minimum(shown, of_target)[old], *seen)[2]
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
     memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)

@@ -4,45 +4,80 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
-from functools import cache
 from typing import Any, ClassVar
 
 import numpy as np
-from attrs import frozen
+from attrs import astuple, frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, Space, fields
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Mask, Newborn, Sensor, Space, fields
 from vedette.errors import ScanRefused
 from vedette_standard.births.one_point import unclaimed, within
 from vedette_standard.regions import Polygon
 
+SEEN = 0.1
+"""A place that a sensor looks at: a target there is detected with this probability or more; as `m_of_n` counts a look."""
+
+WAITS = 16
+"""Scans of other places through which a return waits for one that can follow it."""
+
 
 @frozen(eq=False)
 class Waiting:
-    """Positions (k, d) and covariances (k, d, d) of returns that no track claimed, in the scan `ago` () s before."""
+    """What waits for a return that follows: k positions, maybe with velocities, (k, p) and (k, p, p), `ago` (k,) s before.
+
+    left (k,): the scans of other places that it outlasts.
+    """
 
     mean: Array
     cov: Array
     ago: Array
+    left: Indices
+
+    @classmethod
+    def now(cls, found: Gaussian, seen: Mask) -> Waiting:
+        """Return what waits from now on; what its own sensor should not have `seen` (k,) outlasts nothing."""
+        return cls(found.mean, found.cov, np.zeros(len(found.mean)), np.where(seen, WAITS, 0))
 
     def later(self, dt: float) -> Waiting:
-        """Return the same returns, `dt` longer ago."""
-        return Waiting(self.mean, self.cov, self.ago + dt)
+        """Return the same, `dt` longer ago."""
+        return Waiting(self.mean, self.cov, self.ago + dt, self.left)
+
+    def of(self, some: Any) -> Waiting:
+        """Return some of it."""
+        return Waiting(self.mean[some], self.cov[some], self.ago[some], self.left[some])
 
     @property
-    def idle(self) -> bool:
-        """Whether there is none of an earlier time."""
-        return bool(self.ago == 0) or not len(self.mean)
+    def earlier(self) -> Waiting:
+        """What was there before this moment."""
+        return self.of(self.ago > 0)
+
+    def outlasting(self, sensor: Sensor) -> Waiting:
+        """Return what a scan leaves to wait, as its sensor does not look there."""
+        if not len(self.mean):
+            return self
+        kept = self.of((self.left > 0) & ~seen(sensor, self.mean[:, : len(sensor.observes)]))
+        return Waiting(kept.mean, kept.cov, kept.ago, kept.left - 1)
+
+    def and_now(self, new: Waiting) -> Waiting:
+        """Return what waited and what waits from now on."""
+        if not len(self.mean):
+            return new
+        return Waiting(*(np.concatenate(both) for both in zip(astuple(self), astuple(new), strict=True)))
 
 
-@cache
-def nothing(axes: int) -> Waiting:
-    """Return no return of a scan just now."""
-    return Waiting(np.zeros((0, axes)), np.zeros((0, axes, axes)), np.asarray(0.0))
+def seen(sensor: Sensor, spots: Array) -> Mask:
+    """Return which positions (k, d) a sensor looks at."""
+    return np.broadcast_to(sensor.detects(spots) >= SEEN, len(spots))
 
 
 def spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:
     """Return the positions (k, d) that some returns give."""
     return sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
+
+
+def none_follow(axes: int) -> tuple[Indices, Gaussian]:
+    """Return no positions, of so many axes, that follow others."""
+    return np.zeros(0, dtype=np.intp), Gaussian(np.zeros((0, 2 * axes)), np.zeros((0, 2 * axes, 2 * axes)))
 
 
 def pairs(now: Gaussian, before: Waiting, limit: Array, deviations: float) -> tuple[Indices, Gaussian]:
@@ -51,17 +86,19 @@ def pairs(now: Gaussian, before: Waiting, limit: Array, deviations: float) -> tu
     Two-point differencing: z2 and z1, dt apart, give z2 and (z2 - z1) / dt, with the covariances R2, (R1 + R2) / dt^2 and
     R2 / dt between them. limit (k,): the fastest, beyond which `deviations` of the noise are allowed; the nearest counts.
     """
+    if not len(before.mean) or not len(now.mean):
+        return none_follow(now.mean.shape[-1])
     apart = np.linalg.norm(now.mean[:, None] - before.mean[None], axis=-1)
     nearest = np.argmin(apart, axis=-1)
     noise = np.sqrt(np.linalg.eigvalsh(now.cov + before.cov[nearest])[..., -1])
-    near = np.flatnonzero(np.min(apart, axis=-1) <= limit * before.ago + deviations * noise)
+    near = np.flatnonzero(np.min(apart, axis=-1) <= limit * before.ago[nearest] + deviations * noise)
     nearest, spot = nearest[near], Gaussian(now.mean[near], now.cov[near])
-    d, dt = spot.mean.shape[-1], before.ago
-    mean = np.concatenate([spot.mean, (spot.mean - before.mean[nearest]) / dt], axis=-1)
+    d, dt = spot.mean.shape[-1], before.ago[nearest]
+    mean = np.concatenate([spot.mean, (spot.mean - before.mean[nearest]) / dt[:, None]], axis=-1)
     cov = np.empty((len(near), 2 * d, 2 * d))
     cov[:, :d, :d] = spot.cov
-    cov[:, :d, d:] = cov[:, d:, :d] = spot.cov / dt
-    cov[:, d:, d:] = (spot.cov + before.cov[nearest]) / dt**2
+    cov[:, :d, d:] = cov[:, d:, :d] = spot.cov / dt[:, None, None]
+    cov[:, d:, d:] = (spot.cov + before.cov[nearest]) / dt[:, None, None] ** 2
     return near, Gaussian(mean, cov)
 
 
@@ -79,7 +116,10 @@ def velocity_axes(position: Space, spread: Mapping[str, float], state: Space) ->
     """Return the axes of the velocity, one for each of the position; ValueError if the state lacks one or has others."""
     names = [f"v{name}" for name in position.names]
     if lacking := [name for name in names if name not in state]:
-        raise ValueError(f"sensors: must observe positions with a velocity in the state, which lacks {lacking[0]!r}")
+        own = ", ".join(position.names)
+        raise ValueError(
+            f"sensors: must observe positions alone, whose velocities are in the state: of {own} it lacks {lacking[0]!r}"
+        )
     if lacking := [name for name in state.names if name not in {*names, *position.names, *spread}]:
         raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
     return [state.names.index(name) for name in names]
@@ -89,7 +129,8 @@ def velocity_axes(position: Space, spread: Mapping[str, float], state: Space) ->
 class Following(Birth):
     """A birth whose tracks start at returns that follow those of scans before; a kind says by `followers` which do.
 
-    Its memory has `later(dt)`, what it is dt longer ago, and says by `idle` that nothing can follow it.
+    It remembers, for each set of axes in which sensors give positions, what waits there for another scan: until a sensor
+    looks at the place again. Scans that see other places, or no positions, change nothing.
     """
 
     models_unseen: ClassVar[bool] = True
@@ -122,6 +163,10 @@ class Following(Birth):
         limit (k,): the fastest that each may be.
         """
 
+    @abstractmethod
+    def remembered(self, memory: Any, now: Waiting, sensor: Sensor, limit: Array) -> Any:
+        """Return what waits after a scan of the returns `now` that no track claims; memory: before it, None for nothing."""
+
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> None:
         """Return nothing: there was no scan yet."""
 
@@ -131,14 +176,32 @@ class Following(Birth):
 
     def predict(self, memory: Any, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Any:
         """Return the memory, `dt` longer ago."""
-        return None if memory is None else memory.later(dt)
+        return None if memory is None else {axes: waiting.later(dt) for axes, waiting in memory.items()}
+
+    def update(
+        self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, claimed: Array, p_gate: float
+    ) -> Any:
+        """Return the memory after a scan: with its returns that no track claims, if they give positions."""
+        rows, axes = self.left_over(detections, claimed), sensor.observes.names
+        if any(f"v{name}" not in estimator.state for name in axes):
+            return memory
+        try:
+            spot = spots(sensor, detections, rows)
+        except NotImplementedError:
+            return memory
+        # No sensor's name here: whoever is too fast for its sensor is found when a last return comes.
+        limit = self.limit(detections, max(self.max_speed, *self.sensor_speeds.values(), 0.0))[rows]
+        before, key = memory or {}, " ".join(axes)
+        now = Waiting.now(spot, seen(sensor, spot.mean))
+        return {**before, key: self.remembered(before.get(key), now, sensor, limit)}
 
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each return that follows those of the scans before."""
         rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, sensor.observes
-        idle = found is None or found.idle or not len(rows)
+        memory = None if found is None else found.get(" ".join(position.names))
+        idle = memory is None or not len(rows)
         if idle and len(claimed):
             return Newborn.none(len(state))
         velocity_axes(position, self.spread, state)
@@ -146,7 +209,7 @@ class Following(Birth):
         if idle:
             return Newborn.none(len(state))
         near, moving = self.followers(
-            spot, found, self.limit(detections, self.sensor_speeds.get(name, self.max_speed))[rows]
+            spot, memory, self.limit(detections, self.sensor_speeds.get(name, self.max_speed))[rows]
         )
         prior = in_state(moving, position, self.spread, state)
         return within(self.appears_in, Newborn(rows[near], prior, np.full(len(near), self.initial)), state)

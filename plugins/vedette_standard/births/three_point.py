@@ -2,31 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Estimator, Gaussian, Indices, Sensor, fields
-from vedette_standard.births.following import Following, Waiting, pairs, spots
+from vedette import Array, Gaussian, Indices, Sensor, fields
+from vedette_standard.births.following import Following, Waiting, none_follow, pairs
 
 
 @frozen(eq=False)
 class Chains:
-    """The returns of the scan before, and positions and velocities (j, 2d), (j, 2d, 2d) of those that follow another."""
+    """The returns of the scan before, and positions and velocities (j, 2d) of those that follow another."""
 
     last: Waiting
-    mean: Array
-    cov: Array
+    moving: Waiting
 
     def later(self, dt: float) -> Chains:
         """Return the same, `dt` longer ago."""
-        return Chains(self.last.later(dt), self.mean, self.cov)
-
-    @property
-    def idle(self) -> bool:
-        """Whether there is none of an earlier time."""
-        return self.last.idle or not len(self.mean)
+        return Chains(self.last.later(dt), self.moving.later(dt))
 
 
 @final
@@ -66,10 +60,14 @@ class ThreePoint(Following):
 
     def followers(self, now: Gaussian, memory: Chains, limit: Array) -> tuple[Indices, Gaussian]:
         """Return which positions (k, d) go on as a chain does, and position and velocity (j, 2d) of these by all three."""
-        d, dt, a = now.mean.shape[-1], float(memory.last.ago), self.max_acceleration
-        F = np.eye(2 * d) + np.diag(np.full(d, dt), d)
-        mean, push = memory.mean @ F.T, np.repeat([0.5 * a * dt * dt, a * dt], d)
-        cov = F @ memory.cov @ F.T + np.diag(push**2)
+        d, a, ends = now.mean.shape[-1], self.max_acceleration, memory.moving.earlier
+        if not len(ends.mean):
+            return none_follow(d)
+        dt = ends.ago[:, None]
+        F = np.eye(2 * d) + dt[:, None] * np.diag(np.ones(d), d)
+        mean = (F @ ends.mean[..., None])[..., 0]
+        push = np.repeat(np.concatenate([0.5 * a * dt * dt, a * dt], axis=-1), d, axis=-1)
+        cov = F @ ends.cov @ np.swapaxes(F, -1, -2) + np.eye(2 * d) * (push**2)[:, None]
         S = cov[None, :, :d, :d] + now.cov[:, None]
         off = now.mean[:, None] - mean[None, :, :d]
         distance = np.sum(off * np.linalg.solve(S, off[..., None])[..., 0], axis=-1)
@@ -84,17 +82,11 @@ class ThreePoint(Following):
         slow = np.linalg.norm(after[:, d:], axis=-1) <= limit[near] + self.deviations * noise
         return near[slow], Gaussian(after[slow], left[slow])
 
-    def update(
-        self, memory: Chains | None, estimator: Estimator[Any], sensor: Sensor, detections: Detections, claimed: Array,
-        p_gate: float,
-    ) -> Chains:  # fmt: skip
-        """Return this scan's returns that no track claims, and the chains that end there."""
-        rows, d = self.left_over(detections, claimed), len(sensor.observes)
-        spot = spots(sensor, detections, rows) if len(rows) else Gaussian(np.zeros((0, d)), np.zeros((0, d, d)))
-        last = Waiting(spot.mean, spot.cov, np.asarray(0.0))
-        if memory is None or memory.last.idle or not len(rows):
-            return Chains(last, np.zeros((0, 2 * d)), np.zeros((0, 2 * d, 2 * d)))
-        # No sensor's name here: whoever is too fast for its sensor is found when a third return comes.
-        limit = self.limit(detections, max(self.max_speed, *self.sensor_speeds.values(), 0.0))
-        _, moving = pairs(spot, memory.last, limit[rows], self.deviations)
-        return Chains(last, moving.mean, moving.cov)
+    def remembered(self, memory: Chains | None, now: Waiting, sensor: Sensor, limit: Array) -> Chains:
+        """Return this scan's returns, the chains that end there, and of those before what its sensor could not have seen."""
+        before = now.of(slice(0)) if memory is None else memory.last
+        near, moving = pairs(Gaussian(now.mean, now.cov), before.earlier, limit, self.deviations)
+        ends = Waiting(moving.mean, moving.cov, now.ago[near], now.left[near])
+        if memory is None:
+            return Chains(now, ends)
+        return Chains(before.outlasting(sensor).and_now(now), memory.moving.outlasting(sensor).and_now(ends))

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
-import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Estimator, Gaussian, Indices, Sensor
-from vedette_standard.births.following import Following, Waiting, nothing, pairs, spots
+from vedette import Array, Gaussian, Indices, Sensor
+from vedette_standard.births.following import Following, Waiting, pairs
 
 
 @final
@@ -21,6 +20,7 @@ class TwoPoint(Following):
     counts. Other axes are 0 with the standard deviations in `spread`.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.3.
 
+    >>> import numpy as np
     >>> from vedette import Detections
     >>> from vedette_standard import CartesianPosition, ConstantAcceleration, Kalman
     >>> others = {"spread": {"ax": 0.5, "ay": 0.7}, "claimed": 0.4, "initial": 0.3, "deviations": 2.0}
@@ -46,20 +46,8 @@ class TwoPoint(Following):
 
     def followers(self, now: Gaussian, memory: Waiting, limit: Array) -> tuple[Indices, Gaussian]:
         """Return which positions follow one of the scan before."""
-        return pairs(now, memory, limit, self.deviations)
+        return pairs(now, memory.earlier, limit, self.deviations)
 
-    def update(
-        self,
-        memory: Waiting | None,
-        estimator: Estimator[Any],
-        sensor: Sensor,
-        detections: Detections,
-        claimed: Array,
-        p_gate: float,
-    ) -> Waiting:
-        """Return this scan's returns that no track claims."""
-        rows = self.left_over(detections, claimed)
-        if not len(rows):
-            return nothing(len(sensor.observes))
-        spot = spots(sensor, detections, rows)
-        return Waiting(spot.mean, spot.cov, np.asarray(0.0))
+    def remembered(self, memory: Waiting | None, now: Waiting, sensor: Sensor, limit: Array) -> Waiting:
+        """Return this scan's returns, and those before that its sensor could not have seen again."""
+        return now if memory is None else memory.outlasting(sensor).and_now(now)

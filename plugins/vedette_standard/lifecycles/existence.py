@@ -8,9 +8,17 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask, Review, fields
+from vedette import Array, Mask, Review, fields, maker
 from vedette_standard.compiled import fastest
-from vedette_standard.lifecycles.limited import Limited
+from vedette_standard.lifecycles.limited import DETECTED, Limited
+
+
+@frozen(eq=False)
+class Known:
+    """Whether each track was ever confirmed, and the existence below which it ends, all (*b, t)."""
+
+    confirmed: Mask
+    least: Array
 
 
 @final
@@ -20,7 +28,8 @@ class Existence(Limited):
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
-    stays so as long as e is at least `show`, and ends when e falls below `delete`.
+    stays so as long as e is at least `show`, and ends when e falls below `delete`. One that began below waits for a sensor
+    that covers it, for one lifetime.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
 
     >>> from vedette import Review
@@ -55,17 +64,26 @@ class Existence(Limited):
         """Return `delete`."""
         return self.delete
 
-    def start_own(self, existence: Array) -> Mask:
-        """Return whether each track is confirmed: none is yet."""
-        return np.zeros(existence.shape, dtype=bool)
+    def start_own(self, existence: Array) -> Known:
+        """Return that no track is confirmed, and what ends it before it is looked at again."""
+        return Known(np.zeros(existence.shape, dtype=bool), np.minimum(existence / math.e, self.delete))
 
     def predict(self, existence: Array, dt: float) -> Array:
         """Return the existence `dt` s later: (*b, t) -> (*b, t)."""
         return existence * math.exp(-dt / self.lifetime)
 
-    def judge(self, own: Mask, scan: Review) -> tuple[Mask, Mask, Mask]:
+    def judge(self, own: Known, scan: Review) -> tuple[Known, Mask, Mask]:
         """Compare the existence with the thresholds, and keep whether a track was ever confirmed."""
-        return by_existence(own, scan.existence, self.confirm, self.show, self.delete)
+        ever, confirmed, alive = by_existence(own.confirmed, scan.existence, self.confirm, self.show, self.delete)
+        least = own.least
+        if np.any(least < self.delete):
+            looked = (scan.p_detect >= self.least_covered) | (scan.hit > DETECTED) | (scan.existence >= self.delete)
+            least = np.where(looked, self.delete, least)
+            alive = scan.existence >= least
+        return new_known(ever, least), confirmed, alive
+
+
+new_known = maker(Known)
 
 
 @fastest
