@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import final
 
 import numpy as np
@@ -81,8 +82,7 @@ class Camera:
         white = rng.standard_normal(shape)
         if self.correlated == 0:
             return self.sigma * white
-        root = np.linalg.cholesky(self.covariance(shape[-2:]))
-        return (white.reshape(*shape[:-2], -1) @ root.T).reshape(shape)
+        return (white.reshape(*shape[:-2], -1) @ _root(self, shape[-2:]).T).reshape(shape)
 
     def cut(self, frame: Frame, centre: Array) -> Window:
         """Cut the window around each `centre` (*b, t, 2)."""
@@ -128,3 +128,9 @@ class Camera:
         g = (weighed[..., :-1, :] @ (rest - h)[..., None])[..., 0]
         llr = np.sum(weighed[..., -1, :] * (rest - 0.5 * h), axis=-1)
         return kernels.symmetric(J), g, llr
+
+
+@lru_cache(maxsize=4)  # it takes as long as a hundred frames, which are drawn one by one
+def _root(camera: Camera, shape: tuple[int, ...]) -> Array:
+    """Return the root of the covariance of pixels of `shape`."""
+    return np.asarray(np.linalg.cholesky(camera.covariance(shape)))

@@ -73,7 +73,7 @@ class RadarPicturesScene(Source):
     >>> [bool(np.quantile(off[part[:, 16:]], 0.8) < 0.1) for part in parts]
     [True, True, True]
     >>> calm = RadarPicturesScene(radar, {"a": ship}, buoys=(Buoy([600.0, 150.0]),), ownship=turned).painter(1).synthesis
-    >>> power = np.mean([calm.power(turn) for turn in range(5, 205)], axis=0) - 1
+    >>> power = np.mean([calm.power(turn) for turn in range(5, 105)], axis=0) - 1
     >>> seen = 200 * np.hypot(30 * np.sin(2.0 - np.arctan2(5, 7)), 6 * np.cos(2.0 - np.arctan2(5, 7))) / 30
     >>> for dx, dy, section in ((400.0, 250.0, 10.0), (-700.0, -500.0, seen)):  # 10^4 / R^4 over beam and pulse, where it is
     ...     i, j = (np.arctan2(dx, dy) - np.pi / 2 + 0.4) / (2 * np.pi / 64) - 0.5, np.hypot(dx, dy) / 20 - 0.5
@@ -257,9 +257,8 @@ class Painter:
     def of(cls, scene: RadarPicturesScene, synthesis: Synthesis) -> Painter:
         """Draw the interface once."""
         radar, size = scene.radar, scene.radar.size
-        overlay, boxes = display.interface(radar, scene.title, opencv())
-        if not scene.interface:
-            overlay, boxes = np.zeros_like(overlay), np.zeros((0, 4))
+        blank: tuple[NDArray[np.uint8], Array] = (np.zeros((size, size, 3), dtype=np.uint8), np.zeros((0, 4)))
+        overlay, boxes = display.interface(radar, scene.title, opencv()) if scene.interface else blank
         geometry = PictureGeometry(
             metres_per_pixel=radar.metres_per_pixel,
             centre=np.full(2, radar.centre),

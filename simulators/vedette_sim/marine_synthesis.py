@@ -62,9 +62,9 @@ class World:
         period = self.radar.period
         time = (turn + 0.5) * period
         for _ in range(4):
-            at = np.array(time)
-            away = where(time) - self.ownship.states(at)[:2]
-            azimuth = float(np.mod(np.arctan2(away[0], away[1]) - self.bow(at), 2.0 * np.pi))
+            _, x, y, course, _ = self.ownship.at(np.array(time))
+            away = where(time) - np.array([x, y])
+            azimuth = float(np.mod(np.arctan2(away[0], away[1]) - (0.5 * np.pi - course), 2.0 * np.pi))
             time = (turn + azimuth / (2.0 * np.pi)) * period
         return time, azimuth, away
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette import Array, Mask, Sensor
+from vedette import Array, Indices, Mask, Sensor, Space, kernels
 from vedette.sampling import returns
 
 
@@ -31,7 +31,7 @@ def merged_returns(
         assert rng is not None
         group = _drawn_groups(sensor, x[rows], exact, rng)
     else:
-        group = _groups(exact, cells, np.array([axis.period or 0.0 for axis in space.axes]))
+        group = _groups(exact, cells, space)
     first = rows[np.unique(group, return_index=True)[1]][group]
     shift = space.difference(exact, np.asarray(sensor.measure(x))[first])
     total = np.zeros((int(group.max()) + 1, z.shape[-1]))
@@ -44,38 +44,18 @@ def merged_returns(
     return z, seen
 
 
-def _drawn_groups(
-    sensor: Sensor, x: Array, h: Array, rng: np.random.Generator
-) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
+def _drawn_groups(sensor: Sensor, x: Array, h: Array, rng: np.random.Generator) -> Indices:
     """Return the number of the group of each of x (t, n): pairs merge with the probability that the sensor states."""
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-
-    C = np.asarray(sensor.unresolved(x))
+    C, itself = np.asarray(sensor.unresolved(x)), np.arange(len(h))
     i, j = np.triu_indices(len(h), 1)
     d = sensor.measurement.difference(h[j], h[i])
     square = np.sum(d * np.linalg.solve(np.broadcast_to(C, (len(h), *C.shape[-2:]))[i], d[..., None])[..., 0], axis=-1)
     merge = rng.random(len(i)) < np.exp(-0.5 * square)
-    graph = coo_matrix((np.ones(np.count_nonzero(merge)), (i[merge], j[merge])), shape=(len(h), len(h)))
-    labels: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
-    return labels
+    return kernels.linked_clusters(np.append(i[merge], itself), np.append(j[merge], itself), len(h), len(h))[: len(h)]
 
 
-def _groups(h: Array, cells: Array, periods: Array) -> np.ndarray[tuple[int], np.dtype[np.int32]]:
-    """Return the number of the group of each of h (t, m): two are connected if nearer than the cell on every axis.
-
-    `periods` (m,) is 0 where an axis does not wrap.
-    """
-    from scipy.sparse import coo_matrix
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
-    resolved = np.isfinite(cells)
-    scaled, box = h[:, resolved] / cells[resolved], periods[resolved] / cells[resolved]
-    wraps = box > 0
-    scaled[:, wraps] = np.mod(scaled[:, wraps], box[wraps]) % box[wraps]
-    pairs = cKDTree(scaled, boxsize=box).query_pairs(np.nextafter(1.0, 0.0), p=np.inf, output_type="ndarray")
-    count = len(h)
-    graph = coo_matrix((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
-    labels: np.ndarray[tuple[int], np.dtype[np.int32]] = connected_components(graph, directed=False)[1]
-    return labels
+def _groups(h: Array, cells: Array, space: Space) -> Indices:
+    """Return the number of the group of each of h (t, m): two are connected if nearer than the cell on every axis."""
+    t, reach = len(h), np.nextafter(cells, 0.0)
+    near = kernels.pairs_in_boxes(h - reach, h + reach, h, space.periods, t * t)
+    return kernels.linked_clusters(*near, t, t)[:t]

@@ -87,7 +87,7 @@ def _move(legs: Array, times: Array) -> tuple[Array, Array, Array, Array, Array]
     An arc's chord is its length times sinc of half the turn, and points half the turn from the first course; without turn it
     is the straight line.
     """
-    begin, x, y, course, speed, rate, accel, push_x, push_y = np.moveaxis(legs, -1, 0)
+    begin, x, y, course, speed, rate, accel, push_x, push_y = (legs[..., i] for i in range(9))
     t = times - begin
     chord = (speed + 0.5 * accel * t) * t * np.sinc(0.5 * rate * t / np.pi)
     along = course + 0.5 * rate * t
@@ -138,14 +138,15 @@ class Ship:
 
     def states(self, times: Array) -> Array:
         """Return x, y, vx, vy at `times` (*s) in s, none of them before it appears: (*s, 4)."""
-        _, x, y, course, speed = self._at(times)
+        _, x, y, course, speed = self.at(times)
         return np.stack([x, y, speed * np.cos(course), speed * np.sin(course)], axis=-1)
 
     def heading(self, times: Array) -> Array:
         """Return the course in rad at `times` (*s), also at rest; not wrapped: (*s)."""
-        return self._at(times)[3]
+        return self.at(times)[3]
 
-    def _at(self, times: Array) -> tuple[Array, Array, Array, Array, Array]:
+    def at(self, times: Array) -> tuple[Array, Array, Array, Array, Array]:
+        """Return `times` (*s) in s, none of them before it appears, and x, y, course and speed there, (*s) each."""
         times = np.asarray(times, dtype=float)
         if not np.all((times >= self.appears) & np.isfinite(times)):
             raise ValueError(f"times: must be finite and no earlier than it appears at {self.appears:.6g} s, got {times}")

@@ -22,7 +22,6 @@ from vedette_files.tables.returns import DetectionColumns
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.box_centroid import BoxCentroid
-from vedette_flir.sensors.hot_spots import Spot
 from vedette_marine.geometry import PictureGeometry
 from vedette_marine.picture.chain import Chain
 from vedette_marine.screen import RadarScreen
@@ -285,7 +284,6 @@ GIVEN = {
         "measures": st.just(()),
         "units": st.just({}),
     },
-    ("sensor", "hot_spots"): {"spots": st.just((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)))},
     ("sensor", "range_bearing_rate"): {"crossing_speed": st.floats(200.0, 1000.0)},  # the kit draws any velocity
     ("sensor", "biased"): {
         "of": st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),

@@ -28,6 +28,10 @@ class Closed(Exception):
     """A law does not apply to this component; the message says why. This is no error: there is nothing to judge."""
 
 
+class Unlike(Closed):
+    """A law does not apply to what this component is, whatever its numbers."""
+
+
 class Lacking(Closed):
     """It has no parameter of this name, by whose meaning the law would judge it."""
 

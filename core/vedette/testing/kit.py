@@ -23,7 +23,7 @@ from vedette.filters import contradiction
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Component
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, Lacking, Misuse
+from vedette.testing.comparisons import Closed, Lacking, Misuse, Unlike
 from vedette.testing.counterexamples import counterexample, line_of, method_of
 from vedette.testing.hypothesis_constants import constants_of_no_module, examples_of_their_own
 from vedette.testing.law import Law, Profile
@@ -78,6 +78,8 @@ KINDRED = ((ImagingSensor, " of pictures", imaging.LAWS), (HypothesisAssociator,
 
 MOST_CLOSED = 12
 """A law that did not apply to so many components, nor to half of what is drawn, is skipped."""
+FEW_CLOSED = 3
+"""So is one that did not apply to so many, the last of them for what it is."""
 
 
 @frozen
@@ -176,7 +178,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
             law.check(component, data)
         except Closed as reason:
             closed.append((str(reason), reason.name if isinstance(reason, Lacking) else ""))
-            if not judged and len(closed) >= max(MOST_CLOSED, law.examples(profile) // 2):
+            unlike = isinstance(reason, Unlike) or (isinstance(reason, Lacking) and not hasattr(component, reason.name))
+            if not judged and len(closed) >= (FEW_CLOSED if unlike else max(MOST_CLOSED, law.examples(profile) // 2)):
                 raise SkipTest(str(reason)) from None  # Hypothesis ends at once
         except Exception:
             judged = True  # the smaller ones that Hypothesis tries now may all be closed: it has failed nevertheless
@@ -277,9 +280,8 @@ def conformance(cls: type[Component], *, known_failures: Mapping[str, str] | Non
     names = [law.name for law in laws]
     for name in known:
         if name not in names:
-            role = role_of(cls)
-            hint = did_you_mean(name, names)
-            raise Misuse(f"known_failures: a {role} has no law {name!r};{hint} its laws are {', '.join(names)}")
+            told = f"no law {name!r};{did_you_mean(name, names)} its laws are {', '.join(names)}"
+            raise Misuse(f"known_failures: a {role_of(cls)} has {told}")
     drawn = components(cls, strategies)
     tests = {f"test_{law.name}": _test(cls, law, drawn, known.get(law.name)) for law in laws}
     frame = inspect.currentframe()

@@ -7,7 +7,7 @@ combination with others (a minimum above its maximum) is drawn again.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from functools import cache
 from inspect import isabstract
 from typing import Any
@@ -74,9 +74,8 @@ def usual(role: str, kind: str) -> Any:
     return Registry.installed().get(role, kind).cls
 
 
-def fixed(component: Any) -> st.SearchStrategy[Any]:
-    """Return the strategy that draws one component."""
-    return st.just(component)
+fixed = st.just
+"""The strategy that draws one component."""
 
 
 def components(cls: type, given: Given | None = None, registry: Registry | None = None) -> st.SearchStrategy[Any]:
@@ -94,13 +93,12 @@ def components(cls: type, given: Given | None = None, registry: Registry | None 
             raise Misuse(f"{name}: must be a Hypothesis strategy, got {strategy!r}: write st.just(...) for a fixed value")
     registry = Registry.installed() if registry is None else registry
     parts = {name: given[name] if name in given else _parameter(known[name], cls, registry) for name in known}
-    return _built(cls, parts)
+    return _built(cls, parts, {name for name, parameter in known.items() if not parameter.required})
 
 
 @st.composite
-def _built(draw: st.DrawFn, cls: type, parts: Given) -> Any:
+def _built(draw: st.DrawFn, cls: type, parts: Given, optional: Container[str]) -> Any:
     values = {name: draw(strategy) for name, strategy in parts.items()}
-    optional = {parameter.name for parameter in parameters(cls) if not parameter.required}
     while True:
         try:
             return cls(**values)

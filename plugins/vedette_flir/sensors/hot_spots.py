@@ -99,7 +99,9 @@ class HotSpots(FittedImage):
 
     kind: ClassVar[str] = "hot_spots"
 
-    spots: tuple[Spot, ...] = fields.part("the target's spots")
+    spots: tuple[Spot, ...] = fields.part(
+        "the target's spots", tried=((Spot(1.0, 1.0), Spot(0.8, 1.5, 0.5, x=3.0)), (Spot(1.2, 1.0, -0.3, y=-1.0),))
+    )
     gain_amplitude: float = fields.probability("part of a step that the amplitude takes each frame", default=0.0)
     gain_turn: float = fields.probability("part of a step that the turn takes each frame", default=0.0)
     gain_background: float = fields.probability("part of a step that the background takes each frame", default=0.0)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette import Array
+from vedette import Array, kernels
 
 Labels = NDArray[np.intp]
 """The number of the group that each point belongs to."""
@@ -18,17 +18,10 @@ def linked(points: Array, distance: float) -> Labels:
     """Return single-link groups of points (k, 2): two share one if a chain of steps of at most `distance` joins them.
     Groups are numbered by their first points.
     """
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-    from scipy.spatial import cKDTree
-
     k = len(points)
-    if k == 0:
-        return np.zeros(0, dtype=np.intp)
-    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(k, k))
-    labels: Labels = connected_components(graph, directed=False)[1].astype(np.intp)
-    return labels
+    i, j = kernels.pairs_in_boxes(points - distance, points + distance, points, (), k * k)
+    near = np.sum((points[i] - points[j]) ** 2, axis=-1) <= distance**2
+    return kernels.linked_clusters(i[near], j[near], k, k)[:k]
 
 
 def k_means(points: Array, weights: Array, k: int) -> tuple[Labels, Array]:
@@ -74,13 +67,11 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
     """Return single-link groups; one longer than `longest` is split into the k-means groups with the greatest index of
     Calinski and Harabasz, k from 2 to one more than the number of such lengths that fit into it.
     """
-    from scipy.spatial.distance import pdist
-
     labels = linked(points, link)
     following = int(labels.max(initial=-1)) + 1
     for group in range(following):
         members = np.flatnonzero(labels == group)
-        length = float(np.max(pdist(points[members]), initial=0.0))
+        length = float(np.max(np.linalg.norm(points[members, None] - points[members], axis=-1)))
         if len(members) < 3 or length <= longest:
             continue
         tried = []

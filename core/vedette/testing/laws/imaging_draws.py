@@ -22,7 +22,7 @@ def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
     If it is `conservative`, that covariance is J at most.
     """
     camera = cases.camera_of(sensor)
-    count = min(drawn.runs, 250)
+    count = min(drawn.runs, 160)
     x = np.repeat(cases.state_at(camera, COLUMN, ROW)[None], count, axis=0)
     pixels = cases.drawn_frame(camera, x[:, 0], np.random.default_rng(drawn.seed))
     if pixels is None:
@@ -38,7 +38,7 @@ def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
 
 def noise_speaks_for_no_target(sensor: Sensor, drawn: Looks) -> None:
     """In frames without a target the ratio is hardly ever much above 0: it exceeds L nats in e^-L of them at most."""
-    camera, rng, count = cases.camera_of(sensor), np.random.default_rng(drawn.seed), min(drawn.runs, 250)
+    camera, rng, count = cases.camera_of(sensor), np.random.default_rng(drawn.seed), min(drawn.runs, 160)
     x = np.repeat(cases.state_at(camera, COLUMN, ROW)[None], count, axis=0)
     pixels = cases.drawn_frame(camera, cases.shifted(camera, x[:, 0], np.full(2, AWAY)), rng)
     pixels = rng.normal(size=(count, *SHAPE)) if pixels is None else pixels

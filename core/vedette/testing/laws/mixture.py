@@ -9,7 +9,7 @@ from attrs import evolve, fields
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import Closed, Unlike, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, alike, innovation_of
@@ -17,10 +17,14 @@ from vedette.testing.truth import chain_of, initial_of, modes_of
 from vedette.types import Gaussian
 
 
+def _modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
+    if not (modes := modes_of(estimator)):
+        raise Unlike("it is no mixture of modes")
+    return modes
+
+
 def _like_modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
-    modes = modes_of(estimator)
-    if not modes:
-        raise Closed("it is no mixture of modes")
+    modes = _modes(estimator)
     if any(mode.state != estimator.state for mode in modes):
         raise Closed("its modes have unlike states")
     return modes
@@ -28,9 +32,7 @@ def _like_modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
 
 def modes_follow_their_chain(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: predicted mode probabilities are those of the Markov chain."""
-    modes = modes_of(estimator)
-    if not modes:
-        raise Closed("it is no mixture of modes")
+    modes = _modes(estimator)
     found = estimator.mode_prob(ahead(estimator, drawn, drawn.rng()))
     demand(found is not None, "mode_prob: must be the probabilities of the modes, got None")
     wanted = initial_of(estimator) @ chain_of(estimator, drawn.dt)
@@ -72,9 +74,7 @@ def _twins(estimator: Estimator[Any], modes: tuple[Estimator[Any], ...]) -> Esti
 
 def equal_modes_are_one(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: were all modes the same, it would be that mode through any number of scans."""
-    modes = modes_of(estimator)
-    if not modes:
-        raise Closed("it is no mixture of modes")
+    modes = _modes(estimator)
     twins, one = _twins(estimator, modes), modes[0]
     own = estimator.state.locate(one.state)
     prior = Gaussian(drawn.prior.mean[..., own], drawn.prior.cov[..., own, :][..., own])

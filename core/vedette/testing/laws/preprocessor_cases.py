@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from vedette.sampling import psd_root
 from vedette.space import Array
-from vedette.supporting import Preprocessor
-from vedette.testing.comparisons import Closed, demand, frozen_copy
+from vedette.supporting import ImagingSensor, Preprocessor
+from vedette.testing.comparisons import Closed, Unlike, demand, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, sizes
 from vedette.types import Detections, Scan
@@ -94,9 +94,11 @@ def exactly(preprocessor: Preprocessor, drawn: Raw, scale: float | None = None, 
     `scale` of the sensor's noise, `leaning`: each return brings it as its own. `several` sensors are taken, too.
     """
     space, sensors = preprocessor.measurement, preprocessor.sensors
+    if any(isinstance(sensor, ImagingSensor) for sensor in sensors.values()):
+        raise Unlike("it reads pictures, and no returns")
     observed = {sensor.observes for sensor in sensors.values()}
     if (len(sensors) > 1 and not several) or len(observed) != 1 or set(space.axes) - set(next(iter(observed)).axes):
-        raise Closed("what it makes are not axes of a state that one sensor observes")
+        raise Unlike("what it makes are not axes of a state that one sensor observes")
     (state,) = observed
     rng = np.random.default_rng(sum(len(scan.detections.z) for scan in drawn.scans.values()))
     x = sizes(state) * rng.uniform(0.3, 1.0, (3, len(state))) * rng.choice([-1.0, 1.0], (3, 1))

@@ -9,7 +9,7 @@ from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
 from vedette.testing.bands import judge_run_means
-from vedette.testing.comparisons import Closed, Lacking, demand, same
+from vedette.testing.comparisons import Closed, Lacking, Unlike, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.preprocessor_cases import Raw, exactly, made_of, scan_of
 from vedette.types import Detections, Scan
@@ -38,7 +38,7 @@ def sensors_confirm_within_the_threshold(preprocessor: Preprocessor, drawn: Raw)
     units = {parameter.name: parameter.unit for parameter in parameters(type(preprocessor))}
     exact, limit = exactly(preprocessor, drawn, several=True), getattr(preprocessor, "threshold", 0.0)
     if len(preprocessor.sensors) < 2:
-        raise Closed("it does not fuse sensors")
+        raise Unlike("it does not fuse sensors")
     if units.get("threshold") != "m":
         raise Lacking("threshold", "it has no `threshold` in m")
     for share, wanted in ((0.9, 1), (1.1, 0)):
@@ -80,25 +80,25 @@ def errors_are_as_stated(preprocessor: Preprocessor, drawn: Raw) -> None:
 def _of_targets(preprocessor: Preprocessor, drawn: Raw) -> tuple[Array, Detections]:
     """Return where targets are that are far apart, and what is made of their returns."""
     if len(preprocessor.sensors) < 2:
-        raise Closed("it does not fuse sensors")
+        raise Unlike("it does not fuse sensors")
     exact = exactly(preprocessor, drawn, several=True)
     rng = np.random.default_rng(len(exact.states))
-    x = np.repeat(exact.states[:1], 1200, axis=0)
+    x = np.repeat(exact.states[:1], 600, axis=0)
     x[:, exact.where[0]] += 1e4 * np.arange(len(x))
     scans = {}
     for name, sensor in preprocessor.sensors.items():
         m = len(sensor.measurement)
         root = psd_root(np.broadcast_to(sensor.noise(x), (len(x), m, m)))
         z = sensor.measurement.displace(sensor.measure(x), (root @ rng.standard_normal((len(x), m, 1)))[..., 0])
-        seen = rng.random(len(x)) < sensor.detects(x)  # in 20 runs, as pairs of 1,200 take long
+        seen = rng.random(len(x)) < sensor.detects(x)  # in 20 runs, as pairs of 600 take long
         scans[name] = Scan(5.0, name, Detections(z.reshape(20, -1, m), seen.reshape(20, -1)))
     made, at = made_of(preprocessor, scans), x[:, exact.where]
-    if len(made.z) < 240:
+    if len(made.z) < 120:
         raise Closed("it makes few returns of targets")
-    return at[np.argmin(np.abs(made.z[:, :1] - at[:, 0]), axis=-1)], made
+    return at[np.clip(np.rint((made.z[:, 0] - at[0, 0]) / 1e4).astype(int), 0, len(at) - 1)], made
 
 
 LAWS = (
-    *map(Law, (others_far_away_change_nothing, sensors_confirm_within_the_threshold)),
+    *(Law(law, share=4) for law in (others_far_away_change_nothing, sensors_confirm_within_the_threshold)),
     *(Law(law, effort="statistical") for law in (evidence_is_a_likelihood_ratio, errors_are_as_stated)),
 )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 from functools import cache
+from itertools import pairwise
 from typing import ClassVar, final
 
 import numpy as np
@@ -15,7 +16,7 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import Source
-from vedette.testing.comparisons import Closed, demand, finite, same, stated
+from vedette.testing.comparisons import Closed, Unlike, demand, finite, same, stated
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.frames import Picture
 from vedette.testing.states import SEEDS, speeds_of
@@ -93,7 +94,7 @@ class Opened:
                 seen = source.open({SENSOR: CAMERA}, np.random.default_rng(self.seed))
                 if all(scan.frame is not None for scan in seen.scans[:1]):
                     return seen  # of a camera
-            raise Closed(f"nothing to open: {refusal}") from None
+            raise (Unlike if hasattr(source, "path") else Closed)(f"nothing to open: {refusal}") from None
 
 
 def drawn(draw: st.DrawFn, source: Source, profile: Profile) -> Opened:
@@ -222,18 +223,17 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
 def every_generator_its_own(source: Source, drawn: Opened) -> None:
     """One that draws gives other scans from another generator."""
     one, other = drawn.open(source), drawn.again(1).open(source)
-    pairs = list(zip(one.scans, other.scans, strict=False))
-    if not any(told(scan).size for scan, _ in pairs):
-        raise Closed("it gives no returns")
+    pairs = zip(one.scans, other.scans, strict=False)
     unlike = any(a.time != b.time or not np.array_equal(told(a), told(b), equal_nan=True) for a, b in pairs)
-    otherwise = "open: gives the same scans from another generator, and says that it draws"
-    demand(len(one.scans) != len(other.scans) or unlike, otherwise)
+    if not (unlike or any(told(scan).size for scan in one.scans)):
+        raise Closed("it gives no returns")
+    unlike = unlike or len(one.scans) != len(other.scans)
+    demand(unlike, "open: gives the same scans from another generator, and says that it draws")
 
 
 def scans_come_once(source: Source, drawn: Opened) -> None:
     """No scan of a sensor comes twice."""
-    scans = drawn.open(source).scans
-    for one, other in zip(scans, list(scans)[1:], strict=False):
+    for one, other in pairwise(drawn.open(source).scans):
         twice = one.sensor == other.sensor and one.time == other.time and told(one).size > 0
         demand(not (twice and np.array_equal(told(one), told(other))), f"scans: the one at {one.time:g} s comes twice")
 

@@ -13,7 +13,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import Source
 from vedette.testing.bands import judge_scale
-from vedette.testing.comparisons import Closed, Lacking, demand, same
+from vedette.testing.comparisons import Closed, Lacking, Unlike, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Altered, Opened
@@ -37,10 +37,8 @@ def _near(sensor: Sensor, recording: Recording, beyond: bool = False, alone: boo
     `beyond`: for each that is not there yet, or no longer, where it appears, or was last, if nobody else is there; and at
     last how many returns lie around that.
     """
-    if any(scan.pose is not None for scan in recording.scans):
+    if any(_count(scan) >= 0 and scan.pose is not None for scan in recording.scans):
         raise Closed("its sensor is on a moving platform")
-    if any(scan.frame is not None for scan in recording.scans):
-        raise Closed("its scans are pictures")
     paths = [path for path in recording.truth if all(axis in path.space for axis in sensor.observes.names)]
     if beyond:  # others say where a target is now and then, not when it is there
         within = [[scan.time for scan in recording.scans if path.at(scan.time) is not None] for path in paths]
@@ -64,6 +62,12 @@ def _near(sensor: Sensor, recording: Recording, beyond: bool = False, alone: boo
             lone = np.sum(others < FAR) == 1 if alone else sensor.detects(x)
             last = np.sum((apart >= NEAR) & (apart < FAR)) if beyond else lone
             yield number, len(z), np.flatnonzero(apart < NEAR), float(last)
+
+
+def _count(scan: Scan) -> int:
+    if scan.frame is not None:
+        raise Unlike("its scans are pictures")
+    return len(scan.detections.z)
 
 
 def _apart(sensor: Sensor, root: Array, z: Array, x: Array) -> Array:
@@ -97,7 +101,7 @@ def nobody_is_seen_before_or_after(source: Source, drawn: Opened) -> None:
     if not source.draws or getattr(source, "sensors", None):
         raise Closed("it draws nothing, or its scene has a sensor of its own")
     sensor = Altered(drawn.plain, 1.0, 0.0)
-    scenes = [drawn.again(k, sensor).open(source) for k in range(6)]
+    scenes = (drawn.again(k, sensor).open(source) for k in range(6))
     looks = [(len(near) > 0, around) for scene in scenes for *_, near, around in _near(sensor, scene, beyond=True)]
     if len(looks) < 6 or any(around for _, around in looks):
         raise Closed("its targets are there all the time, or in clutter")
@@ -114,16 +118,14 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
         source = changed(source, {"clutter": max(source.clutter, CROWDED)}) or source  # type: ignore[attr-defined]
     sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
     if not source.draws or hasattr(source, "level"):
-        raise Closed("it draws nothing, or pictures")
+        raise Unlike("it draws nothing, or pictures")
     if not isinstance(sigma, float) or not sigma:
         raise Lacking("sigma", "it has no `sigma` in m")
     squares, false, looks, there = [], [], 0, 0.0
     for k in range(OPENINGS):
         recording = drawn.again(k, drawn.plain).open(source)
         for scan in recording.scans:
-            if scan.frame is not None:
-                raise Closed("its scans are pictures")
-            z, free, looks = scan.detections.z, np.ones(len(scan.detections.z), dtype=bool), looks + 1
+            z, free, looks = scan.detections.z, np.ones(_count(scan), dtype=bool), looks + 1
             for path in recording.truth:
                 named = dict(zip(path.space.names, () if (state := path.at(scan.time)) is None else state, strict=False))
                 if not {"x", "y", *(("heading", "length", "width") if extent else ())} <= set(named):
@@ -152,7 +154,7 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
 def drawn_together_as_alone(source: Source, drawn: Opened) -> None:
     """If it has `open_together`: runs in lock-step have the times of one drawn alone, and returns at their own states."""
     if not hasattr(source, "open_together"):
-        raise Closed("it has no `open_together`")
+        raise Unlike("it has no `open_together`")
     sensor, alone = _own(source, drawn.plain), drawn.again(0, drawn.plain).open(source)
     scenes = source.open_together({SENSOR: drawn.plain}, [np.random.default_rng([drawn.seed, run]) for run in range(6)])
     if scenes is None or any(scan.pose is not None for scan in alone.scans):
@@ -200,7 +202,7 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
     variance = 0.0
     for k, density in enumerate(np.append(1e-8 * 4.0 ** np.arange(12), 0.0)):
         sensor = Altered(drawn.plain, 0.9, float(density))
-        counts = [len(scan.detections.z) for scan in drawn.again(k, sensor).open(source).scans]
+        counts = [_count(scan) for scan in drawn.again(k, sensor).open(source).scans]
         if counts and np.mean(counts) > 3:
             break
     else:
