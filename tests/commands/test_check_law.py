@@ -42,6 +42,7 @@ class Blind(ImagingSensor):
 """
 
 
+@pytest.mark.costly
 def test_where_none_of_the_laws_of_cameras_applies_a_camera_was_not_tested(capsys, monkeypatch, tmp_path):
     (tmp_path / "vedette_test_blind.py").write_text(BLIND)
     monkeypatch.syspath_prepend(str(tmp_path))

@@ -74,6 +74,7 @@ def test_a_folder_of_images(tmp_path, depth, top):
     assert error.max() < 1.5
 
 
+@pytest.mark.costly
 def test_the_command_leaves_figures_a_track_and_pictures(tmp_path, capsys):
     path = folder_of(tmp_path / "disc", *hot_disc())
     assert main(["run", str(EXAMPLE), "--set", f"source.path={path}", "--out", str(tmp_path / "out"), "--json"]) == 0
@@ -246,6 +247,7 @@ def test_pixel_figures():
     assert pixel_figures([], [truth]) == {}
 
 
+@pytest.mark.costly
 def test_a_run_leaves_an_annotated_video_and_speaks_of_px(tmp_path, capsys):
     path = folder_of(tmp_path / "disc", *hot_disc())
     assert main(["run", str(EXAMPLE), "--set", f"source.path={path}", "--out", str(tmp_path / "out")]) == 0

@@ -35,6 +35,7 @@ def after_a_cut(step, spread, turn=0.0):
 
 
 @pytest.mark.parametrize("spread", [(7.0, 2.5), (7.0, 4.0)])
+@pytest.mark.costly
 def test_a_likely_place_is_taken_once_it_moves_before_its_scene(monkeypatch, spread):
     """What looks otherwise than the target is it if it flies; if it stands it is not, also where the camera turns."""
     existence, error = after_a_cut(1.2, spread)

@@ -324,7 +324,12 @@ for entry in INSTALLED:
         vars(sys.modules[__name__])[name] = pytest.mark.kind.with_args(entry.cls)(laws)  # `kind(cls)` would mark the class
 
 
-@pytest.mark.parametrize("kind", ["csv", "jsonl"])
+FROM_FILES = {kind: Registry.installed().get("source", kind).cls for kind in ("csv", "jsonl")}
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.kind.with_args(cls)) for kind, cls in FROM_FILES.items()]
+)
 def test_a_source_that_reads_a_file_keeps_the_laws(kind, tmp_path, vedette_kit):
     recording = vedette.load(RECORDED).source.open({SENSOR: CartesianPosition(sigma=5.0)}, np.random.default_rng(0))
     if kind == "jsonl":
@@ -337,7 +342,7 @@ def test_a_source_that_reads_a_file_keeps_the_laws(kind, tmp_path, vedette_kit):
         path.write_text("\n".join(["t,px,py", *rows]) + "\n")
         columns = DetectionColumns(time="t", columns={"x": "px", "y": "py"})
         given = {"path": st.just(str(path)), "detections": st.just(columns)}
-    cls = Registry.installed().get("source", kind).cls
+    cls = FROM_FILES[kind]
     for law in laws_of(cls):
         outcome = vedette_kit.take(examine(cls, law, components(cls, given), vedette_kit.profile))
         closed = ("draw", "no worked example", "too little truth", "it has no ", "are no pictures", "no target of its")

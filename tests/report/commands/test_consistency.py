@@ -111,6 +111,7 @@ def untold(scene, tmp_path):
     return ["--set", "source.kind=jsonl", "--set", f"source.path={path}"]
 
 
+@pytest.mark.costly
 def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_path, capsys):
     out = tmp_path / "out"
     assert main(["consistency", str(scene), "--out", str(out), "--json"]) == 0

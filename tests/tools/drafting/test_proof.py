@@ -105,6 +105,7 @@ def test_rows_that_stand_more_than_once_name_objects_as_well(again, tmp_path):
     assert tomllib.loads(drafted(path).text)["source"]["detections"]["identity"] == "mmsi"
 
 
+@pytest.mark.costly
 def test_names_that_judge_are_the_truths(tmp_path):
     path = table(tmp_path / "d.csv", "time,x,y,mmsi", in_turn())
     config = tomllib.loads(drafted(path, "truth").text)
