@@ -202,7 +202,9 @@ def _told(S: Array, R: Array, C: Array, d: Array, seen: Array, pair: Indices) ->
     mean.
     """
     near = _inverse(C + S)
-    W, V = C @ near, C - C @ near @ C
+    W = C @ near
+    V = W @ S  # which is C - C (C + S)^-1 C, where C may be 1e18 times S
+    V = 0.5 * (V + np.swapaxes(V, -1, -2))
     A = np.eye(C.shape[-1]) - 0.5 * W
     weight = np.swapaxes(A, -1, -2) @ _inverse(R + 0.25 * V)
     noise = _inverse(near + weight @ A)

@@ -37,7 +37,8 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
     rate = None if it.undetected is None else it.undetected.rate
     log_density = np.broadcast_to(plan.gate.stated_density(it.sensor, observed), (1, k))[0]
     if rate is not None:
-        log_density = np.logaddexp(log_density, np.log(rate))
+        with np.errstate(divide="ignore"):
+            log_density = np.logaddexp(log_density, np.log(rate))
     close = close_rows(it, observed, log_density, group, known)
     if close is None:
         return None
