@@ -168,6 +168,7 @@ def _reached(graph: Mapping[str, set[str]], name: str) -> set[str]:
     return found
 
 
+@cache
 def lines_of_code(path: Path) -> int:
     """Count the lines of a file without blanks, comments and docstrings."""
     text = path.read_text(encoding="utf-8")
