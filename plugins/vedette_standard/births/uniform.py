@@ -97,8 +97,13 @@ class Uniform(Birth):
 
     def reveal(
         self, memory: Array, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
-    ) -> tuple[Array, Array]:
-        """Return the density (k,) of each return from an undetected target, 0 where it may start no track."""
+    ) -> tuple[Array | None, Array | None]:
+        """Return the density (k,) of each return from an undetected target, 0 where it may start no track.
+
+        None of a sensor whose returns give no place in the box.
+        """
+        if not self._places(sensor):
+            return None, None
         rate, whole = np.zeros(detections.z.shape[0]), complete(detections)
         low, high, places = self._box(sensor)
         noise = None if detections.noise is None else detections.noise[whole]
@@ -120,6 +125,8 @@ class Uniform(Birth):
         p_gate: float,
     ) -> Array:
         """Return the number of those that were not detected."""
+        if set(self.view) != set(sensor.observes.names):
+            return memory
         _, _, places = self._box(sensor)
         return np.asarray(memory * (1.0 - p_gate * np.mean(sensor.detects(places))))
 
@@ -127,6 +134,12 @@ class Uniform(Birth):
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each return that may be an undetected target's."""
+        if not self._places(sensor):
+            names = ", ".join(sensor.observes.names)
+            if set(self.view) == set(sensor.observes.names):
+                raise NotImplementedError(f"one return of {sensor.kind!r} does not give {names}, so it cannot start a track")
+            told = f"must be over the axes that {sensor.kind!r} observes, {names}, as many as it measures"
+            raise ValueError(f"view: {told}; got {', '.join(self.view)}")
         self._box(sensor)
         rate = np.zeros(len(claimed)) if found is None else found
         total = rate + np.broadcast_to(sensor.clutter(detections.z), len(claimed))
@@ -139,16 +152,16 @@ class Uniform(Birth):
         """Return whether targets appear in places (*b, n) over the axes that the sensor observes, (*b)."""
         return held(self.appears_in, x[..., sensor.observes.locate(PLANE)]) if self.appears_in else np.ones((), dtype=bool)
 
+    def _places(self, sensor: Sensor) -> bool:
+        """Return whether a return of the sensor is a place in the box."""
+        names = sensor.observes.names
+        return set(self.view) == set(names) and len(sensor.measurement) == len(names)
+
     def _box(self, sensor: Sensor) -> tuple[Array, Array, Array]:
         """Return the corners of the box over the axes that the sensor observes, and places (p, n) spread over all of it in
         which targets appear.
         """
         names = sensor.observes.names
-        if set(self.view) != set(names) or len(sensor.measurement) != len(names):
-            raise ValueError(
-                f"view: must be over the axes that {sensor.kind!r} observes, {', '.join(names)}, as many as it measures; "
-                f"got {', '.join(self.view)}"
-            )
         low, high = np.array([(self.view[name].low, self.view[name].high) for name in names]).T
         middles = (np.arange(PLACES) + 0.5) / PLACES
         grid = np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij")
