@@ -100,7 +100,7 @@ def test_each_of_two_radars_starts_the_tracks_of_its_own_half(birth):
 
 @pytest.mark.parametrize("birth", BIRTHS)
 def test_what_gives_no_position_stands_beside_what_does(birth):
-    """Bearings start no track but with `poisson`, which knows how far off targets are, and none of the radar is forgotten."""
+    """Bearings start no track but with `poisson`, which knows how far off targets are; none of the radar is forgotten."""
     bearings = {"kind": "bearing_only", "sigma_bearing": 0.01, "detection_probability": 0.5, "clutter_per_scan": 1.0}
     made = tracker(birth, radar={**RADAR, "clutter_density": 1e-8}, bearings=bearings)
     state = made.start(seed=1)
