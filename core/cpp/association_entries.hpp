@@ -61,6 +61,8 @@ inline PyObject* gate_scores(Call& call, Args args) {
         const npy_intp* evidence = call.in(args[6], 1);
         if (!call.ok || evidence[0] != k) return nullptr;
     }
+    shape.sure = args[7] != Py_None;
+    if (shape.sure) call.in(args[7], 0);
     if (!read_valid(call, args[2], k, shape.valid) || !call.broadcast()) return nullptr;
     PyObject* scores = call.out(1, 1 + k);
     if (scores != nullptr) call.run(table->gate_scores, shape);

@@ -133,7 +133,7 @@ struct SplitWeights {
 struct GateScores {
     int k;
     double limit;
-    bool evidence, per_return, valid;
+    bool evidence, per_return, valid, sure;
 };
 struct SampleDensity {
     int k;
@@ -175,7 +175,7 @@ struct Existence {
     kernel(mixture_moments, 6, MixtureMoments)     \
     kernel(weigh_modes, 2, WeighModes)             \
     kernel(split_weights, 2, SplitWeights)         \
-    kernel(gate_scores, 7, GateScores)             \
+    kernel(gate_scores, 8, GateScores)             \
     kernel(sample_density, 5, SampleDensity)       \
     kernel(softmax, 1, AssociationWeights)         \
     kernel(one_hot, 1, AssociationWeights)         \

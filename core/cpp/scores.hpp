@@ -8,20 +8,22 @@ namespace vedette::VEDETTE_ISA {
 // 0 where exp would be below the smallest normal number.
 VEDETTE_INLINE double exp_or_zero(double x) { return x < kLeastExponent ? 0.0 : std::exp(x); }
 
-// in: loglik (1+k), distance (k), existence, log density (1|k), [evidence (k)], [valid (k)]; out: scores (1+k)
+// in: loglik (1+k), distance (k), existence, log density (1|k), [evidence (k)], [sure], [valid (k)]; out: scores (1+k)
 struct GateScores : shapes::GateScores {
     static constexpr bool kOneByOne = true;
 
     void run(const In* in, const Out* out) const {
         const double *loglik = in[0].at, *distance = in[1].at, *density = in[3].at;
-        const double *likelier = evidence ? in[4].at : nullptr, *counts = valid ? in[4 + evidence].at : nullptr;
+        const double *likelier = evidence ? in[4].at : nullptr, *counts = valid ? in[4 + evidence + sure].at : nullptr;
         const double exists = *in[2].at, log_exists = safe_log(exists);
+        const bool beyond = sure && *in[4 + evidence].at != 0.0;
         double* scores = out[0].at;
         scores[0] = safe_log(1.0 - exists + exists * std::exp(loglik[0]));
         for (int h = 0; h < k; ++h) {
             double score = loglik[1 + h] - density[per_return ? h : 0] + log_exists;
             if (likelier != nullptr) score += likelier[h];
-            const bool inside = distance[h] <= limit && (counts == nullptr || counts[h] != 0.0);
+            const bool met = counts == nullptr || counts[h] != 0.0;
+            const bool inside = met && (distance[h] <= limit || (beyond && score > scores[0]));
             scores[1 + h] = inside ? score : -std::numeric_limits<double>::infinity();
         }
     }

@@ -371,8 +371,8 @@ class Estimator(Component, Generic[B]):
         """Return the predicted belief before a frame, for estimators to which the `existence` (*b, t) of tracks matters."""
         return belief
 
-    def extent(self, belief: B, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
-        """Return the corners (*b, t, m) of a box that holds every return within the squared distance `limit`.
+    def extent(self, belief: B, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
+        """Return the corners (*b, t, m) of a box that holds every return within the squared distance `limit`, () or (t, 1).
 
         Asked of a bounded estimator where there are many tracks and returns; angles go up from the first corner.
         """

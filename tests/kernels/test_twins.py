@@ -125,7 +125,7 @@ def test_a_batch_beyond_the_cache_is_what_its_parts_are(name):
         "scan_step": lambda s: (x[s], P[s], F, Q, z[s], H, R, 0.9, 0.99, 9.0, -3.0, False, ()),
         "gate_scores": lambda s: (
             *(columns[s], columns[s, :, 1:], columns[s, 0, 1:] < 2, np.full((len(columns[s]), 1), 0.5)),
-            *(1.0, -2.0, None),
+            *(1.0, -2.0, None, columns[s, :, 0] > 0),
         ),
     }[name]
     kernel = getattr(kernels, name)
@@ -279,9 +279,10 @@ def test_scores_weights_and_existence(seed, batch, kind, t, k, all_valid, eviden
     likelier = np.broadcast_to(runs.vector(1, k), (*batch, 1, k)) if evidence else None
     volume = np.broadcast_to(draw.vector(), (*batch, t))
     for density in (np.float64(-2.0), np.array(-2.0), runs.vector(1, 1), np.broadcast_to(runs.vector(1, k), (*batch, 1, k))):
-        agree("gate_scores", loglik, distance, valid, existence, 2.0, density, likelier)
+        for sure in (None, draw.rng.random((*batch, t)) < 0.5):
+            agree("gate_scores", loglik, distance, valid, existence, 2.0, density, likelier, sure)
     agree("sample_density", distance, valid, 2.0, volume, 0.3)
-    scores = REFERENCE["gate_scores"](loglik, distance, valid, existence, 2.0, np.array(-1.0), likelier)
+    scores = REFERENCE["gate_scores"](loglik, distance, valid, existence, 2.0, np.array(-1.0), likelier, None)
     for name in ("softmax", "one_hot"):
         agree(name, scores)
         weights = REFERENCE[name](scores)

@@ -108,7 +108,7 @@ def an_example_of_each():
         "mixture_moments": (log_prob, *bank),
         "weigh_modes": (log_prob, [said, said]),
         "split_weights": (weights, np.full((2, 1 + k, 2), 0.5)),
-        "gate_scores": (columns, distance, valid, exists, 2.0, np.array(-2.0), None),
+        "gate_scores": (columns, distance, valid, exists, 2.0, np.array(-2.0), None, np.ones((3, 1), bool)),
         "sample_density": (distance, valid, 2.0, np.ones(2), 0.3),
         "softmax": (columns,),
         "one_hot": (columns,),
@@ -145,7 +145,9 @@ def test_a_scan_whose_returns_all_count_still_has_its_batch():
     given = np.ones((1, 1, 2)), valid, 2.0, np.zeros((1, 1)), 0.3
     assert kernels.sample_density(*given).shape == REFERENCE["sample_density"](*given).shape == (4, 1, 1)
     with pytest.raises(ValueError, match="broadcast"):
-        kernels.gate_scores(-np.ones((3, 1, 3)), np.ones((3, 1, 2)), valid, np.ones((3, 1)), 2.0, np.array(-2.0), None)
+        kernels.gate_scores(
+            -np.ones((3, 1, 3)), np.ones((3, 1, 2)), valid, np.ones((3, 1)), 2.0, np.array(-2.0), None, np.ones((3, 1), bool)
+        )
 
 
 class Meddler:

@@ -66,7 +66,7 @@ def test_of_several_tracks_each_ones_weights_do_not_depend_on_its_own_existence(
     existence, found = rng.uniform(0.05, 0.95, t), []
     for own in (existence[0], 0.5, 1.0):
         existence = np.concatenate([[own], existence[1:]])
-        scores = kernels.gate_scores(loglik, distance, valid, existence, 9.0, np.zeros(()), None)
+        scores = kernels.gate_scores(loglik, distance, valid, existence, 9.0, np.zeros(()), None, None)
         weights = associator.associate(scores, None)
         found.append(kernels.given_existence(weights, scores, loglik, existence)[0])
     np.testing.assert_allclose(found[0], found[2], rtol=1e-9, atol=1e-12)
@@ -79,7 +79,7 @@ def test_of_several_tracks_each_ones_weights_do_not_depend_on_its_own_existence(
 def test_no_existence_and_impossible_misses_give_no_nan(existence, miss, associator):
     loglik = np.array([[miss, 1.0, -2.0], [miss, -np.inf, 0.5]])
     given_e = np.array([existence, existence])
-    scores = kernels.gate_scores(loglik, np.ones((2, 2)), np.ones(2, dtype=bool), given_e, 9.0, np.zeros(()), None)
+    scores = kernels.gate_scores(loglik, np.ones((2, 2)), np.ones(2, dtype=bool), given_e, 9.0, np.zeros(()), None, None)
     weights = associator.associate(scores, None)
     if not np.isfinite(weights).all():
         pytest.skip("every hypothesis is impossible: no weights are defined")

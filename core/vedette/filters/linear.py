@@ -190,7 +190,7 @@ def expected_return(
 
 
 def extent_linearised(
-    belief: Gaussian, state: Space, sensor: Sensor, detections: Detections, limit: float, memo: Memo | None = None
+    belief: Gaussian, state: Space, sensor: Sensor, detections: Detections, limit: Array | float, memo: Memo | None = None
 ) -> tuple[Array, Array]:
     """Return the box around each gate of `evaluate_linearised`: the mean +- sqrt(limit S_ii).
 
@@ -222,7 +222,11 @@ def extent_linearised(
     else:
         variances = np.diagonal(detections.noise, axis1=-2, axis2=-1)
         R = np.max(variances, axis=-2, keepdims=True, initial=0.0)
-    S = np.sum((H @ belief.cov) * H, axis=-1) + R
+    if H.ndim == 2:  # then one product of matrices does for all tracks
+        squares = (H[:, :, None] * H[:, None, :]).reshape(len(H), -1)
+        S = belief.cov.reshape(*belief.mean.shape[:-1], -1) @ squares.T + R
+    else:
+        S = np.sum((H @ belief.cov) * H, axis=-1) + R
     centre, half = sensor.measure(x), np.sqrt(limit * S) * (1.0 + 1e-9)
     return centre - half, centre + half
 

@@ -35,19 +35,25 @@ def gate_scores(
     limit: float | Array,
     log_density: Array,
     evidence: Array | None,
+    sure: Mask | None,
 ) -> Array:
     """Return log scores (*b, t, 1+k) relative to clutter, of tracks of existence (*b, t); -inf outside the gate.
 
     loglik (*b, t, 1+k), distance (*b, t, k), valid (*b, k); limit () or (*b, 1, k), the largest squared distance inside;
-    log_density broadcasts to (*b, t, k); evidence (*b, 1, k).
+    log_density broadcasts to (*b, t, k); evidence (*b, 1, k). Of tracks that are `sure` (*b, t) a return beyond the limit is
+    inside, too, if its score is above that of the miss; None: of no track.
     """
-    inside = (distance <= limit) & valid[..., None, :]
     gain = loglik[..., 1:] - log_density
     if evidence is not None:
         gain = gain + evidence
     scores = np.empty_like(loglik)
     scores[..., 0] = safe_log(1.0 - existence + existence * np.exp(loglik[..., 0]))
-    scores[..., 1:] = np.where(inside, gain + safe_log(existence)[..., None], -np.inf)
+    taken = gain + safe_log(existence)[..., None]
+    inside = distance <= limit
+    if sure is not None:
+        inside = inside | (sure[..., None] & (taken > scores[..., :1]))
+    inside = inside & valid[..., None, :]
+    scores[..., 1:] = np.where(inside, taken, -np.inf)
     return scores
 
 
@@ -81,7 +87,7 @@ def scan_step(
     expected = (H @ ahead.mean[..., None])[..., 0]
     seen = evaluate_returns(ahead.cov, z, expected, H, R[..., None, :, :], p_detect, p_gate, periods)
     every, sure = np.ones(z.shape[:-1], dtype=bool), np.ones(x.shape[:-1])
-    scores = gate_scores(seen.loglik, seen.distance, every, sure, limit, log_density, None)
+    scores = gate_scores(seen.loglik, seen.distance, every, sure, limit, log_density, None, None)
     weights = one_hot(scores) if best else softmax(scores)
     after = weighted_update(ahead.mean, ahead.cov, seen.detail.shift, seen.detail.post, weights, ())
     return Passed(after, weights, seen.distance)

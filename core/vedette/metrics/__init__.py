@@ -13,6 +13,7 @@ from vedette.metrics.consistency import (
     nees,
     normalised_error,
     run_mean_verdict,
+    within_gate,
 )
 from vedette.metrics.coverage import NONE, Indices, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa

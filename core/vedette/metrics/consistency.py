@@ -71,6 +71,17 @@ def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array
     return factor
 
 
+def within_gate(nis: Array, hit: Array, axes: Array | int, gate_probability: Array | float) -> Mask:
+    """Return whether a scan's returns, of the weighted NIS and the sum of the weights `hit`, were in the gate on average.
+
+    Those beyond it that count as a sure track's own are not of the cut chi-square, whose mean is `gate_truncation`.
+    """
+    from scipy.special import gammaincinv
+
+    inside: Mask = nis <= 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability) * np.maximum(hit, 1e-300)
+    return inside
+
+
 def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None = None) -> tuple[Array, Array]:
     """Return the autocorrelation (lags,) at lag 1 ... of innovations (*b, s, m), and the number (lags,) of products in each.
 

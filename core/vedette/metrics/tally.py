@@ -7,7 +7,7 @@ from typing import Any, final
 import numpy as np
 from attrs import define, field
 
-from vedette.metrics.consistency import gate_truncation
+from vedette.metrics.consistency import gate_truncation, within_gate
 from vedette.metrics.coverage import NONE, Indices
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
@@ -173,9 +173,9 @@ class Nis:
 
         The scan that starts a track has no innovation, and the tracker reports 0 there.
         """
-        used = (entries.nis > 0) & np.isin(entries.scan, chosen)
-        m: Array = axes[entries.scan[used]].astype(float)
-        expected = entries.hit[used] * m * gate_truncation(m, gates[entries.scan[used]])
+        m, gate = axes[entries.scan].astype(float), gates[entries.scan]
+        used = (entries.nis > 0) & np.isin(entries.scan, chosen) & within_gate(entries.nis, entries.hit, m, gate)
+        expected = (entries.hit * m * gate_truncation(m, gate))[used]
         self.sums.add(np.stack([entries.nis[used], expected]))
 
     def ratio(self) -> float | None:

@@ -12,7 +12,7 @@ from vedette.filters.linear import expected_return
 from vedette.filters.motion import predicted
 from vedette.roles import Sensor
 from vedette.sampling.generators import NO_DRAWS
-from vedette.space import Array
+from vedette.space import Array, Mask
 from vedette.tracking import pytrees
 from vedette.tracking.gate import SensorGate
 from vedette.tracking.identity import Names
@@ -89,12 +89,29 @@ class Expected:
         return self.plan.estimator.moments(predicted(self.plan.estimator, self.state.belief, self.dt, rng))
 
     @property
+    def confirmed(self) -> Mask:
+        """Whether each track, or leaf, was confirmed before the scan."""
+        return self.state.confirmed if self.state.leaves is None else self.state.leaves.confirmed
+
+    @property
+    def reach(self) -> Any:
+        """The squared distance beyond which no return counts: of all tracks, or leaves, or of each (t, 1)."""
+        plan, gate, seen = self.plan, self.gate, self.observed
+        if not gate.beyond or isinstance(seen, Frame):
+            return gate.threshold
+        if seen.missing is not None:
+            return math.inf
+        x = plan.estimator.moments(self.belief).mean[..., plan.state.locate(self.sensor.observes)]
+        far = plan.gate.reach(gate, self.sensor, seen, x, self.existence)
+        return np.maximum(np.where(self.confirmed, far, 0.0), gate.threshold)[:, None]
+
+    @property
     def innovation(self) -> Innovation:
         """How each track, or leaf, compares with each return; `distance` (*b, t, k) beyond `gate.threshold` is outside."""
         plan, observed = self.plan, self.observed
         if isinstance(observed, Frame) or observed.time is None:
             return plan.estimator.evaluate(self.belief, self.sensor, observed, plan.p_gate)
-        beliefs, limit = (_rows(plan, self.state).belief, self.belief), self.gate.threshold
+        beliefs, limit = (_rows(plan, self.state).belief, self.belief), self.reach
         return evaluated(plan.estimator, self.sensor, beliefs, self.scan, observed, self.dt, plan.p_gate, limit, self.rng)
 
     def at(self, i: int) -> Expected:

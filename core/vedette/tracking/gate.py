@@ -20,7 +20,7 @@ from vedette.types import Detections, Frame, Innovation
 class SensorGate:
     """A gate's constants for one sensor: the threshold on the squared distance, log of the volume inside it where |S| = 1,
     and log of the clutter density where that is the same everywhere (), else None. `axes`: how many a return has, 0 for a
-    camera, whose frames have no threshold.
+    camera, whose frames have no threshold. beyond: for confirmed tracks, likely returns beyond the threshold count, too.
     """
 
     sensor: Sensor
@@ -28,6 +28,7 @@ class SensorGate:
     threshold: float
     log_ball: float
     log_density: Array | None
+    beyond: bool = False
 
 
 @frozen
@@ -35,12 +36,12 @@ class Gate:
     """Which returns a track considers, and against what clutter density.
 
     A return counts if its squared distance is within the chi-square quantile of `probability` for the measured axes (with
-    several modes: in any of their gates). With a probability of 1, which a config may write as `gate = "off"`, all returns
-    count. A frame is one return, and the only one: how far the target moved says nothing against it, so it has no threshold
-    of distance. Its pixels decide, by their likelihood ratio to the background against 1 - P_D P_G of a miss. `clutter`:
+    several modes: in any of their gates). Where tracks may begin, one beyond it counts for a confirmed track, too, if that
+    is likelier than a miss: else the track's own outlier begins a second one. With a probability of 1, which a config may
+    write as `gate = "off"`, all returns count. Those beyond a `largest_distance` never do. A frame is one return, without a
+    threshold: its pixels decide, by their likelihood ratio to the background against 1 - P_D P_G of a miss. `clutter`:
     "sensor" takes the density that the sensor states; "nonparametric" takes the number of returns in the gate over its
-    volume, for scenes of unknown clutter. Returns beyond `largest_distance` are left out whatever the probability: with a
-    probability of 1 that merely saves time. Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
+    volume, for scenes of unknown clutter. Bar-Shalom, Li, Multitarget-Multisensor Tracking, 1995, section 3.4.
     """
 
     words: ClassVar[Mapping[str, Mapping[str, Any]]] = {"off": {"probability": 1.0}}
@@ -48,7 +49,7 @@ class Gate:
     probability: float = fields.probability("that a target's return falls in its gate; 1: no gate", default=0.99, above=0)
     clutter: str = fields.choice("where the clutter density comes from", ("sensor", "nonparametric"), default="sensor")
     largest_distance: float | None = fields.quantity(
-        "1", "squared distance beyond which returns are left out; default: none is for that alone", default=None, above=0
+        "1", "squared distance beyond which returns are left out, however likely; default: no limit", default=None, above=0
     )
 
     def __attrs_post_init__(self) -> None:
@@ -62,19 +63,19 @@ class Gate:
         quantile = 2.0 * float(gammaincinv(axes / 2, self.probability))
         return quantile if self.largest_distance is None else min(quantile, self.largest_distance)
 
-    def for_sensor(self, sensor: Sensor) -> SensorGate:
+    def for_sensor(self, sensor: Sensor, beyond: bool = False) -> SensorGate:
         """Return the gate's constants for one sensor, the same for every scan."""
-        axes = len(sensor.measurement)
+        axes, beyond = len(sensor.measurement), beyond and self.probability < 1 and self.largest_distance is None
         if isinstance(sensor, ImagingSensor):
             return SensorGate(sensor, 0, math.inf, math.inf, None)
         threshold = self.threshold(axes)
         log_ball = 0.5 * axes * math.log(math.pi * threshold) - math.lgamma(axes / 2 + 1)
         if self.clutter != "sensor":
-            return SensorGate(sensor, axes, threshold, log_ball, None)
+            return SensorGate(sensor, axes, threshold, log_ball, None, beyond)
         # A density without the batch's axes does not depend on the return: the contract says so.
         density = np.asarray(sensor.clutter(np.zeros((0, axes))))
         log_density = kernels.safe_log(density) if density.ndim == 0 else None
-        return SensorGate(sensor, axes, threshold, log_ball, log_density)
+        return SensorGate(sensor, axes, threshold, log_ball, log_density, beyond)
 
     def scores(
         self,
@@ -84,12 +85,13 @@ class Gate:
         existence: Array,
         sensor_gate: SensorGate,
         rate: Array | None = None,
+        sure: Mask | None = None,
     ) -> Array:
         """Return log scores (*b, t, 1+k) of a miss (column 0) and each return, relative to clutter; -inf outside the gate.
 
         Existence e (*b, t) enters as log e + score, and log(1 - e + e exp(miss)): e = 1 changes nothing. `sensor` is that of
         `sensor_gate`, or it elsewhere. `rate` (k,) is the density of returns from targets without a track, beside the
-        clutter's. A frame is one return, whose likelihood is relative to its background already.
+        clutter's; `sure` (*b, t): confirmed tracks. A frame's likelihood is relative to its background already.
         """
         distance, limit, log_density = innovation.distance, sensor_gate.threshold, sensor_gate.log_density
         if log_density is None or rate is not None or observed.missing is not None or sensor is not sensor_gate.sensor:
@@ -98,7 +100,8 @@ class Gate:
             limit, log_density = self._against(innovation, sensor, observed, sensor_gate, rate)
         evidence = None if observed.evidence is None else observed.evidence[..., None, :]
         valid = observed.valid  # type: ignore[union-attr]  # a frame has returned above: its sensor states no density
-        return kernels.gate_scores(innovation.loglik, distance, valid, existence, limit, log_density, evidence)
+        sure = sure if sensor_gate.beyond else None
+        return kernels.gate_scores(innovation.loglik, distance, valid, existence, limit, log_density, evidence, sure)
 
     def _against(
         self, innovation: Innovation, sensor: Sensor, detections: Detections, sensor_gate: SensorGate, rate: Array | None
@@ -121,6 +124,22 @@ class Gate:
             lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
             log_density = log_density + detections.missing @ np.log(lengths)
         return log_density[..., None, :]
+
+    def reach(self, gate: SensorGate, sensor: Sensor, detections: Detections, x: Array, existence: Array) -> Array:
+        """Return the squared distance (t,) beyond which no return is likelier than a miss of tracks x (t, n), which are of
+        `existence` (t,): where e P_D N(z; 0, S) / density = 1 - e P_D P_G. |S| is taken to be |R|: it is no less.
+        """
+        if self.clutter == "sensor":
+            noise = sensor.noise(x) if detections.noise is None else detections.noise
+            density = self.stated_density(sensor, detections) if gate.log_density is None else gate.log_density
+            spread = 0.5 * np.linalg.slogdet(noise)[1].min(initial=math.inf) + density.min(initial=math.inf)
+        else:
+            spread = -gate.log_ball
+        there, evidence = existence * sensor.detects(x), detections.evidence
+        odds = kernels.safe_log(there) - np.log1p(-self.probability * there) - spread
+        more = 0.0 if evidence is None else np.max(evidence, initial=0.0)
+        far: Array = 2.0 * (odds + more) - gate.axes * math.log(2.0 * math.pi)
+        return far
 
     def _limits(self, missing: Mask) -> Array:
         """Return the threshold for the components that each return has (*b, 1, k)."""

@@ -59,7 +59,7 @@ def meet(it: Expected) -> Met:
         return _met_in_parts(it, observed)
     innovation = it.innovation
     rate = None if it.undetected is None else it.undetected.rate
-    scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate)
+    scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate, it.confirmed)
     if observed.identity is not None:
         scores = weighed(plan.identity, it.names, observed.identity, scores)
     return innovation, scores, None
@@ -83,7 +83,7 @@ def _met_by_others(it: Expected, observed: Detections, rows: Indices) -> list[Pa
 def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indices]]:
     """Return groups of tracks (g,) with the returns (g, w) in the box around each one's gate, -1 where it has fewer."""
     t = len(it.existence)
-    low, high = it.plan.estimator.extent(it.belief, it.sensor, observed, it.gate.threshold)
+    low, high = it.plan.estimator.extent(it.belief, it.sensor, observed, it.reach)
     most = most_pairs(it.belief, t, len(it.plan.state))
     tracks, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, most)
     if len(tracks) > most:
@@ -112,7 +112,9 @@ def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices)
     detections = Detections(observed.z[returns], returns >= 0, evidence, noise)
     innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
     rate = None if it.rate is None else it.rate[returns][:, None, :]
-    scores = it.plan.gate.scores(innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate)
+    scores = it.plan.gate.scores(
+        innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate, it.confirmed[rows, None]
+    )
     if observed.identity is not None:
         codes = np.where(returns >= 0, observed.identity[returns], -1)
         scores = weighed(it.plan.identity, pytrees.take(it.names, rows[:, None], 0), codes, scores)

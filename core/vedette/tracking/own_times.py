@@ -39,7 +39,7 @@ def moments_of(scan: Scan, observed: Detections, dt: float) -> list[tuple[float,
 
 def evaluated(
     estimator: Estimator[Any], sensor: Sensor, beliefs: tuple[Any, Any], scan: Scan, observed: Detections, dt: float,
-    p_gate: float, limit: float, rng: np.random.Generator,
+    p_gate: float, limit: Array | float, rng: np.random.Generator,
 ) -> Innovation:  # fmt: skip
     """Return the innovation of tracks whose `beliefs` are those after the last scan and at this one, dt s later.
 

@@ -75,7 +75,6 @@ def planned(
     """Return the plan of these parts; ValueError, with its place, if they do not go together."""
     check_forwarding(estimator)
     check_sensors(sensors, estimator, gate)
-    gates = {name: gate.for_sensor(sensor) for name, sensor in sensors.items()}
     _check_existence(birth, lifecycle)
     check_spread(lifecycle, estimator.state)
     starting = frozenset(_starters(birth, sensors, estimator))
@@ -84,6 +83,7 @@ def planned(
         _check_hypotheses(associator, estimator, lifecycle, sensors)
     models_unseen = birth is not None and birth.models_unseen
     begins = bool(starting) or models_unseen
+    gates = {name: gate.for_sensor(sensor, begins) for name, sensor in sensors.items()}
     keeps_tracks = lifecycle.permanent and not begins and not keeps_hypotheses
     offsets = shared(registration, estimator, sensors, birth)
     draws = estimator.traits.draws or (birth is not None and birth.draws)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.metrics import gate_truncation
+from vedette.metrics import gate_truncation, within_gate
 from vedette.space import Array
 
 
@@ -16,7 +16,8 @@ def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: Arra
     over which return it is: their ratio requires no choice of a return. Chi-square holds only if all weights are known to
     be 0 or 1.
     """
-    expected = np.sum(hit * axes * gate_truncation(axes, gate_probability), axis=-1)
-    total = np.sum(nis, axis=-1)
+    inside = within_gate(nis, hit, axes, gate_probability)
+    expected = np.sum(inside * hit * axes * gate_truncation(axes, gate_probability), axis=-1)
+    total = np.sum(inside * nis, axis=-1)
     ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
     return ratio

@@ -63,6 +63,6 @@ class ExtendedKalman(GaussianFilter):
         """Return what a scan makes of runs of one track, in one kernel where the models are such."""
         return scan_step_linearised(belief, self.motion, scan, self._memo)
 
-    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)

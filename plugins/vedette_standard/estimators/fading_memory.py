@@ -57,7 +57,7 @@ class FadingMemory(GaussianFilter):
         """Return the innovation of each track, linearised at its mean."""
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
 
-    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
 

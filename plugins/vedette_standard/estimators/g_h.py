@@ -100,7 +100,7 @@ class GH(GaussianFilter):
             exact.loglik, exact.distance, exact.log_volume, exact.nis, Hypotheses(shift, kernels.symmetric(post))
         )
 
-    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
         """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
 

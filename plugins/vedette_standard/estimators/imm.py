@@ -241,7 +241,7 @@ class Imm(Estimator[Modes]):
         loglik, distance, log_volume, nis, share = kernels.weigh_modes(belief.log_prob, said)
         return new_innovation(loglik, distance, log_volume, nis, new_mode_hypotheses(tuple(parts), share))
 
-    def extent(self, belief: Modes, sensor: Sensor, detections: Detections, limit: float) -> tuple[Array, Array]:
+    def extent(self, belief: Modes, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
         """Return the box around the gates of all modes."""
         extents = [
             mode.extent(part, sensor, detections, limit) for mode, part in zip(self.modes, belief.beliefs, strict=True)

@@ -66,7 +66,9 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
     scores = np.full((len(rows), 1, 1 + width), -np.inf)
     spread = None if rate is None else np.broadcast_to(rate, k)[own][:, None]
     single = Innovation(parts[0], parts[1], innovation.log_volume, parts[2], None)
-    scores[..., : 1 + alone] = plan.gate.scores(single, it.sensor, seen, it.existence[rows, None], it.gate, spread)
+    scores[..., : 1 + alone] = plan.gate.scores(
+        single, it.sensor, seen, it.existence[rows, None], it.gate, spread, it.confirmed[rows, None]
+    )
     if observed.identity is not None:
         codes, names = np.where(own >= 0, observed.identity[own], -1), take(it.names, rows[:, None], 0)
         scores[..., : 1 + alone] = weighed(plan.identity, names, codes, scores[..., : 1 + alone])
@@ -94,7 +96,8 @@ def _singles(it: Expected, observed: Detections, rows: Indices) -> tuple[Indices
     if not estimator.traits.bounded or not np.isfinite(it.gate.threshold):
         row, returns = np.divmod(np.arange(len(rows) * k), k)
     else:
-        low, high = estimator.extent(take(it.belief, rows, 0), it.sensor, observed, it.gate.threshold)
+        limit = np.broadcast_to(it.reach, (len(it.existence), 1))[rows]
+        low, high = estimator.extent(take(it.belief, rows, 0), it.sensor, observed, limit)
         row, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, len(rows) * k)
     counts = np.broadcast_to(observed.valid, k)[returns]
     row, returns = row[counts], returns[counts]

@@ -172,9 +172,9 @@ def coarse_sensor(it: Situation) -> Iterator[Finding]:
 
 def gate_against_target(it: Situation) -> Iterator[Finding]:
     """Find a gate that leaves the target's own returns out."""
-    gate = it.experiment.tracker.gate
+    gate, when = it.experiment.tracker.gate, " before its track is confirmed" if it.experiment.tracker.starts_tracks else ""
     if gate.probability < LEAST_GATE:
-        text = f"leaves {100 * (1 - gate.probability):.3g} % of the target's own returns out, in every scan"
+        text = f"leaves {100 * (1 - gate.probability):.3g} % of the target's own returns out, in every scan{when}"
         yield Finding("gate.probability", text, "0.99 to 0.9999")
     for seen in it.sensors:
         if gate.largest_distance is None or isinstance(seen.sensor, ImagingSensor):

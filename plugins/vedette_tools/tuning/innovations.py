@@ -131,11 +131,11 @@ class Gathering:
         sums[i] += float(state.hit[row]) - declared
         variances[i] += declared * (1.0 - declared)
         last = self._last.setdefault((int(state.ids[row]), name), [])
-        if state.hit[row] <= SURE:
+        weights = state.weights[row, 1:] * (state.distances[row] <= it.gate.threshold)
+        used = np.flatnonzero(weights)
+        if np.sum(weights) <= SURE:
             last.insert(0, np.full(len(space), np.nan))
             return
-        weights = state.weights[row, 1:]
-        used = np.flatnonzero(weights)
         returns = used if state.returns is None else state.returns[row, used]
         share, seen = weights[used] / np.sum(weights[used]), scan.detections
         noise = None if seen.noise is None else seen.noise[returns[np.argmax(share)]]

@@ -43,7 +43,7 @@ def judged(config, times, targets):
 
 
 def by_hand(path, alike, deviation):
-    """Return a config with the true errors, of targets that go straight on. Beyond a gate second tracks would begin."""
+    """Return a config with the true errors, of targets that go straight on."""
     states = ["ex", "ey"]
     errors = {"kind": "gauss_markov", "axes": states, "sigma": deviation, "tau": -DT / np.log(alike)}
     straight = {"kind": "constant_velocity", "sigma_accel": 1e-6}
@@ -60,7 +60,6 @@ def by_hand(path, alike, deviation):
         "associator": {"kind": "jpda"},
         "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
         "lifecycle": {"kind": "existence"},
-        "gate": "off",
         "source": {"kind": "csv", "path": str(path), "detections": {"time": "time", "columns": {"x": "x", "y": "y"}}},
     }
 

@@ -164,8 +164,8 @@ def a_scan_in_one_call_is_its_parts(estimator: Estimator[Any], drawn: Scene) -> 
     start = pytrees.take(cases.started(estimator, drawn, drawn.rng()), np.array([0]), 1)
     belief = predicted(estimator, start, drawn.dt, drawn.rng())
     innovation, limit, log_density = innovation_of(estimator, belief, drawn), 4.0, np.array(-9.0)
-    exist = np.ones((2, 1))
-    scores = kernels.gate_scores(innovation.loglik, innovation.distance, drawn.seen.valid, exist, limit, log_density, None)
+    known = innovation.loglik, innovation.distance, drawn.seen.valid, np.ones((2, 1)), limit, log_density
+    scores = kernels.gate_scores(*known, None, None)
     for best, weights in ((True, kernels.one_hot(scores)), (False, kernels.softmax(scores))):
         scan = GatedScan(drawn.dt, drawn.watch, drawn.seen.z, P_GATE, limit, log_density, best)
         if (given := estimator.scan_step(start, scan)) is None:
