@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from vedette.space import Array
-from vedette.types import LazyScans
+from vedette.types import Detections, LazyScans
 from vedette.units import say
 from vedette_report.warnings.rehearsal import rehearsed
 from vedette_tools.explaining.finding import Finding
@@ -18,6 +18,7 @@ from vedette_tools.explaining.steady_state import SCANS, inverts
 
 LEAST_SURVIVAL = 0.8
 FALSE_TRACKS, FALSE_SHARE = 10.0, 0.2
+MOST_RETURNS = 500
 
 
 def _started(it: Situation) -> Iterator[tuple[Seen, Array, Array]]:
@@ -87,6 +88,26 @@ def frozen_prior(it: Situation) -> Iterator[Finding]:
             if each == 0 and x == 0 and axis.unit in ("m/s", "rad/s") and axis not in fixed.axes:
                 text = f"a new track's {axis.name} is exactly 0, as if that were known"
                 yield Finding("birth", text, "its standard deviation among targets")
+
+
+def no_start(it: Situation) -> Iterator[Finding]:
+    """Find births that say where undetected targets are, and of all returns there are start a track at none."""
+    tracker, rng = it.experiment.tracker, np.random.default_rng(0)
+    birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
+    if birth is None or not birth.models_unseen:
+        return
+    for seen in it.sensors:
+        z = seen.came.returns[np.isfinite(seen.came.returns).all(axis=-1)][:MOST_RETURNS]
+        if seen.name not in tracker.starters or not len(z):
+            continue
+        sensor = seen.sensor if seen.came.pose is None else seen.sensor.at(seen.came.pose)
+        memory = birth.predict(birth.initial_memory(estimator, rng), estimator, seen.dt or 0.0, rng)
+        density, found = birth.reveal(memory, estimator, sensor, Detections.of(z), p_gate)
+        begun = birth.begin(found, estimator, sensor, seen.name, Detections.of(z), np.zeros(len(z)))
+        if density is not None and not len(begun.returns):
+            text = f"of {len(z)} returns of {seen.name!r} none may start a track: none lies where targets are said to appear"
+            usual = f"places narrow against their distance, if {estimator.kind!r} linearises the sensor there, or 'uniform'"
+            yield Finding("birth", text, usual)
 
 
 def short_life(it: Situation) -> Iterator[Finding]:
@@ -179,5 +200,5 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    slow_prior, fast_prior, wide_prior, frozen_prior, short_life, confirmation, rehearsal, judge_against_errors,
+    slow_prior, fast_prior, wide_prior, frozen_prior, no_start, short_life, confirmation, rehearsal, judge_against_errors,
 )  # fmt: skip

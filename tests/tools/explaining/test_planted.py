@@ -182,6 +182,17 @@ def test_the_config_that_is_planted_into_has_nothing_out_of_proportion() -> None
     assert told(BOATS) == []
 
 
+ELSEWHERE = ("birth", "none may start a track")
+PLANTED["undetected targets around the radar, seen by an ekf"] = (*ELSEWHERE, [
+    *ALONE, "estimator.kind=ekf", "sensors.radar.kind=range_bearing",
+    "source.looks.radar.clutter={range={low=10,high=1500}}",
+    'birth={kind="poisson",appear=[{at={x=[0,900],y=[0,900],vx=[0,6],vy=[0,6]},initial=3}]}',
+])  # fmt: skip
+PLANTED["a box of undetected targets elsewhere"] = (*ELSEWHERE, [
+    *ALONE, 'birth={kind="uniform",view={x={low=9e3,high=1e4},y={low=9e3,high=1e4}},spread={vx=6,vy=6},initial=3}',
+])  # fmt: skip
+
+
 @pytest.mark.parametrize("name", PLANTED)
 def test_a_planted_disproportion_is_found(name: str) -> None:
     place, words, overrides = PLANTED[name]
