@@ -76,8 +76,9 @@ class ThreePoint(Following):
         chain = chain[near]
         gain = cov[chain][..., :d] @ np.linalg.inv(S[near, chain])
         after = mean[chain] + (gain @ off[near, chain][..., None])[..., 0]
-        left = cov[chain] - gain @ cov[chain][..., :d, :]
-        left = 0.5 * (left + np.swapaxes(left, -1, -2))
+        rest = np.eye(2 * d) - np.concatenate([gain, np.zeros_like(gain)], axis=-1)
+        left = rest @ cov[chain] @ np.swapaxes(rest, -1, -2) + gain @ now.cov[near] @ np.swapaxes(gain, -1, -2)
+        left = 0.5 * (left + np.swapaxes(left, -1, -2))  # positive however long the gap before
         noise = np.sqrt(np.linalg.eigvalsh(left[:, d:, d:])[..., -1])
         slow = np.linalg.norm(after[:, d:], axis=-1) <= limit[near] + self.deviations * noise
         return near[slow], Gaussian(after[slow], left[slow])

@@ -110,3 +110,15 @@ def test_without_a_limit_of_the_velocity_more_begin(monkeypatch):
     """The mutant of the limits: what is too fast for its sensor starts a track."""
     monkeypatch.setattr(Following, "limit", lambda birth, detections, most: np.full(len(detections.z), 1e9))
     assert len(begun(BIRTHS[3](), *path(60.0, 3))[1].ids) == 1
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("gap", [1e-9, 1e3, 3e7])
+def test_a_third_return_after_any_time_leaves_a_covariance(gap):
+    """What an acceleration does in a year is 1e15 times the noise of a return."""
+    made = tracker(BIRTHS[3]())
+    state = made.start()
+    for time, x in ((0.0, 0.0), (2.0, 10.0), (2.0 + gap, 10.0)):
+        state = made.step(state, Scan(time, "coastal", Detections.of([[x, 0.0]])))
+    assert len(state.ids) == 1
+    assert np.linalg.eigvalsh(made.estimate(state).cov[0]).min() > 0
