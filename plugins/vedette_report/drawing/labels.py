@@ -39,7 +39,7 @@ def write(axes: Axes, labels: Sequence[Label]) -> int:
     from matplotlib.patheffects import withStroke
 
     (left, right), (bottom, top) = sorted(axes.get_xlim()), sorted(axes.get_ylim())
-    size = 72.0 * np.asarray(axes.get_position().size) * axes.get_figure(root=True).get_size_inches()  # type: ignore[union-attr]
+    size = 72.0 * np.asarray(axes.get_position().size) * np.asarray(axes.figure.bbox.size) / axes.figure.dpi
     scale = float(np.min(size / [max(right - left, 1e-9), max(top - bottom, 1e-9)]))
     up = -1.0 if axes.yaxis_inverted() else 1.0
     letters = canvas.letters(_SIZE)
