@@ -119,7 +119,9 @@ def starts() -> Iterator[Callable[[Array], Array]]:
         )
 
 
-def follow(tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Array], Array] = exact) -> Followed:
+def follow(
+    tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Array], Array] = exact, rate: float = 30.0
+) -> Followed:
     """Follow the target of a clip from its first true box on."""
     first = min(k for k in clip.boxes if k >= begin)
     names, rows = tracker.state.names, []
@@ -127,11 +129,11 @@ def follow(tracker: Any, clip: Clip, begin: int, end: int, start: Callable[[Arra
     prior[0, [names.index(name) for name in ("x", "y", "width", "height")]] = start(clip.boxes[first])
     cov = np.diag([spread.get(name, 0.0) ** 2 for name in names])
     state, where = (
-        tracker.start(Gaussian(prior, cov[None]), first / 30.0),
+        tracker.start(Gaussian(prior, cov[None]), first / rate),
         [names.index(n) for n in ("x", "y", "width", "height")],
     )
     for k in range(first, min(end, len(clip.frames))):
-        state = tracker.step(state, Scan.image(k / 30.0, "camera", Frame(clip.frames[k])))
+        state = tracker.step(state, Scan.image(k / rate, "camera", Frame(clip.frames[k])))
         true = clip.boxes.get(k, np.full(4, np.nan))
         rows.append([*tracker.estimate(state).mean[0, where], *true, state.existence[0], is_seen(clip.frames[k], true)])
     table = np.array(rows)

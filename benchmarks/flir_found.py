@@ -122,6 +122,8 @@ def found_in_clips(overrides: list[str]) -> None:
                     others[kind] += 1
                     print(f"{clip.name} {number}: {kind} from frame {when[0]} at {where[0].round()} {what}", flush=True)
             visible, right = visible + 1, right + hit
+            if not hit:
+                print(f"{clip.name} {number}: the target is not found within 1 s", flush=True)
     print(
         f"right target within 1 s in {right} of {visible}; in {seconds:.0f} s {others['real']} real ones "
         f"without a label, {others['false']} false: {60 * others['false'] / seconds:.1f} a minute"

@@ -158,6 +158,14 @@ def test_a_target_that_stops_is_held():
     assert np.abs(place[-1, 0] - path(30)).max() < 0.5
 
 
+def test_a_target_that_stands_in_noise_is_held():
+    """The first template is noisy, too: no frame is as like it as it is itself."""
+    rng = np.random.default_rng(2)
+    existence, place = followed([60.0 + spot(path(0), 40.0) + rng.normal(0.0, 8.0, SKY) for _ in range(80)], [path(0)])
+    assert existence.min() > 0.9
+    assert np.abs(place - path(0)).max() < 2.0
+
+
 def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
     likes = np.linspace(0.99, 0.3, 30)
     standing = [standing_ratio(0.9 * STILL, like, 0.97) for like in likes]

@@ -5,9 +5,11 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
-from vedette_flir.estimators import matches
+from vedette_flir.estimators import matches, template
 from vedette_flir.estimators.matches import match_ratio
+from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.initial_box import target_in
+from vedette_flir.patches import similarity
 
 TRACKER = {
     "estimator": {
@@ -99,7 +101,8 @@ def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     true = np.array([at for _, at in frames])
     found, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(found - true).max() < 0.5
-    monkeypatch.setattr(matches, "WEAK", 150.0)  # the mutant: a weak match is a sure miss, and the search widens
+    monkeypatch.setattr(template, "LEAST", np.inf)  # the mutant: what stands out at another brightness is a weak match,
+    monkeypatch.setattr(matches, "WEAK", 150.0)  # and that a sure miss: the search widens
     fooled, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(fooled - true)[-1].max() > 10.0
 
@@ -114,13 +117,28 @@ def test_a_drifting_template_is_held_by_its_centroid():
     assert np.abs(held - true)[60:].mean() < 0.3
 
 
-def test_the_amplitude_follows_a_target_that_brightens():
+def test_the_amplitude_follows_a_target_that_brightens(monkeypatch):
     frames = [bird(k, trees=False, bright=20.0 + 4.0 * k) for k in range(60)]
     found, hits = follow(tracker(brighten=0.2), frames)
     assert hits.min() > 0.9
     assert np.abs(found - np.array([at for _, at in frames])).max() < 0.8
-    _, still = follow(tracker(brighten=0.0, smoothing=0.0), [(p, a) for p, a in frames[::-1]])
-    assert still[-1] < 0.5  # an amplitude that stays calls the same target, five times fainter, another
+    stays, back = tracker(brighten=0.0, smoothing=0.0), [(p, a) for p, a in frames[::-1]]
+    assert follow(stays, back)[1][-1] > 0.5  # it stands out, and is found at its own brightness
+    monkeypatch.setattr(template, "LEAST", np.inf)  # the mutant: the same target, five times fainter, is another
+    assert follow(stays, back)[1][-1] < 0.5
+
+
+def test_the_first_template_counts_less_once_the_target_looks_otherwise():
+    """What looks as the target does now is it, and what looks as it did at first is not."""
+    y, x = np.mgrid[:20, :20] - 9.5
+    now, first = (np.exp(-0.5 * ((x / a) ** 2 + (y / b) ** 2)) for a, b in ((4.0, 1.2), (1.2, 4.0)))
+    by, patches, mask = Matcher(20, 1.0, 1.6, 2.5, 40.0), np.stack([now, first]), np.ones((20, 20))
+    as_now, as_first = (float(by.likeness(image, patches, mask)[0][0, 0]) for image in (now, first))
+    alike = float(similarity(now, first, mask)[0, 0])
+    assert as_now == pytest.approx((1.0 + alike**2) / (1.0 + alike))
+    assert as_now > 0.5 * (1.0 + alike) + 0.05  # which it is if the first counts as much as ever
+    assert as_first < as_now - 0.15
+    assert by.likeness(now, np.stack([now, now]), mask)[0][0, 0] == pytest.approx(1.0)
 
 
 def test_the_ratio_of_a_match():

@@ -16,6 +16,8 @@ from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
+    BESIDE,
+    LEAST,
     NEAR,
     Look,
     Matcher,
@@ -207,8 +209,16 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
                 best, ratio, appearance, anew = other, odds, forgotten(evolve(other.known, usual=usual)), apart
         else:
             appearance = forgotten(appearance)
-        elsewhere = anew and bool(np.max(np.abs(best.place - where)) > step * (near + 1))
-        likely = match_ratio(max(best.likeness, 0.0), self.limit, self.independent)
+        jump = float(np.max(np.abs(best.place - where)))
+        elsewhere = anew and jump > step * (near + 1)
+        if self.moves and not new and existence == LOST and jump > BESIDE * float(np.max(appearance.size)) + NEAR:
+            elsewhere = True  # no motion takes it there: as one of several alike leaves the picture, the next is found
+            near_it = around(pixels, best.place, appearance.size)
+            appearance = evolve(appearance, around=near_it, seen_at=best.place)
+        alike = best.likeness
+        if alike < self.limit and best.clear > LEAST:  # it stands out: its brightness may have changed
+            alike = max(alike, by.look(pixels, best.place, NEAR, by.lit(best.known, pixels, best.place)).likeness)
+        likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
@@ -234,7 +244,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             patch=appearance.patch + share * self.smoothing * (kept(shown, amplitude) - appearance.patch),
             amplitude=np.asarray(amplitude + share * self.brighten * (bright - amplitude)),
             usual=self._usual(appearance.usual, best.clear, share),
-            usual_first=self._usual(appearance.usual_first, best.first, share, SLOWEST),
+            usual_first=np.asarray(
+                1.0 + share * (best.first - 1.0)  # the first frame, which is as itself, says nothing of noise
+                if appearance.usual_first == 1.0
+                else self._usual(appearance.usual_first, best.first, share, SLOWEST)
+            ),
         )
         return renewed, place
 

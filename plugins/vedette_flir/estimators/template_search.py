@@ -110,9 +110,13 @@ class Matcher:
         return sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
 
     def likeness(self, image: Array, patches: Array, mask: Array) -> tuple[Array, Array]:
-        """Return the likeness of each place of `image` to both `patches` (2, p, p), weighted, and to the second of them."""
+        """Return the likeness of each place of `image` to both `patches` (2, p, p), weighted, and to the second of them.
+
+        The first counts the less, the less the target still looks like it.
+        """
         both = similarity(image, patches, mask)
-        return (both[0] + self.anchor * both[1]) / (1.0 + self.anchor), both[1]
+        anchor = self.anchor * max(float(similarity(patches[0], patches[1], mask)[0, 0]), 0.0)
+        return (both[0] + anchor * both[1]) / (1.0 + anchor), both[1]
 
     def look(
         self,
