@@ -57,7 +57,7 @@ def test_a_worse_tracker_is_told_and_ends_with_1(tmp_path, capsys):
     assert main(["study", config, "--runs", "4", "--threads", "1", "--write", kept]) == 0
     assert main(["study", config, "--threads", "1", "--against", kept]) == 0
     assert not [line for line in said(capsys) if line.startswith("WORSE")]
-    blunt = ["--set", "gate.probability=0.3"]
+    blunt = ["--set", "gate.largest_distance=0.7"]
     assert main(["study", config, *blunt, "--threads", "1", "--against", kept]) == 1
     (first, *_) = [line for line in said(capsys) if line.startswith("WORSE")]
     assert "before" in first
