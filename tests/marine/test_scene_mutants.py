@@ -64,7 +64,7 @@ MUTANTS = {
     ),
     "a heading counted from east": (
         World, "bow", lambda self, times: self.ownship.heading(times),
-        PICTURES.test_an_echo_is_where_the_geometry_says, ("head-up", (310.0, 205.0), np.radians(-200.0)),
+        PICTURES.test_an_echo_is_where_the_geometry_says, ("north-up", (310.0, 205.0), np.radians(-200.0)),
     ),
     "all azimuths at one time": (
         World, "sighted", lambda self, turn, where: (turn * self.radar.period, 0.0, where(turn * self.radar.period)),
