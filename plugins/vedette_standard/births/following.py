@@ -49,13 +49,15 @@ class Waiting:
     @property
     def earlier(self) -> Waiting:
         """What was there before this moment."""
-        return self.of(self.ago > 0)
+        past = self.ago > 0
+        return self if past.all() else self.of(past)
 
     def outlasting(self, sensor: Sensor) -> Waiting:
         """Return what a scan leaves to wait, as its sensor does not look there."""
         if not len(self.mean):
             return self
-        kept = self.of((self.left > 0) & ~seen(sensor, self.mean[:, : len(sensor.observes)]))
+        some = (self.left > 0) & ~seen(sensor, self.mean[:, : len(sensor.observes)])
+        kept = self.of(some if some.any() else slice(0))
         return Waiting(kept.mean, kept.cov, kept.ago, kept.left - 1)
 
     def and_now(self, new: Waiting) -> Waiting:
