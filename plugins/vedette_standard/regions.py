@@ -25,7 +25,13 @@ def _corners(numbers: Array) -> str | None:
 @final
 @frozen
 class Polygon:
-    """An area in the tracker's frame, within straight lines from corner to corner and back to the first."""
+    """An area in the tracker's frame, within straight lines from corner to corner and back to the first.
+
+    >>> kite = np.array([[0.0, -40.0], [30.0, 20.0], [5.0, 0.0], [-20.0, 10.0]])
+    >>> spots = np.array([[0.0, -30.0], [20.0, 5.0], [5.0, 2.0], [-15.0, 5.0], [12.0, -20.0]])
+    >>> [Polygon(corners).holds(spots).tolist() for corners in (kite, kite[::-1])]  # its corners may go either way
+    [[True, True, False, True, False], [True, True, False, True, False]]
+    """
 
     corners: Array = fields.array("m", "x and y of each corner, in order around the area", ndim=2, check=_corners)
 

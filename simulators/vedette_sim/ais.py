@@ -47,6 +47,9 @@ class Transponder:
     >>> made += [sent(0.0, 900.0, moored=True, **plain), sent(6.0, 300.0, [Leg("turn", seconds=400.0, rate=0.02)], **plain)]
     >>> [float(np.round(np.diff(each.time)[-1], 1)) for each in made]  # 11.7, 19.4, 25.3 and 11.7 knots, moored, turning
     [10.0, 6.0, 2.0, 30.0, 180.0, 3.3]
+    >>> slower = [Leg("accelerate", seconds=7.0, accel=-1.0)]  # from 25.3 to 11.7 knots: for 180 s it reports as before
+    >>> [float(np.round(np.diff(sent(13.0, last, slower, **plain).time)[-1], 1)) for last in (170.0, 300.0)]
+    [2.0, 10.0]
     >>> one, c, s = made[0], np.cos(0.7), np.sin(0.7)
     >>> there = 6 * one.time[0] * np.array([c, s]) + [30 * c + 5 * s, 30 * s - 5 * c]
     >>> np.allclose([(one.longitude[0] - 12) * 65_576, (one.latitude[0] - 54) * 111_305], there, atol=0.5)  # m a degree

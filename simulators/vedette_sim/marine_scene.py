@@ -60,17 +60,15 @@ class RadarPicturesScene(Source):
     ...     radar, {"a": ship}, frames=6, lost=2, interval=3.0, sea=SeaClutter(1e3, 12.0, wind_from=0.9, upwind=6.0),
     ...     land=(Land([[720, -3000], [3000, -3000], [3000, 3000], [720, 3000]], roughness=0.0),),
     ...     rain=(Rain([-300.0, 100.0], radius=300.0, level=25.0, drift=[20.0, 0.0]),), ownship=turned)
-    >>> times = scene.times(3)
-    >>> len(times), times[[0, 3]].tolist(), np.allclose(scene.truth(times, 3)[0].states[0], [-500, -600, 0, 0, 2, 30, 6])
-    (4, [2.0, 17.0], True)
+    >>> len(times := scene.times(3)), times[[0, 3]].tolist(), scene.truth(times, 3)[0].states[0].tolist()
+    (4, [2.0, 17.0], [-500.0, -600.0, -0.0, 0.0, 2.0, 30.0, 6.0])
     >>> b, r = (radar.bearings + np.pi / 2 - 0.4)[:, None], radar.ranges  # the mean of turn 4, around 9 s
     >>> x, y = 200 + np.sin(b) * r, -100 + np.cos(b) * r
     >>> sea = 10**1.2 * (r / 1000) ** -3 * 10 ** (0.6 * np.maximum(np.cos(b - 0.9), 0) ** 2)
     >>> rain = 10**2.5 * (r / 1000) ** -2 * np.exp(-0.5 * ((x + 300 - 20 * 9) ** 2 + (y - 100) ** 2) / 300**2)
     >>> land = (x > 700) * 10**4.5 * (r / 1000) ** -3 * np.exp(-np.cumsum(x > 700, axis=1) * 20 / 600)
     >>> off = np.abs(scene.painter(3).synthesis.mean(4) / (1 + sea + rain + land) - 1)[:, 16:]
-    >>> parts = x > 700, rain > 3 * sea, (10 * rain < sea) & (x < 700)
-    >>> [bool(np.quantile(off[part[:, 16:]], 0.8) < 0.1) for part in parts]
+    >>> [bool(np.quantile(off[p[:, 16:]], 0.8) < 0.1) for p in (x > 700, rain > 3 * sea, (10 * rain < sea) & (x < 700))]
     [True, True, True]
     >>> calm = RadarPicturesScene(radar, {"a": ship}, buoys=(Buoy([600.0, 150.0]),), ownship=turned).painter(1).synthesis
     >>> power = np.mean([calm.power(turn) for turn in range(5, 105)], axis=0) - 1
@@ -106,6 +104,14 @@ class RadarPicturesScene(Source):
     True
     >>> np.allclose([np.mean(made / mean > x) for x in (0.2, 1.0, 3.0)], np.exp([-0.2, -1.0, -3.0]), rtol=0.05)
     True
+    >>> from vedette_sim.ais import Transponder
+    >>> named = {name: Vessel(Ship([0.0, 0.0], course=4.0), 30.0, 6.0, ais=Transponder()) for name in "ab"}
+    >>> plain = RadarPicturesScene(radar, named, frames=30, reference="ais", video="sweeps")
+    >>> [path.name for path in plain.truth(plain.times(1), 1)], bool(plain.centres(plain.times(1))[0].states[0, 4] < 0)
+    (['MMSI 211000001', 'MMSI 211000002'], True)
+    >>> swept = np.array([plain.painter(1).scan(float(t), "radar").frame.pixels[:, 16:] for t in range(2, 12)])
+    >>> swept.shape, np.allclose(np.mean(np.log(swept)), np.log(10**-0.8) - np.euler_gamma, atol=0.05)  # exponential, -8 dB
+    ((10, 64, 48), True)
     """
 
     kind: ClassVar[str] = "radar_pictures_scene"

@@ -24,7 +24,8 @@ class PpiRadar:
     """A rotating pulse radar and its picture.
 
     Powers are relative to the receiver's noise. A point of cross-section s at range R gives the power
-    10^(echo/10) s / R^4, R in km, in the middle of a Gaussian of the two-way `beam` and the `pulse`'s width at half power.
+    10^(echo/10) s / R^4, R in km, at least .01, in the middle of a Gaussian of the two-way `beam` and the `pulse`'s width at
+    half power.
     The azimuth a, clockwise from the bow, is looked at (k + a / 2 pi) `period` from the start, k = 0, 1, ..
 
     >>> radar = PpiRadar(metres_per_pixel=10.0, range=1500.0, size=320, beam=np.pi / 16, pulse=30.0, azimuths=256, echo=20.0,
@@ -33,7 +34,7 @@ class PpiRadar:
     (5.0, 159.5, [2.5, 1497.5])
     >>> np.allclose(radar.bearings[[0, 255]], [np.pi / 256, 511 * np.pi / 256])
     True
-    >>> np.allclose(radar.strength(np.array([500.0, 2000.0])), [100 * 16, 100 / 16])
+    >>> np.allclose(radar.strength(np.array([500.0, 2000.0, 0.0])), [100 * 16, 100 / 16, 100 * 1e8])
     True
     >>> power = np.zeros((256, 300), dtype=np.float32)
     >>> radar.add_points(power, radar.bearings[[2]], radar.ranges[[100]], np.array([7.0]))
@@ -41,6 +42,10 @@ class PpiRadar:
     [7.0, 3.5, 3.5, 3.5, 3.5]
     >>> got = radar.levels(np.full((1, 300), 10.0, dtype=np.float32))[0, [40, 299]]
     >>> np.allclose(got, [10 - 5 + 30 * np.log10(202.5 / 800), 5.0], atol=1e-4)
+    True
+    >>> import cv2
+    >>> shown = Raster(radar, cv2).picture(np.full((256, 300), 255, dtype=np.uint8))
+    >>> np.array_equal(shown > 0, np.hypot(*(np.mgrid[:320, :320] - 159.5)) <= 150)  # black beyond the disc
     True
     """
 

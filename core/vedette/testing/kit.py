@@ -229,11 +229,11 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         if not isinstance(error, AssertionError):
             method = method_of(error)
             what = f"{method}raised {type(error).__name__}: {error}{line_of(error)}"
-            what = what if method else _promise(law, *tried[:2]) or what
-        component, data = tried[:2]
-        told = what if law.effort == "shown" else counterexample(what, component, data, lambda: law.check(component, data))
+            what = what if method or not tried else _promise(law, *tried[:2]) or what
+        shown = law.effort == "shown" or not tried  # nothing, where it raised as something was drawn for it
+        told = what if shown else counterexample(what, tried[0], tried[1], lambda: law.check(tried[0], tried[1]))
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
-        return Outcome(law, "failed", told, tried[2] + 1, alpha, "/".join(note.groups()) if note else "")
+        return Outcome(law, "failed", told, sum(tried[2:]) + 1, alpha, "/".join(note.groups()) if note else "")
     if not tried[2]:
         return Outcome(law, "skipped", closed[0][0], 0, 0.0, lacks=closed[0][1])
     return Outcome(law, "held", "", tried[2], alpha)

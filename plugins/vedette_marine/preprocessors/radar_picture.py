@@ -30,7 +30,7 @@ class RadarPicture(Preprocessor):
 
     >>> from vedette_marine.picture.evidence import Excess
     >>> rows, columns = np.mgrid[:320, :400].astype(float)
-    >>> spots = (300, 200), (290, 200), (120, 60)
+    >>> spots = (300, 200), (290, 200), (60, 140)
     >>> lit = sum(255 * np.exp(-((columns - x) ** 2 + (rows - y) ** 2) / (2 * 2.1**2)) for x, y in spots)
     >>> geometry = PictureGeometry(5.0, [200.0, 160.0], 400, 320, stabilisation="head-up")
     >>> looks = Evidence(brightness=Excess(20.0, 100.0))
@@ -39,7 +39,7 @@ class RadarPicture(Preprocessor):
     >>> scan = Scan(0.0, "radar", Detections.of([], 2), ship, Frame(np.minimum(lit, 255).astype(np.uint8)))
     >>> made = reads.process({"radar": scan})
     >>> turn = np.array([[np.cos(0.3), np.sin(0.3)], [-np.sin(0.3), np.cos(0.3)]])
-    >>> there = np.array([[-400.0, 500.0], [475.0, -200.0]]) @ turn.T  # of one spot, and amid two that are linked
+    >>> there = np.array([[-700.0, 100.0], [475.0, -200.0]]) @ turn.T  # of one spot, and amid two that are linked
     >>> np.allclose(made.z, [1000.0, 500.0] + there, atol=0.1), np.allclose(made.evidence, np.log(0.2) + 165 * (0.05 - 0.01))
     (True, True)
     >>> across, spread = there @ [[0.0, 1.0], [-1.0, 0.0]], np.zeros((2, 2, 2))

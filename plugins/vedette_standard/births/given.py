@@ -30,6 +30,8 @@ class Given(GivenTracks):
     ([[5.0, 110.0, 7.0, 0.0]], [2.0, 3.0, 4.0, 6.0])
     >>> birth.given(state, Recording([scan], truth=(first,), starts=(later, first))).mean.tolist()
     [[5.0, -53.0, 0.8, 0.0], [5.0, 110.0, 7.0, 0.0]]
+    >>> Given({"to": (4.0, 0.1)}, {}, {}).given(Space.of(to="rad mod 2pi"), Recording([scan])).mean.round(3).tolist()
+    [[-2.283]]
     """
 
     kind: ClassVar[str] = "given"

@@ -40,6 +40,10 @@ DRAWS = {
         "motion": 12, "sensor": 12, "camera": 12, "associator": 12, "estimator": 12, "birth": 12, "lifecycle": 12,
         "preprocessor": 12, "source": 16,
     },
+    44: {
+        "motion": 12, "sensor": 12, "camera": 12, "associator": 12, "estimator": 12, "birth": 12, "lifecycle": 12,
+        "preprocessor": 12, "source": 16,
+    },
 }  # fmt: skip
 """By seed, how many of a role; cameras apart from the other sensors, as their laws are."""
 

@@ -20,7 +20,7 @@ LESSON, SMALL = (8.23, 7.41), (16, 17)
 """The same of the pictures from which it learns: many are drawn, with the same noise, so that this cancels."""
 LIT = 40.0
 LOOKS = {"amplitude": LIT, "background": 0.1, "width": 8.0, "height": 8.0}
-SIZES = {"px": 2.0, "rad": 0.3, "1": 0.2}
+SIZES = {"px": 2.0, "rad": 0.3, "1": 0.2, "count": LIT}
 """Usual values of the axes beyond the position: by name, else by unit, else 0."""
 PLAIN = {"x", "y", *LOOKS, "spread"}
 """A camera of no other axes, which is told how bright it is or draws none, looks for a round spot, such as the kit draws."""
