@@ -2,7 +2,9 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from attrs import frozen
 from hypothesis import strategies as st
@@ -11,6 +13,7 @@ from support.paths import DOCS
 from vedette import MotionModel, Space, fields
 from vedette.cli import main
 from vedette.testing import FAST, Misuse, conformance, examine, kit, laws_of
+from vedette.testing.laws import imaging_cases
 from vedette.testing.strategies import components
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators.kalman import Kalman
@@ -172,3 +175,37 @@ def test_the_table_of_mutants_has_every_law_and_no_other():
 def test_a_costly_law_is_tried_on_a_share_of_the_examples():
     (law,) = (law for law in laws_of(Kalman) if law.name == "frames_show_the_target")
     assert examine(Kalman, law, components(Kalman), FAST).examples == FAST.examples // law.share < FAST.examples
+
+
+def test_what_raises_as_examples_are_drawn_is_a_failure_that_says_where():
+    @frozen
+    class Belt(MotionModel):
+        """Along a belt, whose space is none."""
+
+        kind = "belt"
+
+        @property
+        def state(self) -> Space:
+            return Space.of(s="m mod 10000")
+
+        def move(self, x, dt):
+            return x
+
+        def jacobian(self, x, dt):
+            return np.eye(1)
+
+        def noise(self, x, dt):
+            return np.zeros((1, 1))
+
+    outcome = examine(Belt, laws_of(Belt)[0], components(Belt), FAST)
+    assert outcome.verdict == "failed"
+    assert "belt.state raised SpaceError: s: the period must be '2pi'" in outcome.text
+
+
+def test_a_camera_is_lit_whatever_its_brightness_is_called():
+    axes = {"x": "px", "y": "px", "glow": "count", "radius": "px"}
+    camera = SimpleNamespace(
+        observes=Space.of(**axes), measurement=Space.of(x="px", y="px"), measure=lambda x: x[..., :2],
+        jacobian=lambda x: np.eye(2, 4),
+    )  # fmt: skip
+    assert imaging_cases.state_at(camera, 21.0, 12.0).tolist() == [[21.0, 12.0, imaging_cases.LIT, 2.0]]
