@@ -150,7 +150,7 @@ class Lifecycle(Component):
 
     @property
     def least_existence(self) -> float:
-        """The existence below which a track ends."""
+        """The existence below which a track ends that was not below from its beginning."""
         return 0.0
 
     @abstractmethod

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Review, fields, maker
 from vedette_standard.compiled import fastest
-from vedette_standard.lifecycles.limited import DETECTED, Limited
+from vedette_standard.lifecycles.limited import Limited
 
 
 @frozen(eq=False)
@@ -28,8 +28,8 @@ class Existence(Limited):
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
-    stays so as long as e is at least `show`, and ends when e falls below `delete`. One that began below waits for a sensor
-    that covers it, for one lifetime.
+    stays so as long as e is at least `show`, and ends when e falls below `delete`; one that began below and was
+    never above, when e has fallen by a factor of 2.718.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
 
     >>> from vedette import Review
@@ -65,8 +65,9 @@ class Existence(Limited):
         return self.delete
 
     def start_own(self, existence: Array) -> Known:
-        """Return that no track is confirmed, and what ends it before it is looked at again."""
-        return Known(np.zeros(existence.shape, dtype=bool), np.minimum(existence / math.e, self.delete))
+        """Return that no track is confirmed, and what ends it as long as it was never above `delete`."""
+        least = np.where(existence >= self.delete, self.delete, existence / math.e)
+        return Known(np.zeros(existence.shape, dtype=bool), least)
 
     def predict(self, existence: Array, dt: float) -> Array:
         """Return the existence `dt` s later: (*b, t) -> (*b, t)."""
@@ -77,8 +78,7 @@ class Existence(Limited):
         ever, confirmed, alive = by_existence(own.confirmed, scan.existence, self.confirm, self.show, self.delete)
         least = own.least
         if np.any(least < self.delete):
-            looked = (scan.p_detect >= self.least_covered) | (scan.hit > DETECTED) | (scan.existence >= self.delete)
-            least = np.where(looked, self.delete, least)
+            least = np.where(scan.existence >= self.delete, self.delete, least)
             alive = scan.existence >= least
         return new_known(ever, least), confirmed, alive
 

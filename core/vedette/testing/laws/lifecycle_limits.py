@@ -171,15 +171,15 @@ def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def ends_below_its_least_existence(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """If it states `least_existence`: a track that stays below ends, and one that is detected lives above."""
+    """If it states `least_existence`: a track that falls below ends, and one that is detected lives above."""
     least = lifecycle.least_existence
     if lifecycle.certain or not 0 < least < 1:
         raise Closed("it states no `least_existence`")
     for share, lives in ((1.1, True), (0.9, False)):
-        existence = float(least * share)
-        if existence >= 1:
+        if (existence := float(least * share)) >= 1:
             continue
-        _, _, alive = after(lifecycle, [scan(0.01, 1.0, 0.9, existence)] * 8, lifecycle.start(existence * ONES))
+        start = lifecycle.start(min(1.1 * least, 1.0) * ONES)
+        _, _, alive = after(lifecycle, [scan(0.01, 1.0, 0.9, existence)] * 8, start)
         told = f"a track with existence {existence:g} {'ended' if lives else 'lives'}, least_existence is {least:g}"
         demand(alive.all() if lives else not alive.any(), f"review: {told}")
 
