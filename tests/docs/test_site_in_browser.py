@@ -13,7 +13,7 @@ from docsite.site import HTML
 
 from support.browser import LACKING, browser
 from support.paths import DOCS
-from support.selection import an_eighth, since
+from support.selection import a_share, since
 from vedette.config.registry import Registry
 
 HTML = Path(os.environ.get("VEDETTE_SITE", HTML))
@@ -70,7 +70,7 @@ def opened(running, size):
 def tried(pytestconfig):
     """What chooses the fifth that this commit draws; by night, and with `--all`, all."""
     what = None if pytestconfig.option.all or pytestconfig.option.vedette_profile == "nightly" else since()
-    return lambda names: list(names) if what is None else an_eighth(names, what.head)
+    return lambda names: list(names) if what is None else a_share(names, what.head)
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["desktop", "phone"])

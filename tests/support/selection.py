@@ -1,6 +1,6 @@
-"""Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and an eighth of the others.
+"""Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and a twelfth of the others.
 
-What changed is told since the branch left main. The hash of the commit draws the eighth, so that the same commit tries
+What changed is told since the branch left main. The hash of the commit draws the twelfth, so that the same commit tries
 the same kinds. Of what depends on a change, as all does on the kernels, at most `MOST_KINDS` and `MOST_COSTLY` are tried:
 those whose own file changed, then drawn ones; otherwise a run would take twice its time. Without git, as in an sdist,
 without history, with `--all` and in the nightly profile all are tried.
@@ -20,7 +20,7 @@ from support.paths import ROOT
 from vedette.roles import Component
 from vedette.testing import laws_of
 
-SHARE = 8
+SHARE = 12
 """One of so many unchanged kinds is tried."""
 
 MOST_KINDS, MOST_COSTLY = 30, 15
@@ -90,9 +90,9 @@ def files_of(cls: type[Component]) -> set[str]:
 
 
 def drawn(classes: Iterable[type[Component]], head: str) -> set[type[Component]]:
-    """Return the eighth of the classes that a commit draws."""
+    """Return the twelfth of the classes that a commit draws."""
     names = {_name(cls): cls for cls in classes}
-    return {names[name] for name in an_eighth(names, head)}
+    return {names[name] for name in a_share(names, head)}
 
 
 def _name(cls: type[Component]) -> str:
@@ -103,8 +103,8 @@ def _file(cls: type[Component]) -> str:
     return known()[cls.__module__].relative_to(ROOT).as_posix()
 
 
-def an_eighth(names: Iterable[str], head: str) -> list[str]:
-    """Return the eighth of some names that a commit draws."""
+def a_share(names: Iterable[str], head: str) -> list[str]:
+    """Return the twelfth of some names that a commit draws."""
     ordered = _shuffled(names, head)
     return ordered[: -(-len(ordered) // SHARE)]
 
@@ -128,7 +128,7 @@ def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
     changed_files = {path for path in set(tests.values()) if _is_changed(path, what.files)}
     own = {path for path in changed_files if path.relative_to(ROOT).as_posix() in what.files}
     touched = {name: path in own for name, path in tests.items() if path in changed_files}
-    return _most(touched, what.head, MOST_COSTLY) | {*an_eighth(tests.keys() - touched.keys(), what.head)}
+    return _most(touched, what.head, MOST_COSTLY) | {*a_share(tests.keys() - touched.keys(), what.head)}
 
 
 def _is_changed(test: Path, files: frozenset[str]) -> bool:
