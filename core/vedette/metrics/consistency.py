@@ -59,15 +59,23 @@ def free_axes(cov: Array) -> Array:
     return count
 
 
+def gate_threshold(axes: Array | int, gate_probability: Array | float) -> Array:
+    """Return the largest squared distance inside a gate: the quantile of chi2_m, m of any shape."""
+    from scipy.special import gammaincinv
+
+    quantile: Array = 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability)
+    return quantile
+
+
 def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array:
     """Return the mean NIS of returns inside a gate over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), m of any shape.
 
     As x f_m(x) = m f_{m+2}(x), the mean of chi2_m below g is m P(chi2_{m+2} < g) / P(chi2_m < g).
     """
-    from scipy.special import gammainc, gammaincinv
+    from scipy.special import gammainc
 
-    half = np.asarray(axes) / 2.0
-    factor: Array = gammainc(half + 1.0, gammaincinv(half, gate_probability)) / gate_probability
+    half = 0.5 * gate_threshold(axes, gate_probability)
+    factor: Array = gammainc(np.asarray(axes) / 2.0 + 1.0, half) / gate_probability
     return factor
 
 
@@ -76,9 +84,7 @@ def within_gate(nis: Array, hit: Array, axes: Array | int, gate_probability: Arr
 
     Those beyond it that count as a sure track's own are not of the cut chi-square, whose mean is `gate_truncation`.
     """
-    from scipy.special import gammaincinv
-
-    inside: Mask = nis <= 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability) * np.maximum(hit, 1e-300)
+    inside: Mask = nis <= gate_threshold(axes, gate_probability) * np.maximum(hit, 1e-300)
     return inside
 
 
