@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from contextlib import ExitStack
-from types import TracebackType
-from typing import Self, final
+from typing import final
 
 from attrs import evolve
 
@@ -30,9 +29,12 @@ BLOCKS = 10
 
 @final
 class GrowingFiles:
-    """What comes of each scan is added; whole blocks are written, and every few of them a place to go on from."""
+    """What comes of each scan is added; whole blocks are written, and every few of them a place to go on from.
 
-    def __init__(self, experiment: Experiment, results: Results, steps: Steps, lag: float | None) -> None:
+    The files are closed by `stack`.
+    """
+
+    def __init__(self, experiment: Experiment, results: Results, steps: Steps, lag: float | None, stack: ExitStack) -> None:
         tracker, self.place = experiment.tracker, results.place
         self._experiment, self._results, self._steps = experiment, results, steps
         self._spaces = {name: sensor.measurement for name, sensor in tracker.sensors.items()}
@@ -46,14 +48,13 @@ class GrowingFiles:
         self._left, self._blocks = MOST_RETURNS, 0
         self._checkpoints: Checkpoints | None = None
         extra = () if steps.state.links is None else ("link",)
-        tracks = TrackFiles(self.place, tracker.state, steps.recording.notes, self.recorder.modes, extra=extra, grows=True)
-        with ExitStack() as opening:
-            if self.smoothed is not None:
-                opening.enter_context(self.smoothed)
-            self.tracks = opening.enter_context(tracks)
-            self._recording = opening.enter_context((self.place / RECORDING).open("w", encoding="utf-8", newline="\n"))
-            self._recording.writelines(self._head)
-            self._stack = opening.pop_all()
+        if self.smoothed is not None:
+            stack.enter_context(self.smoothed)
+        self.tracks = stack.enter_context(
+            TrackFiles(self.place, tracker.state, steps.recording.notes, self.recorder.modes, extra=extra, grows=True)
+        )
+        self._recording = stack.enter_context((self.place / RECORDING).open("w", encoding="utf-8", newline="\n"))
+        self._recording.writelines(self._head)
 
     def play(self, former: Former) -> None:
         """Write again what a run that did not come to its end had written."""
@@ -111,11 +112,3 @@ class GrowingFiles:
         self.recorder.close()
         if self.smoothed is not None:
             self.smoothed.write(all_of_it=True)
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> bool | None:
-        return self._stack.__exit__(kind, error, trace)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
 from signal import SIGINT, signal
@@ -86,7 +87,8 @@ def _written(
 ) -> Streamed:
     steps.intake.refused.limit(NAMED)
     tracker, interrupted, defined, held = experiment.tracker, False, True, Held()
-    with GrowingFiles(experiment, results, steps, lag) as files:
+    with ExitStack() as stack:
+        files = GrowingFiles(experiment, results, steps, lag, stack)
         if former is not None:
             files.play(former)
         files.keep_places()
