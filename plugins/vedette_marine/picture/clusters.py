@@ -71,7 +71,8 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
     following = int(labels.max(initial=-1)) + 1
     for group in range(following):
         members = np.flatnonzero(labels == group)
-        length = float(np.max(np.linalg.norm(points[members, None] - points[members], axis=-1)))
+        spots = points[members]
+        length = max(float(np.max(np.linalg.norm(spots - one, axis=-1))) for one in spots)  # not all pairs at once
         if len(members) < 3 or length <= longest:
             continue
         tried = []
