@@ -33,7 +33,7 @@ def test_every_page_has_one_place_in_the_navigation():
 
 
 def test_pages_stay_short():
-    """What a user reads: 2,500 words a page at most, and 60,000 in all (docs/measured/pages.md)."""
+    """What a user reads: 2,500 words a page at most, and 60,000 in all."""
     pages = {name: page for name, page in navigation.committed().items() if name not in ("changelog.md", "contributing.md")}
     words = {name: len(page.read_text(encoding="utf-8").split()) for name, page in pages.items()}
     assert {name: count for name, count in words.items() if count > 2_500} == {}
