@@ -12,6 +12,7 @@ from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newb
 from vedette.filters import mixed
 from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
+from vedette_standard.births.at_returns import at_returns
 from vedette_standard.births.places import Appearance, Edge, present
 
 FADED = 0.01
@@ -39,7 +40,7 @@ class Poisson(Birth):
 
     A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
-    moments given z. So the tracker is a Poisson multi-Bernoulli filter.
+    moments given z, for a nonlinear sensor linearised around z. So the tracker is a Poisson multi-Bernoulli filter.
     Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
 
     >>> from vedette import Detections
@@ -138,10 +139,16 @@ class Poisson(Birth):
         self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
     ) -> tuple[Array, Any]:
         """Return the density (k,) of each return from an unseen target, and how each Gaussian explains it."""
-        innovation = estimator.evaluate(memory.belief, sensor, detections, p_gate)
+        near = at_returns(estimator.moments(memory.belief), estimator.state, sensor, detections)
+        loglik, innovation = np.empty((len(memory.weights), len(detections.z))), None
+        if near is None or len(near.returns) < len(detections.z):
+            innovation = estimator.evaluate(memory.belief, sensor, detections, p_gate)
+            loglik[:] = innovation.loglik[:, 1:]
+        if near is not None:
+            loglik[:, near.returns] = near.loglik
         with np.errstate(divide="ignore"):
-            log_share = np.log(memory.weights)[:, None] + innovation.loglik[:, 1:]
-        return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share)
+            log_share = np.log(memory.weights)[:, None] + loglik
+        return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share, near)
 
     def update(
         self,
@@ -181,11 +188,18 @@ class Poisson(Birth):
 
     def _given(self, found: Any, estimator: Estimator[Any], returns: Indices) -> Gaussian:
         """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
-        memory, innovation, log_share = found
-        component, count = np.tile(np.arange(len(log_share)), len(returns)), len(returns)
-        sure = np.zeros((len(component), innovation.loglik.shape[-1]))
-        sure[range(len(component)), 1 + np.repeat(returns, len(log_share))] = 1.0
-        after = estimator.moments(estimator.update(take(memory.belief, component, 0), take(innovation, component, 0), sure))
-        share = kernels.softmax(log_share[:, returns].T)
-        n = len(estimator.state)
-        return mixed(Gaussian(after.mean.reshape(count, -1, n), after.cov.reshape(count, -1, n, n)), share, estimator.state)
+        memory, innovation, log_share, near = found
+        c, n = len(log_share), len(estimator.state)
+        mean, cov = np.empty((len(returns), c, n)), np.empty((len(returns), c, n, n))
+        if innovation is not None:
+            component = np.tile(np.arange(c), len(returns))
+            sure = np.zeros((len(component), innovation.loglik.shape[-1]))
+            sure[range(len(component)), 1 + np.repeat(returns, c)] = 1.0
+            detail = take(innovation, component, 0)
+            after = estimator.moments(estimator.update(take(memory.belief, component, 0), detail, sure))
+            mean[:], cov[:] = after.mean.reshape(mean.shape), after.cov.reshape(cov.shape)
+        if near is not None:
+            here = np.flatnonzero(np.isin(returns, near.returns))
+            there = np.searchsorted(near.returns, returns[here])
+            mean[here], cov[here] = near.given.mean[:, there].swapaxes(0, 1), near.given.cov[:, there].swapaxes(0, 1)
+        return mixed(Gaussian(mean, cov), kernels.softmax(log_share[:, returns].T), estimator.state)
