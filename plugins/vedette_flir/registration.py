@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, field
 from numpy.typing import NDArray
 
-from vedette import Array
+from vedette import Array, Mask
 from vedette_flir.sources.images import one_thread, opencv
 
 REACH = 0.25
@@ -29,6 +29,15 @@ AGREE, UNEVEN, FEWEST, SHARE, SPREAD = 1.0, 0.1, 5, 0.3, 0.4
 share of all; the part of a side over which they are spread, so that they are no target's. By hand.
 """
 
+STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 9.0
+"""Pixels by which a corner moves at most that stands in the frame; by how many a scene must turn for pixels to tell; by
+how much a pixel must be more like one of the two, over the mean by which they are unlike the better one, to vote, and to
+count as written. By hand.
+"""
+
+HALO = 10
+"""Pixels around what is written in which no corner is followed: half of its window."""
+
 FLOW: Any = {"winSize": (21, 21), "maxLevel": 2, "flags": 4, "criteria": (3, 10, 0.03)}
 """Window, levels, that a first guess is used, and when to stop: OpenCV's."""
 
@@ -40,8 +49,10 @@ class Registration:
 
     Corners spread over a frame before it, one of each block, are found again (Lucas, Kanade, An iterative image registration
     technique, IJCAI 1981; Shi, Tomasi, Good features to track, CVPR 1994); the camera has turned as most of them say that
-    agree, so that a target is outvoted. Where too few agree, as over plain sky or after a cut, the camera counts
-    as standing still. `agreed`: the share of corners that did, last time; where they are noise's, few do.
+    agree, so that a target is outvoted. What is written into the frames, text or a cross-hair, stands in them however the
+    camera turns: where corners stand and others agree on a turn, faint ones too, pixels tell which is the scene (`written`).
+    Where too few agree, as over plain sky or after a cut, the camera counts as standing still. `agreed`: the share of
+    corners that did, last time; where they are noise's, few do.
     """
 
     agreed: float = 0.0
@@ -49,6 +60,8 @@ class Registration:
     _past: NDArray[np.uint8] | None = None
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
     _at: Array = field(factory=lambda: np.zeros(2))
+    _strong: int = 0
+    _written: Mask = field(factory=lambda: np.zeros((1, 1), dtype=bool))
 
     def take(self, pixels: NDArray[Any]) -> Array:
         """Return the place of the first pixel (2,) of the next frame (h, w), x and y in px."""
@@ -60,34 +73,82 @@ class Registration:
             if moved is not None:
                 self._corner = self._at - moved
             if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
-                self._past, self._points, self._at = now, corners(now), self._corner
+                self._past, self._at = now, self._corner
+                self._written = self._written | np.zeros(now.shape, dtype=bool)
+                strong, faint = corners(now, self._written)
+                self._points, self._strong = np.concatenate([strong, faint]), len(strong)
         return self._corner
 
     def _moved(self, past: NDArray[np.uint8], now: NDArray[np.uint8]) -> Array | None:
         """Return by how much the picture has moved (2,) since the frame before; None if too few corners agree."""
         self.agreed = 0.0
-        if len(self._points) < FEWEST:
+        if self._strong < FEWEST:
             return None
         guess = self._points + (self._at - self._corner).astype(np.float32)
-        cv2 = opencv()
-        found, good, _ = cv2.calcOpticalFlowPyrLK(past, now, self._points, guess, **FLOW)
-        shifts = (found - self._points)[good.ravel() > 0].astype(float)
-        points = self._points[good.ravel() > 0]
-        if len(shifts) < FEWEST:
+        found, good, _ = opencv().calcOpticalFlowPyrLK(past, now, self._points, guess, **FLOW)
+        good, shifts = good.ravel() > 0, (found - self._points).astype(float)
+        stands = good & (np.max(np.abs(shifts), axis=1) < STANDS)
+        side = np.array(now.shape[::-1])
+        if stands.sum() >= FEWEST and (turns := agreeing(self._points, shifts, good & ~stands, side)) is not None:
+            text = written(past, now, np.rint(np.median(shifts[turns], axis=0)).astype(int))
+            self._written = self._written | text
+            free = ~self._written[tuple(self._points.astype(int).T[::-1])]
+            if text.any():
+                self._points, shifts, good, self._strong = self._points[free], shifts[free], good[free], int(free.sum())
+        first = np.arange(len(good)) < self._strong
+        agree = agreeing(self._points, shifts, good & first, side, self._strong)
+        if agree is None:
             return None
-        near = np.max(np.abs(shifts[:, None] - shifts), axis=-1) < AGREE + UNEVEN * np.max(np.abs(shifts), axis=1)[:, None]
-        agree = near[np.argmax(near.sum(axis=1))]
-        self.agreed = float(agree.sum() / len(self._points))
-        part = np.ptp(points[agree], axis=0) / np.array(now.shape[::-1])
-        moved = refined(past, now, points[agree], np.rint(np.median(shifts[agree], axis=0)).astype(int))
-        enough = agree.sum() >= FEWEST and self.agreed >= SHARE and part.max() >= SPREAD
-        return moved if enough and np.max(np.abs(moved) / np.array(now.shape[::-1])) <= REACH else None
+        self.agreed = float(agree.sum() / self._strong)
+        moved = refined(past, now, self._points[agree], np.rint(np.median(shifts[agree], axis=0)).astype(int), self._written)
+        return moved if np.max(np.abs(moved) / side) <= REACH else None
 
 
-def refined(past: NDArray[np.uint8], now: NDArray[np.uint8], points: NDArray[np.float32], whole: NDArray[np.int_]) -> Array:
+def agreeing(points: NDArray[np.float32], shifts: Array, of: Mask, side: Array, count: int | None = None) -> Mask | None:
+    """Return which corners (k,) agree on a shift, None if they are too few, of so many, or too near each other."""
+    chosen = np.flatnonzero(of)
+    if len(chosen) < FEWEST:
+        return None
+    tried = shifts[chosen]
+    near = np.max(np.abs(tried[:, None] - tried), axis=-1) < AGREE + UNEVEN * np.max(np.abs(tried), axis=1)[:, None]
+    agree = chosen[near[np.argmax(near.sum(axis=1))]]
+    wide = float(np.max(np.ptp(points[agree], axis=0) / side))
+    if len(agree) < FEWEST or len(agree) < SHARE * (count or len(chosen)) or wide < SPREAD:
+        return None
+    return np.asarray(np.isin(np.arange(len(points)), agree))
+
+
+def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: NDArray[np.int_]) -> Mask:
+    """Return where something is written into frames (h, w) of which corners stand, and others turn by so many px (2,).
+
+    What is written is like itself, and unlike what the turn brings to its place and away from it. There is none if more of
+    the frame stands than turns.
+    """
+    none, (x, y) = np.zeros(now.shape, dtype=bool), turn
+    if max(abs(x), abs(y)) < TURNS:
+        return none
+    cv2 = opencv()
+    side = now.shape[::-1]
+    to, fro = (
+        cv2.warpAffine(image, np.array([[1.0, 0.0, i], [0.0, 1.0, j]]), side, flags=cv2.INTER_NEAREST, borderMode=1)
+        for image, i, j in ((now, -x, -y), (past, x, y))
+    )
+    still = cv2.absdiff(now, past).astype(np.float32)
+    turned = np.minimum(cv2.absdiff(to, past), cv2.absdiff(now, fro)).astype(np.float32)
+    unlike = float(np.minimum(still, turned).mean())
+    if (turned - still > UNLIKE * unlike).sum() > (still - turned > UNLIKE * unlike).sum():
+        return none
+    stays = turned - still > CLEAR * unlike
+    return np.asarray(cv2.dilate(stays.astype(np.uint8), np.ones((2 * HALO + 1, 2 * HALO + 1), np.uint8)) > 0)
+
+
+def refined(
+    past: NDArray[np.uint8], now: NDArray[np.uint8], points: NDArray[np.float32], whole: NDArray[np.int_], apart: Mask
+) -> Array:
     """Return by how much a picture has moved (2,) around `points` (k, 2), given that to a pixel or so.
 
-    now(x + whole) = past(x - d) = past(x) - d . slope(x): d by least squares over squares around the points that both show.
+    now(x + whole) = past(x - d) = past(x) - d . slope(x): d by least squares over squares around the points that both show,
+    but where something is written (`apart`).
     """
     side = max(min(past.shape) // (2 * BLOCKS), 3)
     high = np.array(past.shape[::-1]) - side - 2
@@ -104,25 +165,43 @@ def refined(past: NDArray[np.uint8], now: NDArray[np.uint8], points: NDArray[np.
             step = image[rows + down + y, columns + right + x].astype(np.float32)
             slope[axis] += 0.25 * (step - image[rows + down - y, columns + right - x]).ravel()
     change = after - past[rows, columns]
-    change, slope = change - change.mean(axis=(1, 2), keepdims=True), slope.reshape(2, *change.shape)
-    slope = (slope - slope.mean(axis=(2, 3), keepdims=True)).reshape(2, -1)  # a camera's level changes as a slope would
-    d, *_ = np.linalg.lstsq(slope @ slope.T, -slope @ change.ravel(), rcond=1e-6)
+    scene = (~(apart[rows, columns] | apart[rows + whole[1], columns + whole[0]])).astype(np.float32)
+    change, slope = (_level(each, scene) for each in (change, slope.reshape(2, *change.shape)))
+    d, *_ = np.linalg.lstsq(
+        slope.reshape(2, -1) @ slope.reshape(2, -1).T, -slope.reshape(2, -1) @ change.ravel(), rcond=1e-6
+    )
     return np.asarray(whole + np.clip(d, -1.5, 1.5), dtype=float)
 
 
-def corners(image: NDArray[np.uint8]) -> NDArray[np.float32]:
-    """Return the strongest corner of each block of an image (h, w), if it is strong: (k, 2), x and y in px."""
+def corners(image: NDArray[np.uint8], apart: Mask) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+    """Return the strongest corner of each block of an image (h, w), if it is strong: (k, 2), x and y in px; and faint ones.
+
+    Where `apart` there is none. Strong is what is so beside the eighth strongest; the faint ones are those of the image
+    without all that is strong.
+    """
     cv2 = opencv()
-    strength = cv2.cornerMinEigenVal(image, 7)
-    rows, columns = (np.linspace(0, side, BLOCKS + 1).astype(int) for side in image.shape)
+    strength = np.where(apart, 0.0, cv2.cornerMinEigenVal(image, 7))
+    strong, least = _strongest(strength)
+    near = cv2.dilate((strength > least).astype(np.uint8), np.ones((2 * HALO + 1, 2 * HALO + 1), np.uint8)) > 0
+    return strong, _strongest(np.where(near, 0.0, strength))[0]
+
+
+def _strongest(strength: NDArray[Any]) -> tuple[NDArray[np.float32], float]:
+    rows, columns = (np.linspace(0, side, BLOCKS + 1).astype(int) for side in strength.shape)
     found = []
     for top, bottom in pairwise(rows):
         for left, right in pairwise(columns):
             j, i = np.unravel_index(np.argmax(strength[top:bottom, left:right]), (bottom - top, right - left))
             found.append((left + i, top + j, strength[top + j, left + i]))
     table = np.array(found, dtype=np.float32)
-    least = STRONG * np.sort(table[:, 2])[-8]
-    return table[(table[:, 2] > least) & (table[:, 2] > 0), :2]
+    least = STRONG * float(np.sort(table[:, 2])[-8])
+    return table[(table[:, 2] > least) & (table[:, 2] > 0), :2], least
+
+
+def _level(image: NDArray[np.float32], known: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Return squares (..., m, n) less the mean of what is known, else 0: a camera's level changes as a slope would."""
+    count = np.maximum(known.sum(axis=(-2, -1), keepdims=True), 1.0)
+    return np.asarray((image - (image * known).sum(axis=(-2, -1), keepdims=True) / count) * known)
 
 
 def _smooth(pixels: NDArray[Any]) -> NDArray[np.uint8]:

@@ -73,6 +73,42 @@ def test_over_plain_sky_a_camera_stands_still():
     assert np.array_equal(corners(np.full((20, 2), 30.0), sky), np.zeros((20, 2)))
 
 
+def lettered(frame):
+    """A frame with text, a frame around its middle and a cross-hair written into it."""
+    frame = np.clip(frame, 0.0, 255.0).astype(np.uint8)
+    for words, at in (("-12.3C", (4, 14)), ("REC 00:12", (120, 14)), ("FOV 24.0", (4, 154)), ("N 51.2", (144, 154))):
+        cv2.putText(frame, words, at, cv2.FONT_HERSHEY_PLAIN, 0.8, 255, 1)
+    cv2.rectangle(frame, (70, 55), (130, 105), 255, 1)
+    cv2.line(frame, (95, 80), (105, 80), 255, 1)
+    return frame
+
+
+FAINT = 80.0 + 0.3 * (landscape() - 100.0)
+
+
+@pytest.mark.parametrize("scene", [landscape(), FAINT], ids=["a scene", "one much fainter than the text"])
+def test_text_in_the_frames_does_not_hold_the_camera(monkeypatch, scene):
+    """Until it has turned by some pixels, nothing tells the two apart."""
+    path, off = np.array([20.0, 20.0]) + np.arange(60)[:, None] * np.array([1.0, 0.4]), []
+    for told in (True, False):
+        if not told:  # nothing counts as written
+            monkeypatch.setattr(registration, "written", lambda past, now, turn: np.zeros(now.shape, dtype=bool))
+        motion = Registration()
+        found = np.array([motion.take(lettered(seen(scene, at, seed=k))) for k, at in enumerate(path)])
+        off.append(np.abs(found - (path - path[0]))[-1].max())
+    assert off[0] < 4.0 < 10.0 < off[1]
+
+
+@pytest.mark.parametrize("drift", [0.0, 1.5])
+def test_what_stands_and_is_large_is_the_scene_however_clouds_drift(drift):
+    """Below a wood of half the frame, above clouds: the wood's pixels stand, and are more."""
+    motion, wood = Registration(), seen(landscape(1), (40.0, 40.0), noise=0.0)
+    for k in range(40):
+        frame = seen(FAINT, (20.0 + drift * k, 20.0), seed=k)
+        frame[70:] = wood[70:] + np.random.default_rng(k).normal(0.0, 1.0, wood[70:].shape)
+        assert np.abs(motion.take(frame)).max() < 0.5
+
+
 def stretched(pixels):
     """A frame stretched by levels that noise changes."""
     low, high = np.percentile(pixels[::4, ::4], (1, 99))
