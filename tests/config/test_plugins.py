@@ -190,6 +190,22 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
     assert told.err == "vedette: plugin 'main' of bad-dist 1.0: its vedette_files failed: ValueError: no ink\n"
 
 
+@pytest.mark.parametrize("hook", ["vedette_draft(path)", "vedette_page(folder)"])
+def test_a_plugin_that_fails_at_a_file_or_folder_does_not_keep_it_from_the_others(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution, hook: str
+) -> None:
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
+    failing = f"\n@vedette.plugin\ndef {hook}:\n    raise ZeroDivisionError('no ink')\n"
+    distribution("bad-dist", "vedette_test_bad", drifting() + failing)
+    run, data = str(tmp_path / "out"), tmp_path / "data.csv"
+    data.write_text("time,x,y\n" + "".join(f"{i},{10 * i},{i % 3}\n" for i in range(20)))
+    asked = ["new", "config", str(data), "--out", str(tmp_path / "data.toml")] if "draft" in hook else ["report", run]
+    assert main(["run", str(_scene(tmp_path)), "--out", run]) == 0
+    named = hook.partition("(")[0]
+    with pytest.warns(RuntimeWarning, match=f"'main' of bad-dist 1.0: its {named} failed: ZeroDivisionError: no ink"):
+        assert main(asked) in (0, 3)
+
+
 FIGURE = """
 
 class Largest:

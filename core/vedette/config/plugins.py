@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
+from warnings import warn
 
 from attrs import field, frozen
 
 from vedette.config.contract import Installed, check_version, described
 from vedette.config.parameters import role_of
-from vedette.errors import PluginError
+from vedette.errors import PluginError, VedetteError
 from vedette.metrics.score import FIGURES, Figure
 from vedette.roles import Component, Sensor
 from vedette.tracking.intake import Intake
@@ -173,9 +174,16 @@ def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
 
 
 def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
-    """Yield each plugin that implements a hook, with what it returns for the arguments `given` to it."""
+    """Yield each plugin that implements a hook, with what it returns for what is `given`; warn of one that fails."""
     for used in load_plugins()[0]:
-        for answer in getattr(used.hooks, hook)(**given):
+        try:
+            said = getattr(used.hooks, hook)(**given)
+        except (VedetteError, OSError):  # of what was given, not of the plugin
+            raise
+        except (Exception, SystemExit) as error:
+            warn(f"{used}: its {hook} failed: {_reason(error)}", RuntimeWarning, stacklevel=2)
+            continue
+        for answer in said:
             yield used, answer
 
 
