@@ -81,25 +81,25 @@ class RadarPointsScene(Source):
             given = ", ".join(f"{name} of {sensor.measurement}" for name, sensor in sensors.items()) or "none"
             raise ConfigError([Problem("sensors", f"points need one sensor that measures {POSITION}; got {given}")])
         seed = int(rng.integers(2**63))
-        runs = self.batch(1, seed)
-        scans = tuple(
-            Scan(time, fitting[0], Detections.of(runs.z[0, i][runs.valid[0, i]], 2))
-            for i, time in enumerate(runs.times.tolist())
-        )
-        return Recording(scans, self.scene.truth(runs.times, seed))
+        times, z, valid = self._returns(1, seed)
+        looks = enumerate(times.tolist())
+        scans = tuple(Scan(time, fitting[0], Detections.of(z[0, i][valid[0, i]], 2)) for i, time in looks)
+        return Recording(scans, self.scene.truth(times, seed))
 
     def batch(self, runs: int, seed: int) -> PointRuns:
         """Draw many runs at once. AIS of run 0 is the scene's own for this seed."""
-        scene, times = self.scene, self.scene.times(seed)
-        disc = np.pi * scene.radar.range**2
+        return PointRuns(*self._returns(runs, seed), tuple(self.scene.ais(seed, run) for run in range(runs)))
+
+    def _returns(self, runs: int, seed: int) -> tuple[Array, Array, Mask]:
+        """Draw the times, returns and which of them are real, of many runs at once."""
+        times, disc = self.scene.times(seed), np.pi * self.scene.radar.range**2
         drawn = [self._run(own_stream(seed, POINTS, run), times, disc) for run in range(runs)]
         most = max(int(count.max()) for _, count in drawn)
         z, valid = np.zeros((runs, len(times), most, 2)), np.zeros((runs, len(times), most), dtype=bool)
         for run, (returns, count) in enumerate(drawn):
             valid[run] = np.arange(most) < count[:, None]
             z[run][valid[run]] = returns
-        ais = tuple(scene.ais(seed, run) for run in range(runs))
-        return PointRuns(times, z, valid, ais)
+        return times, z, valid
 
     def _run(self, rng: np.random.Generator, times: Array, disc: float) -> tuple[Array, NDArray[np.intp]]:
         """Draw the returns (n, 2), scan by scan and shuffled within each, and the number in each scan (s,)."""

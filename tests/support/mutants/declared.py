@@ -83,6 +83,11 @@ def weighs_twice(self, belief, dt, rng):
     return BP.predict(self, evolve(belief, log_weights=normalised(2 * belief.log_weights)) if dt else belief, dt, rng)
 
 
+def keeps_places(self, belief, dt, rng):
+    """Points are resampled by their weights, which stay where they were."""
+    return evolve(BP.predict(self, belief, dt, rng), log_weights=belief.log_weights)
+
+
 def decides(self, belief, innovation, weights):
     best = np.argmax(weights, axis=-1)[..., None] == np.arange(weights.shape[-1])
     return BP.update(self, belief, innovation, best.astype(float))
@@ -239,6 +244,8 @@ DECLARED = [
     ("the background kept", SPOT, "a_known_level_changes_nothing", {"information": without_level}, EYE),
     ("learns that it is brighter", SPOT, "learning_leaves_the_place", {"learn": brighter_and_brighter}, LEARNS),
     ("a return forgotten", BP, "a_return_counts_once", {"predict": forgets}, LINEAR),
+    ("weights at their old places", BP, "a_return_counts_once", {"predict": keeps_places},
+     LINEAR | {"resample": st.just(1.0)}),
     ("weights after resampling", BP, "a_return_counts_once", {"predict": weighs_twice},
      LINEAR | {"resample": st.just(1.0)}),
     ("one return for certain", BP, "soft_weights_mix_what_is_drawn", {"update": decides}, LINEAR),

@@ -122,6 +122,6 @@ def _run(tracker: Tracker, scans: list[Array]) -> list[Shown]:
     return shown
 
 
-OF_ASSOCIATORS = (Law(far_scenes_change_no_association),)
+OF_ASSOCIATORS = (Law(far_scenes_change_no_association, share=3),)
 OF_BIRTHS = (Law(far_scenes_change_no_birth, needs="not draws"),)
 OF_LIFECYCLES = (Law(far_scenes_change_no_life, needs="not permanent"),)

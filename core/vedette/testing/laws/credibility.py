@@ -151,7 +151,7 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
         moved = state.difference(after.mean, before.mean)[:, 0, i] / (step * known[1] / known[0])
         judge_run_means(f"mean, moved{when}", moved, *EQUIVALENCE, drawn.alpha / 4)
         judge_run_means(f"variance{when}", after.cov[:, 0, i, i] / (variance / known[0]), *EQUIVALENCE, drawn.alpha / 4)
-        for _ in range(0 if when else 2):
+        for _ in range(0 if when else 6):
             belief = cases.forget(estimator, belief, drawn, rng)
 
 

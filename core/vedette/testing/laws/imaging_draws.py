@@ -118,7 +118,7 @@ def frames_look_as_named(sensor: Sensor, drawn: Looks) -> None:
 
 
 LAWS = (
-    Law(learning_leaves_the_place),
+    Law(learning_leaves_the_place, share=2),
     Law(frames_inform_as_stated, effort="statistical"),
     Law(noise_speaks_for_no_target, effort="statistical"),
     Law(frames_look_as_named, effort="long"),

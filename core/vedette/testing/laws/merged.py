@@ -76,4 +76,4 @@ def _seldom_resolved(cell: float, p_d: float) -> Tracker:
     })  # fmt: skip
 
 
-OF_ASSOCIATORS = (Law(one_return_may_be_of_two, needs="takes_merged"),)
+OF_ASSOCIATORS = (Law(one_return_may_be_of_two, needs="takes_merged", share=3),)

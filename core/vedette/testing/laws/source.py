@@ -245,7 +245,10 @@ def scans_come_unseen(source: Source, drawn: Opened) -> None:
     demand(2 * blind >= seen, f"scans: {seen}, but {blind} of a sensor that detects nothing: one without returns is a scan")
 
 
-LAWS = (*map(Law, (
-    the_seed_decides, scans_come_in_time_order, scans_are_the_sensors, scans_last_as_stated,
-    truth_is_in_order, scans_come_once, scans_come_unseen, truth_moves_as_its_velocities,
-)), Law(draws_as_declared, needs="not draws"), Law(every_generator_its_own, needs="draws"))  # fmt: skip
+LAWS = (
+    *map(Law, (the_seed_decides, scans_come_in_time_order, scans_are_the_sensors, scans_last_as_stated)),
+    *(Law(law, share=2) for law in (truth_is_in_order, scans_come_once, scans_come_unseen)),
+    Law(truth_moves_as_its_velocities),
+    Law(draws_as_declared, needs="not draws"),
+    Law(every_generator_its_own, needs="draws", share=2),
+)
