@@ -33,6 +33,7 @@ from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversio
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
+from vedette_vts.decorrelated_position import DecorrelatedPosition
 
 SPOT, BOX, RB, CP, RBE = GaussianSpot, BoxCentroid, RangeBearing, CartesianPosition, RangeBearingElevation
 BP, CV = BootstrapParticles, ConstantVelocity
@@ -248,6 +249,10 @@ DECLARED = [
      LINEAR | {"resample": st.just(1.0)}),
     ("weights after resampling", BP, "a_return_counts_once", {"predict": weighs_twice},
      LINEAR | {"resample": st.just(1.0)}),
+    ("a box of half the gate", Kalman, "gates_lie_in_their_extent",
+     {"extent": lambda s, b, sensor, seen, limit: Kalman.extent(s, b, sensor, seen, limit / 4)}, LINEAR),
+    ("placed where it stands", DecorrelatedPosition, "standing_elsewhere_keeps_the_axes",
+     {"at": lambda s, pose: object.__setattr__(s, "_pose", pose) or s}, {}),
     ("one return for certain", BP, "soft_weights_mix_what_is_drawn", {"update": decides}, LINEAR),
     ("forgets with each step", Kalman, "a_short_time_forgets_nothing",
      {"predict": lambda s, b, dt, rng: Gaussian((p := Kalman.predict(s, b, dt, rng)).mean, 1.02 * p.cov) if dt else b},

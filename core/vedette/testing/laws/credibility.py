@@ -38,9 +38,8 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
     i, n = estimator.state.locate(observes)[0], len(estimator.state)
     mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
     tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
-    added = estimator.moments(
-        predicted(estimator, estimator.start(cases.with_zero_variance(estimator, tight), estimator.state, rng), 1.0, rng)
-    ).cov
+    sure = estimator.start(cases.with_zero_variance(estimator, tight), estimator.state, rng)
+    added = estimator.moments(predicted(estimator, sure, 1.0, rng)).cov
     noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
     wide = np.maximum(noise[:, None, None, None], added) * 1e6
     cov = np.eye(n) * np.diagonal(wide, axis1=-2, axis2=-1)[..., None, :]

@@ -236,6 +236,16 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     same("integral of a return's likelihood", total, np.full((2, 2), watch.probability), 1e-4, 1.0)
 
 
+def gates_lie_in_their_extent(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it is bounded: the box that it states for a squared distance holds every return within that."""
+    belief = cases.ahead(estimator, drawn, drawn.rng())
+    limit = float(np.max(innovation_of(estimator, belief, drawn).distance))
+    low, high = (corner[:, :, None] for corner in estimator.extent(belief, drawn.watch, drawn.seen, limit))
+    off = drawn.watch.measurement.difference(drawn.seen.z[:, None], (low + high) / 2)
+    told = f"extent: for {limit:.3g}, returns lie {np.max(2 * np.abs(off) / (high - low)):.6g} times as far out as its box"
+    demand(np.all(2 * np.abs(off) <= (1 + 1e-9) * (high - low)), told)
+
+
 def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Scene) -> None:
     """Under soft weights the belief has the moments of its hypotheses, the spread of their means included."""
     belief, innovation, weights = cases.weighed(estimator, drawn)
@@ -256,6 +266,7 @@ LAWS: tuple[Law, ...] = (
         a_scan_in_one_call_is_its_parts, order_of_returns_is_free, a_unit_of_measurement_is_free, a_miss_has_its_probability,
         return_likelihood_is_a_density,
     )),
+    Law(gates_lie_in_their_extent, needs="traits.bounded", share=2),
     *exact.LAWS, *credibility.LAWS, *mixture.LAWS, *sharp_beliefs.LAWS, *missing_components.LAWS, *reframing.LAWS,
     *frames.LAWS, *gaps.OF_ESTIMATORS, *twins.OF_ESTIMATORS,
 )  # fmt: skip

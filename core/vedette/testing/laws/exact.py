@@ -49,9 +49,7 @@ def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
         gain = np.linalg.solve(square, cross.T).T
         wanted = Gaussian(mean + gain @ (zs - mean_z), cov - gain @ cross.T)
         alike(estimator, Gaussian(found.mean[b, t], found.cov[b, t]), wanted, 1e-6)
-        same(
-            "log-likelihood of returns", np.array([log[b, t] for log in logs]), np.array(wanted_logs), 1e-7, 1 + abs(before)
-        )
+        same("log-likelihoods", np.array([log[b, t] for log in logs]), np.array(wanted_logs), 1e-7, 1 + abs(before))
 
 
 def _log_normal(x: Array, cov: Array) -> float:

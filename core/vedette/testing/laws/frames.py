@@ -130,9 +130,7 @@ def frames_show_the_target(estimator: Estimator[Any], drawn: Scene) -> None:
                 return
         end = ends[-1]
         _, empty = _after(estimator, drawn, camera, belief, noise[-1])
-        told = (
-            f"loglik: speaks no more for the target that the frame shows, {ratio.tolist()}, than without, {empty.tolist()}"
-        )
+        told = f"loglik: speaks no more for the target that a frame shows, {ratio.tolist()}, than without, {empty.tolist()}"
         demand(np.all(empty < ratio), told)
         away = end.mean[:, 0, estimator.state.locate(camera.observes)] - path[-1]
         told = f"mean: after {FRAMES} frames is {away.tolist()} px from the target"

@@ -62,9 +62,8 @@ def learning_leaves_the_place(sensor: Sensor, drawn: Looks) -> None:
     eager = [name for name in gains if getattr(camera, name) > 0]
     demand(not eager or np.any(learnt != x), f"learn: a frame teaches nothing, and {', '.join(eager)} > 0")
     truth = np.repeat(cases.state_at(camera, *LESSON)[None], 2, axis=0)
-    if (np.array_equal(learnt, x) and not gains) or cases.drawn_frame(
-        camera, truth[:1, 0], np.random.default_rng(0)
-    ) is None:
+    drawn_one = cases.drawn_frame(camera, truth[:1, 0], np.random.default_rng(0))
+    if drawn_one is None or (np.array_equal(learnt, x) and not gains):
         return
     half = varied(camera, **dict.fromkeys(gains, 0.5))
 

@@ -78,9 +78,7 @@ def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> An
         usual = np.sqrt(np.diagonal(root @ np.swapaxes(root, -1, -2), axis1=-2, axis2=-1) / SHARP)
         angles = [axis.unit == "rad" for axis in sensor.measurement.axes]
         good &= np.all(usual[..., angles] < 0.2, axis=-1)
-        back = np.swapaxes(
-            np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2
-        )  # (3, m, n): a deviation each
+        back = np.swapaxes(np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2)  # (3, m, n), of deviations
         scale = np.maximum(np.max(np.abs(np.linalg.solve(root, H)), axis=(-1, -2)), 1e-300)
         for sign in (-3.0, 3.0):
             for shift in np.swapaxes(back, 0, 1):

@@ -43,9 +43,7 @@ def missing_components_say_nothing(estimator: Estimator[Any], drawn: Scene) -> N
             Detections(frozen_copy(z), valid, None, noise, lacks),
             Detections(frozen_copy(z[..., kept]), valid, None, some),
         )
-        found, wanted = (
-            estimator.evaluate(start, sensor, scan, P_GATE) for sensor, scan in zip((whole, part), scans, strict=True)
-        )
+        found, wanted = (estimator.evaluate(start, of, scan, P_GATE) for of, scan in zip((whole, part), scans, strict=True))
         reach = 1.0 + np.abs(wanted.distance)
         for name in ("distance", "nis"):
             same(f"{name}{what}", getattr(found, name) / reach, getattr(wanted, name) / reach, 1e-3, 1.0)

@@ -138,9 +138,10 @@ def evidence_is_passed_on(preprocessor: Preprocessor, drawn: Raw) -> None:
 
 
 LAWS: tuple[Law, ...] = (
-    *map(Law, (pure, makes_finite_returns, padding_changes_nothing)),
-    *(Law(law, share=2) for law in (noise_is_positive_definite, nothing_comes_of_nothing, returns_lie_where_they_were_seen)),
+    *map(Law, (pure, makes_finite_returns)),
+    *(Law(law, share=2) for law in (
+        noise_is_positive_definite, padding_changes_nothing, nothing_comes_of_nothing, returns_lie_where_they_were_seen,
+    )),
     *map(Law, (sharper_returns_make_sharper_ones, placed_scans_are_placed, evidence_is_passed_on)),
-    *preprocessor_fusion.LAWS,
-    *preprocessor_pictures.LAWS,
+    *preprocessor_fusion.LAWS, *preprocessor_pictures.LAWS,
 )  # fmt: skip

@@ -166,9 +166,7 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
     for (name, one), (_, other) in zip(*answers, strict=True):
         if isinstance(one, Gaussian):
             same(f"mean {name}, within its period", one.mean, STATE.canonical(one.mean), 0.0)
-            same(
-                f"mean {name}, turned", STATE.difference(other.mean, one.mean + TURNED), np.zeros(one.mean.shape), 1e-7, 1.0
-            )
+            same(f"mean {name} turned", STATE.difference(other.mean, one.mean + TURNED), np.zeros(one.mean.shape), 1e-7, 1.0)
             same(f"cov {name}, turned", other.cov, one.cov, 1e-7, 1.0)
         else:
             same(f"{name}, turned", other, one, 1e-7, 1.0)

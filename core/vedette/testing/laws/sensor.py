@@ -201,13 +201,14 @@ def takes_a_returns_own_noise(sensor: Sensor, drawn: Looks) -> None:
 
 def standing_elsewhere_keeps_the_axes(sensor: Sensor, drawn: Looks) -> None:
     """Placed somewhere, it is a sensor over the same axes, and the one that was placed is as before."""
-    before = np.array(sensor.measure(drawn.x))
+    before = [np.array(each(drawn.x)) for each in (sensor.measure, sensor.noise)]
     there = platforms.placed(sensor, Pose(platforms.PLACE, platforms.SPEED, platforms.HEADING))
     demand(there.measurement == sensor.measurement, f"at: measurement must be {sensor.measurement}, got {there.measurement}")
     demand(there.observes == sensor.observes, f"at: observes must be {sensor.observes}, got {there.observes}")
     pure(there, drawn)
     jacobian_is_the_derivative(there, drawn)
-    same("measure after at", sensor.measure(drawn.x), before, 0.0)
+    for each, was in zip((sensor.measure, sensor.noise), before, strict=True):
+        same(f"{each.__name__} after at", each(drawn.x), was, 0.0)
 
 
 def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:

@@ -74,9 +74,8 @@ def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
 def _scans(drawn: Scene, given: Sharp) -> dict[str, Detections]:
     """Plain returns; with noises of their own; that lack components."""
     rng = drawn.rng()
-    own = np.asarray(given.sensor.noise(given.prior.mean[0, 0, : len(given.sensor.observes)])) * rng.uniform(
-        0.3, 3.0, (2, 2, 1, 1)
-    )
+    R = given.sensor.noise(given.prior.mean[0, 0, : len(given.sensor.observes)])
+    own = np.asarray(R) * rng.uniform(0.3, 3.0, (2, 2, 1, 1))
     lacks = np.zeros((2, 2, 3), dtype=bool)
     lacks[:, 0, 1] = lacks[:, 1, 2] = True
     return {"": given.scan(), ", own noise": given.scan(frozen_copy(own)), ", lacking components": given.scan(None, lacks)}
