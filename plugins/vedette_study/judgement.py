@@ -26,7 +26,7 @@ from vedette_study.plan import Plan
 from vedette_study.statistics import difference, mean
 from vedette_study.store import made_by
 
-MORE = ("coverage", "mota", "hota", "hota_detection", "hota_association", "siap_completeness", "siap_longest")
+MORE = ("coverage", "mota", "idf1", "hota", "hota_detection", "hota_association", "siap_completeness", "siap_longest")
 """Figures of which more is better; of those that have an expected value nearer is better, of all others less."""
 UNJUDGED = ("position_bound",)
 """Figures that no tracker changes."""

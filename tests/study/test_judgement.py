@@ -9,7 +9,8 @@ from attrs import evolve
 from study import test_recordings as buoys
 from support.paths import EXAMPLES, ROOT, recording
 from vedette.cli import main
-from vedette_study.judgement import ALPHA, _compared, _holm
+from vedette_study.chunk import study_figures
+from vedette_study.judgement import ALPHA, MORE, UNJUDGED, _compared, _holm
 
 KEPT = ROOT / "tests" / "judgements"
 LESS = {"better": "less", "least": 1e-9}
@@ -76,6 +77,14 @@ def test_a_judgement_of_something_else_is_refused(tmp_path, capsys):
     assert main(["study", config, "--against", str(tmp_path / "none.json")]) == 2
     assert main(["study", config, "--against", str(KEPT / "study.json"), "--runs", "3"]) == 2
     assert main(["study", config, "--against", str(KEPT / "study.json"), "--threads", "1"]) == 2  # it has other points
+
+
+def test_of_every_figure_it_is_known_whether_more_is_better():
+    less = ["position_rmse", "velocity_rmse", "lost", "id_switches", "false_tracks", "gospa", "ospa", "confirmed_after"]
+    less += ["trajectory_gospa", "ospa2", "motp", "siap_ambiguity", "siap_spuriousness", "siap_position", "siap_changes"]
+    expected = [name for name, figure in study_figures().items() if figure.expected is not None]
+    assert {*less, "approximated", *expected, *MORE, *UNJUDGED} == set(study_figures())
+    assert not {*less, *expected} & {*MORE}
 
 
 def test_chance_alone_is_seldom_worse():
