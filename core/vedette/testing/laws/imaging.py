@@ -157,9 +157,10 @@ def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
 
 
 LAWS = (
-    *(Law(law, share=2) for law in (pictures_inform, unseen_pixels_are_as_dead_ones, a_known_level_changes_nothing)),
-    *map(Law, (
-        pictures_show_where, a_step_leads_to_the_target, noise_is_what_a_frame_leaves, a_brighter_target_is_seen_no_worse,
+    *map(Law, (pictures_inform, a_brighter_target_is_seen_no_worse)),
+    *(Law(law, share=2) for law in (
+        pictures_show_where, unseen_pixels_are_as_dead_ones, a_step_leads_to_the_target, noise_is_what_a_frame_leaves,
+        a_known_level_changes_nothing,
     )),
     *imaging_draws.LAWS,
 )  # fmt: skip
