@@ -61,6 +61,7 @@ class Registration:
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
     _at: Array = field(factory=lambda: np.zeros(2))
     _strong: int = 0
+    _text: Mask = field(factory=lambda: np.zeros((1, 1), dtype=bool))
     _written: Mask = field(factory=lambda: np.zeros((1, 1), dtype=bool))
 
     def take(self, pixels: NDArray[Any]) -> Array:
@@ -73,8 +74,11 @@ class Registration:
             if moved is not None:
                 self._corner = self._at - moved
             if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
+                if moved is not None and self._past is not None and self._text.any():
+                    self._text &= ~written(self._past, now, np.rint(moved).astype(int))[1]
+                    self._written = around(self._text)
                 self._past, self._at = now, self._corner
-                self._written = self._written | np.zeros(now.shape, dtype=bool)
+                self._text, self._written = (mask | np.zeros(now.shape, dtype=bool) for mask in (self._text, self._written))
                 strong, faint = corners(now, self._written)
                 self._points, self._strong = np.concatenate([strong, faint]), len(strong)
         return self._corner
@@ -90,10 +94,11 @@ class Registration:
         stands = good & (np.max(np.abs(shifts), axis=1) < STANDS)
         side = np.array(now.shape[::-1])
         if stands.sum() >= FEWEST and (turns := agreeing(self._points, shifts, good & ~stands, side)) is not None:
-            text = written(past, now, np.rint(np.median(shifts[turns], axis=0)).astype(int))
-            self._written = self._written | text
+            stays, goes = written(past, now, np.rint(np.median(shifts[turns], axis=0)).astype(int))
+            self._text = self._text & ~goes | stays
+            self._written = around(self._text)
             free = ~self._written[tuple(self._points.astype(int).T[::-1])]
-            if text.any():
+            if stays.any():
                 self._points, shifts, good, self._strong = self._points[free], shifts[free], good[free], int(free.sum())
         first = np.arange(len(good)) < self._strong
         agree = agreeing(self._points, shifts, good & first, side, self._strong)
@@ -118,15 +123,16 @@ def agreeing(points: NDArray[np.float32], shifts: Array, of: Mask, side: Array, 
     return np.asarray(np.isin(np.arange(len(points)), agree))
 
 
-def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: NDArray[np.int_]) -> Mask:
-    """Return where something is written into frames (h, w) of which corners stand, and others turn by so many px (2,).
+def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: NDArray[np.int_]) -> tuple[Mask, Mask]:
+    """Return where something is written into frames (h, w) of which corners stand, and others turn by so many px (2,),
+    and where nothing is.
 
-    What is written is like itself, and unlike what the turn brings to its place and away from it. There is none if more of
-    the frame stands than turns.
+    What is written is like itself, and unlike what the turn brings to its place and away from it. Neither is told if more
+    of the frame stands than turns.
     """
     none, (x, y) = np.zeros(now.shape, dtype=bool), turn
     if max(abs(x), abs(y)) < TURNS:
-        return none
+        return none, none
     cv2 = opencv()
     side = now.shape[::-1]
     to, fro = (
@@ -137,9 +143,13 @@ def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: NDArray[np.in
     turned = np.minimum(cv2.absdiff(to, past), cv2.absdiff(now, fro)).astype(np.float32)
     unlike = float(np.minimum(still, turned).mean())
     if (turned - still > UNLIKE * unlike).sum() > (still - turned > UNLIKE * unlike).sum():
-        return none
-    stays = turned - still > CLEAR * unlike
-    return np.asarray(cv2.dilate(stays.astype(np.uint8), np.ones((2 * HALO + 1, 2 * HALO + 1), np.uint8)) > 0)
+        return none, none
+    return turned - still > CLEAR * unlike, still - turned > CLEAR * unlike
+
+
+def around(text: Mask) -> Mask:
+    """Return the pixels (h, w) near what is written, in which no corner is followed."""
+    return np.asarray(opencv().dilate(text.astype(np.uint8), np.ones((2 * HALO + 1, 2 * HALO + 1), np.uint8)) > 0)
 
 
 def refined(
@@ -182,8 +192,7 @@ def corners(image: NDArray[np.uint8], apart: Mask) -> tuple[NDArray[np.float32],
     cv2 = opencv()
     strength = np.where(apart, 0.0, cv2.cornerMinEigenVal(image, 7))
     strong, least = _strongest(strength)
-    near = cv2.dilate((strength > least).astype(np.uint8), np.ones((2 * HALO + 1, 2 * HALO + 1), np.uint8)) > 0
-    return strong, _strongest(np.where(near, 0.0, strength))[0]
+    return strong, _strongest(np.where(around(strength > least), 0.0, strength))[0]
 
 
 def _strongest(strength: NDArray[Any]) -> tuple[NDArray[np.float32], float]:

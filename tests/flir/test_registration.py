@@ -92,11 +92,22 @@ def test_text_in_the_frames_does_not_hold_the_camera(monkeypatch, scene):
     path, off = np.array([20.0, 20.0]) + np.arange(60)[:, None] * np.array([1.0, 0.4]), []
     for told in (True, False):
         if not told:  # nothing counts as written
-            monkeypatch.setattr(registration, "written", lambda past, now, turn: np.zeros(now.shape, dtype=bool))
+            monkeypatch.setattr(registration, "written", lambda past, now, turn: (np.zeros(now.shape, dtype=bool),) * 2)
         motion = Registration()
         found = np.array([motion.take(lettered(seen(scene, at, seed=k))) for k, at in enumerate(path)])
         off.append(np.abs(found - (path - path[0]))[-1].max())
     assert off[0] < 4.0 < 10.0 < off[1]
+
+
+def test_what_is_no_longer_written_is_the_scene_again():
+    path, motion = np.array([20.0, 20.0]) + np.arange(120)[:, None] * np.array([1.0, 0.4]), Registration()
+    share = []
+    for k, at in enumerate(path):
+        frame = seen(landscape(), at, seed=k)
+        motion.take(lettered(frame) if k < 45 else frame)
+        share.append(motion._written.mean())
+    assert share[44] > 0.2
+    assert share[-1] < 0.8 * share[44]
 
 
 @pytest.mark.parametrize("drift", [0.0, 1.5])
