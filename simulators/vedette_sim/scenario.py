@@ -91,6 +91,10 @@ class Simulation(Source):
     >>> run, place = np.nonzero(own)  # anywhere among the others
     >>> np.allclose(np.mean((place + 0.5) / last.valid.sum(axis=1)[run]), 0.5, rtol=0.1), made.states[7, 4].tolist()
     (True, [5000.0, 8.0, 0.0, 0.0])
+    >>> looks, eyes = {"a": Look(2.0), "b": Look(2.0, first=1.0)}, {"a": CartesianPosition(3.0), "b": CartesianPosition(3.0)}
+    >>> two = Simulation(4.0, looks, {"a": Ship([5000.0, 8.0])}).open_together(eyes, [rng])
+    >>> [(scan.time, scan.sensor) for scan in two.scans]
+    [(0.0, 'a'), (1.0, 'b'), (2.0, 'a'), (3.0, 'b'), (4.0, 'a')]
     >>> Simulation(2.0, often, {"a": Ship([5000.0, 8.0], disappears=1.0)}, sensors=half).open_together(half, [rng])
     """
 

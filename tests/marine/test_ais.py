@@ -103,6 +103,12 @@ def test_nothing_is_said_in_gaps_and_outside():
     assert np.isnan(between(ship.where(np.array([True, False, False, False])), ORIGIN, np.array([0.0])).place).all()
 
 
+def test_a_vessel_that_sent_nothing_has_no_track():
+    nothing = reports([], [], [], [], [])
+    assert trajectories(nothing, ORIGIN) == ()
+    assert np.isnan(between(nothing, ORIGIN, np.array([1.0])).error).all()
+
+
 def test_a_vessel_without_course_keeps_its_track():
     ship = reports([0, 10, 20], [0, 40, 80], [0, 0, 0], [np.nan] * 3, [np.nan] * 3)
     np.testing.assert_allclose(motion(ship, ORIGIN)[2], [[4, 0]] * 3, atol=1e-3)

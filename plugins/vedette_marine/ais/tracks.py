@@ -27,7 +27,7 @@ def motion(reports: Reports, origin: tuple[float, float]) -> tuple[Array, Array,
 
     A velocity that is not reported, as without COG, is the slope between its neighbours; 0 if there is only one report.
     """
-    last = np.append(np.diff(reports.time) > 0, True)
+    last = np.diff(reports.time, append=np.inf) > 0
     last_reports = reports.where(last)
     place, speed = east_north(last_reports.latitude, last_reports.longitude, origin), last_reports.velocity.copy()
     lacking = np.isnan(speed).any(axis=-1)
@@ -64,6 +64,8 @@ def between(reports: Reports, origin: tuple[float, float], times: Array, longest
 def trajectories(reports: Reports, origin: tuple[float, float], longest: float = 60.0) -> tuple[Trajectory, ...]:
     """Return the ship's reports as trajectories, one for each stretch without a gap of more than `longest` s."""
     time, place, speed = motion(reports, origin)
+    if not len(time):
+        return ()
     cuts = np.flatnonzero(np.diff(time) > longest) + 1
     parts = []
     for k, rows in enumerate(np.split(np.arange(len(time)), cuts)):

@@ -76,13 +76,12 @@ class RadarPicture(Preprocessor):
         groups = self.stages(scan.frame, scan.pose).groups
         heading, here = nautical(scan.pose), place(scan.pose)
         relative = geometry.from_antenna(groups.at, heading)
-        squares = np.sum(relative**2, axis=-1)[:, None, None]
         across = np.stack([-relative[:, 1], relative[:, 0]], axis=-1)
         turn = geometry.from_antenna(geometry.centre + np.eye(2), heading)  # steps of one pixel right and one down: (2, 2)
         spread = turn.T @ groups.spread @ turn
         noise = (
             self.sigma**2 * np.eye(2)
-            + self.sigma_bearing**2 * across[:, :, None] * across[:, None, :] * np.sign(squares)
+            + self.sigma_bearing**2 * across[:, :, None] * across[:, None, :]
             + self.extent**2 * spread
         )
         looks = (self.chain.threshold, float(self.chain.scales[0]), geometry.metres_per_pixel)
