@@ -183,11 +183,11 @@ def test_the_config_that_is_planted_into_has_nothing_out_of_proportion() -> None
 
 
 ELSEWHERE = ("birth", "none may start a track")
-PLANTED["undetected targets around the radar, seen by an ekf"] = (*ELSEWHERE, [
+AROUND = [
     *ALONE, "estimator.kind=ekf", "sensors.radar.kind=range_bearing",
     "source.looks.radar.clutter={range={low=10,high=1500}}",
     'birth={kind="poisson",appear=[{at={x=[0,900],y=[0,900],vx=[0,6],vy=[0,6]},initial=3}]}',
-])  # fmt: skip
+]  # fmt: skip
 PLANTED["a box of undetected targets elsewhere"] = (*ELSEWHERE, [
     *ALONE, 'birth={kind="uniform",view={x={low=9e3,high=1e4},y={low=9e3,high=1e4}},spread={vx=6,vy=6},initial=3}',
 ])  # fmt: skip
@@ -202,6 +202,10 @@ def test_a_planted_disproportion_is_found(name: str) -> None:
 
 def test_what_is_planted_is_of_more_than_twenty_sorts() -> None:
     assert len({(place, words) for place, words, _ in PLANTED.values()}) > 20
+
+
+def test_undetected_targets_around_the_radar_itself_start_tracks() -> None:
+    assert not [each for each in told(BOATS, AROUND) if each.place == "birth"]
 
 
 @pytest.mark.parametrize("more", [[], [*ALONE, "estimator.motion.sigma_accel=0.5"]], ids=["modes", "one filter"])
