@@ -72,4 +72,4 @@ class Law:
 
     def examples(self, profile: Profile) -> int:
         """Return how often it is tried."""
-        return {"exact": profile.examples // self.share, "statistical": profile.trials}.get(self.effort, 1)
+        return {"exact": -(-profile.examples // self.share), "statistical": profile.trials}.get(self.effort, 1)
