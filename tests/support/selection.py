@@ -1,4 +1,4 @@
-"""Which kinds' laws a run of the tests tries, and which costly tests: those whose code changed, and a fourteenth of the others.
+"""Which kinds' laws a run of the tests tries, and which costly tests: those that changed, and a fourteenth of the others.
 
 What changed is told since the branch left main. The hash of the commit draws these, so that the same commit tries
 the same kinds. Of what depends on a change, as all does on the kernels, at most `MOST_KINDS` and `MOST_COSTLY` are tried:
