@@ -175,3 +175,12 @@ def test_a_scene_may_have_another_sensor_than_the_tracker():
     (law,) = (law for law in laws_of(Simulation) if law.name == "returns_are_of_the_truth")
     outcome = examine(Simulation, law, st.just(scene), FAST)
     assert outcome.verdict == "held", outcome.text
+
+
+@pytest.mark.parametrize("seed", [72, 73])
+def test_a_slope_of_rounding_size_is_not_blamed_where_a_bearing_stays_at_0(seed):
+    (right,) = (c.make() for c in COMPONENTS if c.name == "bistatic radar")
+    (law,) = (law for law in laws_of(type(right)) if law.name == "jacobian_is_the_derivative")
+    drawn = st.one_of(st.just(right), components(type(right)))
+    outcome = examine(type(right), law, drawn, attrs.evolve(FAST, seed=seed, shrink=False))
+    assert outcome.verdict == "held", outcome.text

@@ -174,8 +174,9 @@ def is_derivative(
         smooth = np.isfinite(slope) & (doubt * step <= 1e-2 * largest + 1e-12)
         rows = np.max(np.abs(np.where(smooth, slope, 0.0)) * step, axis=-1, keepdims=True)
         off = np.abs(stated - slope) * step - 4 * doubt * step
-        allowed = 1e-6 * rows + 1e-9 * np.abs(function(x))[..., :, None]  # of what is 0 and stays so, no size is known
-        bad = np.all(smooth, axis=-1, keepdims=True) & (allowed > 0) & ~(off <= allowed + 1e-100)
+        allowed = 1e-6 * rows + 1e-9 * np.abs(function(x))[..., :, None]
+        allowed = np.maximum(allowed, np.where(largest <= 1e-12, 1e-12, 1e-100))  # of what stays at 0 no size is known
+        bad = np.all(smooth, axis=-1, keepdims=True) & ~(off <= allowed)
         if not np.any(bad):
             return
     i, j = np.argwhere(bad)[0]
