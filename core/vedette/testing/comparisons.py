@@ -176,7 +176,7 @@ def is_derivative(
         off = np.abs(stated - slope) * step - 4 * doubt * step
         allowed = 1e-6 * rows + 1e-9 * np.abs(function(x))[..., :, None]
         # Of what stays at 0 no size is known.
-        bad = np.all(smooth, axis=-1, keepdims=True) & ~(off <= np.maximum(allowed, np.where(largest <= 1e-12, 1e-12, 1e-100)))
+        bad = smooth.all(axis=-1, keepdims=True) & ~(off <= np.maximum(allowed, np.where(largest <= 1e-12, 1e-12, 1e-100)))
         if not np.any(bad):
             return
     i, j = np.argwhere(bad)[0]
