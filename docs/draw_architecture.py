@@ -24,7 +24,7 @@ FRONT = ("__main__", "cli", "commands")
 """The command line, drawn as one."""
 
 PLACES: dict[str, tuple[float, float, str]] = {
-    "commands": (3.4, 9.0, "vedette check, components, ..."),
+    "commands": (3.4, 9.0, "the frame of commands, info"),
     "testing": (1.2, 8.0, "laws, consistency of trackers"),
     "config": (3.6, 7.0, "from plain data to components"),
     "experiment": (2.3, 6.0, "tracker, source and judge"),

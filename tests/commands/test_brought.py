@@ -8,8 +8,8 @@ import pytest
 
 import vedette
 from vedette.cli import main
-from vedette.config.schema import schema
 from vedette.errors import PluginError
+from vedette_tools.json_schema import schema
 
 GREET = '''
 from typing import ClassVar

@@ -9,8 +9,8 @@ import pytest
 
 from support.paths import DOCS
 from vedette import ConfigError, load
-from vedette.config.schema import schema
 from vedette.units import in_unit, spellings
+from vedette_tools.json_schema import schema
 
 PAGE = (DOCS / "config.md").read_text(encoding="utf-8")
 

@@ -4,9 +4,9 @@ import pytest
 
 import vedette
 from vedette import fields
-from vedette.config.schema import schema
 from vedette.config.suggestions import nearest, which_kind
 from vedette.units import in_unit, spellings
+from vedette_tools.json_schema import schema
 
 REGISTRY = vedette.Registry.installed()
 

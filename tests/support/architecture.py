@@ -16,6 +16,7 @@ CORE = (
     "vedette.commands",
     "vedette.commands.options",
     "vedette.config",
+    "vedette.config.parameters",
     "vedette.display",
     "vedette.errors",
     "vedette.experiment",

@@ -1,6 +1,6 @@
-"""What a command is made of: exit codes, and options that several commands share. The core's own commands are beside it."""
+"""What a command is made of: exit codes, and options that several commands share. The core has one command, `info`."""
 
 from vedette.commands import options
-from vedette.commands.exit_codes import DONE, FAILED, INTERRUPTED, UNFIT, WRONG
+from vedette.commands.exit_codes import DONE, FAILED, INTERRUPTED, UNFIT, UNTRIED, WRONG, complain
 
-__all__ = ["DONE", "FAILED", "INTERRUPTED", "UNFIT", "WRONG", "options"]
+__all__ = ["DONE", "FAILED", "INTERRUPTED", "UNFIT", "UNTRIED", "WRONG", "complain", "options"]

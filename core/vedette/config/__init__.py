@@ -23,6 +23,7 @@ from pathlib import Path
 from typing import Any
 
 from vedette.config.builder import Builder, below, told
+from vedette.config.contract import Installed, described
 from vedette.config.default_birth import with_birth
 from vedette.config.files import check_size, read_file
 from vedette.config.hooks import plugin
@@ -30,7 +31,7 @@ from vedette.config.overrides import KeyPath, apply_changes, apply_overrides, pa
 from vedette.config.parameters import APART, Maybe, Parameter, holds_parts, parameters, plain
 from vedette.config.plugins import answers, draft_of, installed_figures, load_plugins, warnings_of
 from vedette.config.registry import Registry
-from vedette.config.suggestions import did_you_mean
+from vedette.config.suggestions import did_you_mean, which_kind
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
 from vedette.tracking.components import INLINE

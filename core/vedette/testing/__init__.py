@@ -14,8 +14,9 @@ from typing import Any
 
 _HOMES = {
     "comparisons": ("Broken", "Closed", "Misuse"),
-    "kit": ("Outcome", "conformance", "examine", "laws_of"),
+    "kit": ("Outcome", "conformance", "examine", "laws_of", "own_laws"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
+    "strategies": ("components",),
     "truth": ("Errors", "World"),
     "trackers": ("Report", "assert_consistent", "consistency"),
 }

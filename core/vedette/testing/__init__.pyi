@@ -7,10 +7,12 @@ from vedette.testing.kit import Outcome as Outcome
 from vedette.testing.kit import conformance as conformance
 from vedette.testing.kit import examine as examine
 from vedette.testing.kit import laws_of as laws_of
+from vedette.testing.kit import own_laws as own_laws
 from vedette.testing.law import FAST as FAST
 from vedette.testing.law import NIGHTLY as NIGHTLY
 from vedette.testing.law import Law as Law
 from vedette.testing.law import Profile as Profile
+from vedette.testing.strategies import components as components
 from vedette.testing.trackers import Report as Report
 from vedette.testing.trackers import assert_consistent as assert_consistent
 from vedette.testing.trackers import consistency as consistency

@@ -74,10 +74,6 @@ def usual(role: str, kind: str) -> Any:
     return Registry.installed().get(role, kind).cls
 
 
-fixed = st.just
-"""The strategy that draws one component."""
-
-
 def components(cls: type, given: Given | None = None, registry: Registry | None = None) -> st.SearchStrategy[Any]:
     """Return components of a class, with the strategies `given` for some parameters and inferred ones for the rest.
 

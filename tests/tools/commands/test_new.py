@@ -16,11 +16,11 @@ import vedette
 from support.foreign_files import FILES, degrees, reports, ships_radar, shuffled
 from vedette import metrics
 from vedette.cli import main
-from vedette.config.schema import schema
 from vedette_files.georeference import Terms
 from vedette_files.readers import NORTH_EAST
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_tools.drafting.config import draft_config
+from vedette_tools.json_schema import schema
 
 VALIDATOR = Draft202012Validator(schema(vedette.Registry.installed()))
 """What editors check a config by."""

@@ -11,12 +11,12 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import vedette
-from vedette.config.schema import schema
 from vedette.errors import InputError
 from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.config import drafted as whole_draft
 from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.wishes import Wishes
+from vedette_tools.json_schema import schema
 
 RNG = np.random.default_rng(3)
 LOOKS = [(2.0 * k, 3000.0 + 8.0 * k + RNG.normal(0, 5), 1000.0 - 3.0 * k + RNG.normal(0, 5)) for k in range(40)]

@@ -11,9 +11,9 @@ import pytest
 
 from support.paths import EXAMPLES
 from vedette.cli import main
-from vedette.commands import check
 from vedette.testing import laws_of
 from vedette_standard.associators.nearest import Nearest
+from vedette_tools.commands import check
 
 
 def test_the_last_line_is_the_table_in_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -5,11 +5,11 @@ from attrs import frozen
 
 from vedette import fields
 from vedette.cli import main
-from vedette.commands.check import check
 from vedette.testing import conformance
 from vedette.testing.law import Profile
 from vedette.testing.strategies import components
 from vedette_flir.lifecycles.reappearing import ReappearingTarget
+from vedette_tools.commands.check import check
 
 
 def test_laws_broken_on_purpose_are_told_and_fail_nothing(capsys):

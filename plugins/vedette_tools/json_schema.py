@@ -9,7 +9,8 @@ from typing import Any, get_args, get_origin
 import attrs
 import numpy as np
 
-from vedette import display
+from vedette import Component, display
+from vedette.config import INLINE, Registry
 from vedette.config.parameters import (
     ROLES,
     Leaf,
@@ -25,12 +26,9 @@ from vedette.config.parameters import (
     tables,
     words_of,
 )
-from vedette.config.registry import Registry
 from vedette.experiment import Experiment
-from vedette.roles import Component
 from vedette.supporting import Command
-from vedette.tracking.components import INLINE
-from vedette.tracking.tracker import Tracker
+from vedette.tracking import Tracker
 from vedette.units import spellings
 
 _NUMBER = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"

@@ -11,7 +11,7 @@ from jsonschema import Draft202012Validator
 
 from vedette import Array, Associator, ConfigError, Registry
 from vedette.config import load, to_config
-from vedette.config.schema import schema
+from vedette_tools.json_schema import schema
 
 
 @frozen

@@ -9,13 +9,11 @@ from textwrap import shorten, wrap
 from typing import Any
 
 from vedette import display
-from vedette.config.contract import Installed
+from vedette.config import Installed, Registry, did_you_mean, which_kind
 from vedette.config.parameters import APART, ROLES, Parameter, Table, parameters, tables
-from vedette.config.registry import Registry
-from vedette.config.suggestions import did_you_mean, which_kind
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.tracking.tracker import Tracker
+from vedette.tracking import Tracker
 
 _WIDTH = 120
 _NOT_CHOSEN = "not to be chosen: they only show what a paper prints"

@@ -5,9 +5,9 @@ import time
 import pytest
 
 from vedette import Registry
-from vedette.commands.check import check
 from vedette.config.parameters import APART
 from vedette.testing.law import Profile
+from vedette_tools.commands.check import check
 
 LIMIT = 10.0
 WITHOUT_LAWS = ("input", "output", "store")

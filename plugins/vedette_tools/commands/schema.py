@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from argparse import Namespace
 
-from vedette.config.schema import schema
+from vedette_tools.json_schema import schema
 
 
 def run(arguments: Namespace) -> int:

@@ -11,7 +11,7 @@ import vedette
 from support.commands import in_json
 from vedette.cli import main
 from vedette.config.parameters import APART
-from vedette.config.schema import schema
+from vedette_tools.json_schema import schema
 
 
 def test_components_lists_third_parties_and_what_is_broken(acme, capsys):

@@ -16,14 +16,11 @@ from typing import Any
 
 import attrs
 
-from vedette.commands.exit_codes import DONE, FAILED, UNTRIED, complain
-from vedette.config import load
-from vedette.config.contract import described
+from vedette import Component
+from vedette.commands import DONE, FAILED, UNTRIED, complain
+from vedette.config import Registry, described, did_you_mean, load
 from vedette.config.parameters import role_of
-from vedette.config.registry import Registry
-from vedette.config.suggestions import did_you_mean
 from vedette.errors import ConfigError, PluginError, Problem
-from vedette.roles import Component
 
 FORMATS = (".toml", ".yaml", ".yml", ".json")
 MOST_WARNINGS = 3
@@ -138,11 +135,11 @@ def check(
 
     `only` holds the laws that are tried, if not all, and what repeats an example of each, or "".
     """
-    from vedette.testing import Misuse, Profile, examine, laws_of
-    from vedette.testing.kit import own_laws
-    from vedette.testing.strategies import components, fixed
+    from vedette.testing import Misuse, Profile, components, examine, laws_of, own_laws
 
     assert isinstance(profile, Profile)
+    from hypothesis.strategies import just  # which is there, as the kit is
+
     entry, laws = described(cls, "", ""), laws_of(cls)
     names = [law.name for law in laws]
     for law_name in only:
@@ -155,7 +152,7 @@ def check(
     wanted: dict[str, None] = {}
     component = {"role": entry.role, "kind": entry.kind, "class": name, "failed": True, "tried": False, "laws": told}
     try:
-        drawn = components(cls) if one is None else fixed(one)
+        drawn = components(cls) if one is None else just(one)
     except ValueError as lacking:
         print(f"  cannot be drawn: {lacking}\n  {_CURE}")
         return component | {"reason": str(lacking)}
