@@ -195,7 +195,7 @@ class Experiment:
         A scan or a return that the tracker cannot take is left out and listed in `refused`; with `strict` it raises
         ScanRefused. `progress` wraps the scans, to show how far the run is. `keep_states` leaves the states in the result,
         for `vedette.smooth`. `seeds` replace `seed`, and `redraw` says what is drawn of a recording, for one of many runs.
-        Ctrl-C ends the run and keeps what is done.
+        Ctrl-C ends the run between two scans and keeps what is done.
         """
         steps = self.steps(strict=strict, progress=progress, seeds=seeds, redraw=redraw, named=np.inf)
         return self.finish(steps, keep_states=keep_states)
@@ -206,7 +206,7 @@ class Experiment:
         scans_given, framed = steps.recording.scans, list[int]()
         lazy, once = isinstance(scans_given, LazyScans), getattr(scans_given, "once", False)
         try:
-            for scan, state in steps:
+            for scan, state in steps.apart():
                 if steps.place is not None:
                     framed.append(steps.place)
                 taken.append(evolve(scan, frame=None) if lazy and scan.frame is not None else scan)

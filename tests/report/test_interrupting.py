@@ -1,7 +1,8 @@
-"""Ctrl-C at any moment of a streamed run: its files hold the same scans, and say that it was interrupted."""
+"""Ctrl-C at any moment of a run: its files hold the same scans, and say that it was interrupted."""
 
 import json
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -10,13 +11,15 @@ import pytest
 
 from support import interrupting
 from support.results import config
+from vedette.cli import main
+from vedette.tracking.intake import Intake
 
 
-def check(runs, tmp_path):
+def check(runs, tmp_path, *options):
     experiment = config()
     experiment["source"]["duration"] = 600.0
     (tmp_path / "config.json").write_text(json.dumps(experiment))
-    line = [sys.executable, "-m", "support.interrupting", str(runs), "1", "config.json"]
+    line = [sys.executable, "-m", "support.interrupting", str(runs), "1", "config.json", *options]
     where = os.environ | {"PYTHONPATH": str(Path(interrupting.__file__).parents[1])}
     done = subprocess.run(line, cwd=tmp_path, env=where, capture_output=True, text=True, check=False, timeout=1800)
     assert done.returncode == 0, done.stderr[-2000:]
@@ -32,10 +35,28 @@ def check(runs, tmp_path):
 
 
 @pytest.mark.costly
-def test_the_files_of_an_interrupted_run_hold_the_same_scans(tmp_path):
-    check(6, tmp_path)
+@pytest.mark.parametrize("options", [[], ["--stream"]])
+def test_the_files_of_an_interrupted_run_hold_the_same_scans(tmp_path, options):
+    check(6, tmp_path, *options)
 
 
 @pytest.mark.nightly("interrupts many runs")
-def test_whenever_many_runs_are_interrupted(tmp_path):
-    check(100, tmp_path)
+@pytest.mark.parametrize("options", [[], ["--stream"]])
+def test_whenever_many_runs_are_interrupted(tmp_path, options):
+    check(100, tmp_path, *options)
+
+
+@pytest.mark.parametrize("options", [[], ["--stream"]])
+def test_a_scan_that_was_counted_is_written(tmp_path, monkeypatch, options):
+    """Ctrl-C comes when the fifth scan is counted, and not handed out yet."""
+    count = Intake.add
+
+    def counted(self, *scan):
+        count(self, *scan)
+        if self.scans == 5:
+            os.kill(os.getpid(), signal.SIGINT)
+
+    monkeypatch.setattr(Intake, "add", counted)
+    (tmp_path / "config.json").write_text(json.dumps(config()))
+    assert main(["run", str(tmp_path / "config.json"), *options, "--out", str(tmp_path / "out")]) == 130
+    assert interrupting.left(tmp_path / "out") == {"recorded": 5, "series": 5, "counted": 5, "interrupted": True}

@@ -1,4 +1,4 @@
-"""Streamed runs that Ctrl-C ends at some moment, each in a fork: `python -m support.interrupting RUNS SEED CONFIG`.
+"""Runs that Ctrl-C ends at some moment, each in a fork: `python -m support.interrupting RUNS SEED CONFIG [--stream]`.
 
 Prints for each a line of JSON: its exit code, and what it left in `out-N`.
 """
@@ -31,12 +31,12 @@ def left(place):
 
 
 if __name__ == "__main__":
-    runs, seed, config = int(sys.argv[1]), int(sys.argv[2]), sys.argv[3]
+    runs, seed, command = int(sys.argv[1]), int(sys.argv[2]), ["run", *sys.argv[3:], "--out"]
     chance = random.Random(seed)
     series.SCANS, growing.BLOCKS = 4, 2
     with redirect_stdout(sys.stderr):
-        main(["run", config, "--stream", "--out", "warm"])  # all is loaded before it forks
+        main([*command, "warm"])  # all is loaded before it forks
     for i in range(runs):
         place = Path(f"out-{i}")
-        code = killed(chance.uniform(0.0, 1.0), ["run", config, "--stream", "--out", str(place)], signal.SIGINT)
+        code = killed(chance.uniform(0.02, 1.0 if "--stream" in command else 0.5), [*command, str(place)], signal.SIGINT)
         print(json.dumps({"code": code, "left": left(place)}), flush=True)

@@ -1,5 +1,7 @@
 """Two boats 12 m apart for a minute and a half, 300 m from a radar whose cells merge them half of the time."""
 
+import sys
+
 import numpy as np
 from attrs import frozen
 from scipy.optimize import linear_sum_assignment
@@ -117,7 +119,19 @@ def _at_least_two(leaves, near):
     return 1.0 - np.sum(number[:2])
 
 
+def row(name, coarse):
+    """One row of the table in docs/measured/association.md, of 40 runs."""
+    runs = [run(name, coarse=coarse, seed=seed) for seed in range(40)]
+    values = [np.array([getattr(each, field) for each in runs], float) for field in ("covered", "separation", "ids")]
+    told = [f"{np.nanmean(v):.3f} +- {np.nanstd(v, ddof=1) / np.isfinite(v).sum() ** 0.5:.3f}" for v in values]
+    return f"{name}{', told' * coarse}: " + ", ".join(told)
+
+
 if __name__ == "__main__":
-    told = [posterior(seed, hypotheses=500) for seed in range(40)]
-    both = np.array([sure and order > 0.5 for sure, order in told])
-    print(f"sure {np.mean([sure for sure, _ in told]):.3f}, ids kept {both.mean():.3f} +- {both.std() / np.sqrt(39):.3f}")
+    for each in sys.argv[1:]:
+        print(row(each.removesuffix(",told"), each.endswith(",told")), flush=True)
+    if not sys.argv[1:]:
+        told = [posterior(seed, hypotheses=500) for seed in range(40)]
+        both = np.array([sure and order > 0.5 for sure, order in told])
+        print(f"sure {np.mean([sure for sure, _ in told]):.3f}", end="")
+        print(f", ids kept {both.mean():.3f} +- {both.std() / np.sqrt(39):.3f}")

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterator, Sequence
 from itertools import islice
+from signal import SIGINT, default_int_handler, getsignal, signal
+from threading import current_thread, main_thread
 from time import process_time
 from typing import Any, Protocol, final
 
@@ -80,10 +82,37 @@ class Steps:
             if problems:
                 self.intake.refused.extend(Problem(f"scan {self.drawn - 1}, {one.place}", one.text) for one in problems)
             if after is not None:
+                self.intake.add(kept, self.state, after)
                 self.before, self.state = self.state, after
-                self.intake.add(kept, self.before, after)
                 self.place = self._place_of(scan)
                 yield kept, after
+
+    def apart(self) -> Iterator[tuple[Scan, State]]:
+        """Iterate; Ctrl-C ends the run between two scans, so that one that was counted is dealt with whole.
+
+        It raises KeyboardInterrupt at once while the next is waited for. Threads are not interrupted, and where Python's own
+        handler was replaced, that stays.
+        """
+        done, asked = self.intake.scans, False
+
+        def interrupted(number: int, frame: Any) -> None:
+            nonlocal asked
+            asked = True
+            if self.intake.scans == done:
+                raise KeyboardInterrupt
+
+        held = current_thread() is main_thread() and getsignal(SIGINT) is default_int_handler
+        if held:
+            signal(SIGINT, interrupted)
+        try:
+            for step in self:
+                yield step
+                done = self.intake.scans
+                if asked:
+                    raise KeyboardInterrupt
+        finally:
+            if held:
+                signal(SIGINT, default_int_handler)
 
     def skip(self, count: int) -> Iterator[Scan]:
         """Yield the next scans as they come, those that `go_on` says were tracked already."""

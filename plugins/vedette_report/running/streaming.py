@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack
 from functools import partial
 from pathlib import Path
-from signal import SIGINT, signal
-from threading import current_thread, main_thread
-from typing import Any, TypeVar, final
+from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
@@ -29,8 +27,6 @@ from vedette_report.running.growing import GrowingFiles
 from vedette_report.running.resuming import RECORDING, Former
 from vedette_report.running.smoothed import smoothed_figures, smoothed_summary
 from vedette_report.summary.words import summary
-
-T = TypeVar("T")
 
 Shown = Callable[[Scan, State, State, Gaussian, Array | None, Tables], None]
 """Is told what `Experiment.finish` tells its `watch`, and the tables of the scan, numbered from the run's first one on."""
@@ -86,14 +82,14 @@ def _written(
     experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None, lag: float | None
 ) -> Streamed:
     steps.intake.refused.limit(NAMED)
-    tracker, interrupted, defined, held = experiment.tracker, False, True, Held()
+    tracker, interrupted, defined = experiment.tracker, False, True
     with ExitStack() as stack:
         files = GrowingFiles(experiment, results, steps, lag, stack)
         if former is not None:
             files.play(former)
         files.keep_places()
         try:
-            for scan, state in held.apart(steps):
+            for scan, state in steps.apart():
                 estimate, modes = estimates(tracker, state)
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
@@ -124,33 +120,6 @@ def _concluded(result: Result, files: GrowingFiles, lag: float | None) -> Stream
     written = (*files.tracks.names[:2], RECORDING, SERIES, *summaries, *files.tracks.names[2:], *further)
     of_plugins, problems = write_of_plugins(files.place, experiment, result, "vedette_files_of_stream")
     return Streamed(result, score, text, brief, told, (*written, *of_plugins), tuple(problems))
-
-
-@final
-class Held:
-    """Lets Ctrl-C end a run between two scans: one that is being written is written whole."""
-
-    def __init__(self) -> None:
-        self._busy = self._asked = False
-
-    def apart(self, steps: Iterable[T]) -> Iterator[T]:
-        """Yield what comes; KeyboardInterrupt only while the next is waited for. Threads are not interrupted at all."""
-        former = signal(SIGINT, self._interrupted) if current_thread() is main_thread() else None
-        try:
-            for step in steps:
-                self._busy = True
-                yield step
-                self._busy = False
-                if self._asked:
-                    raise KeyboardInterrupt
-        finally:
-            if former is not None:
-                signal(SIGINT, former)
-
-    def _interrupted(self, number: int, frame: Any) -> None:
-        self._asked = True
-        if not self._busy:
-            raise KeyboardInterrupt
 
 
 def estimates(tracker: Tracker, state: State) -> tuple[Gaussian, Array | None]:
