@@ -20,7 +20,7 @@ from vedette_live.grouping import Formed
 from vedette_live.health import Health, notify
 from vedette_live.keeping import TOGETHER, Keeping
 from vedette_live.listening import Listening
-from vedette_live.log import LOG
+from vedette_live.log import LOG, Sparing
 from vedette_live.reports import report_of
 from vedette_live.sending import Sending
 from vedette_live.window import Window
@@ -29,6 +29,8 @@ from vedette_report.watching.page import LivePage
 
 _TICK = 0.05
 """s between looks at what silence completes."""
+_DEAF = 10
+"""Scans of a sensor, refused one after the other, of which the health tells."""
 
 
 @final
@@ -47,6 +49,8 @@ class Running:
     _lagged: list[FixedLag | None] = field(factory=list)
     _page: LivePage | None = None
     _came: float = 0.0
+    _deaf: dict[str, int] = field(factory=dict)
+    _log: Sparing = field(factory=lambda: Sparing(""))
 
     def __attrs_post_init__(self) -> None:
         self.listening = Listening(self.service, self.counters, self.ails)
@@ -63,6 +67,8 @@ class Running:
         sys.setswitchinterval(0.001)  # a thread that computes would hold up one that has a datagram for 5 ms
         try:
             self._window = self.kept.open()
+            if conduct.page:
+                self._page = self._opened(conduct.page)
         except BaseException:
             self.kept.close()
             raise
@@ -124,13 +130,15 @@ class Running:
             self._window = self._begun(min(one.scan.time for one in formed))
         window, came = self._window, {id(one): one for one in formed}
         again, late = window.again, window.late
-        for one, told in window.take(formed):
+        refused = window.take(formed)
+        for one, told in refused:
             self.counters.add("scans_refused_total")
             if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
                 self.listening.numbers.take(one.acknowledge)
             self.listening.leave_out(one, "refused")
-            LOG.warning("scan refused", extra={"sensor": one.scan.sensor, "scan_time": one.scan.time, "why": told})
+            self._log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
+        self._hear(formed, {id(one): told for one, told in refused})
         done = now()
         for one in came.values():
             self.counters.add("scans_taken_total")
@@ -154,19 +162,32 @@ class Running:
         if self.kept.store is None:
             self.listening.numbers.keep(self.listening.numbers.taken())
 
+    def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
+        """Let the health tell of a sensor of which no scan is taken any more, as where one of the clocks is wrong."""
+        for one in formed:
+            sensor, told = one.scan.sensor, refused.get(id(one))
+            self._deaf[sensor] = 0 if told is None else self._deaf.get(sensor, 0) + 1
+            if self._deaf[sensor] >= _DEAF:
+                self.ails[f"sensor {sensor}"] = f"its last {self._deaf[sensor]} scans were refused: {told}"
+            else:
+                self.ails.pop(f"sensor {sensor}", None)
+
+    def _opened(self, port: int) -> LivePage:
+        """Return the page, at its port."""
+        state = (self._window or self._begun(0.0)).state
+        page = LivePage(
+            self.service.experiment, Recording((), notes=self.service.notes), state, lambda: self._came, port=port
+        )
+        LOG.info("page", extra={"address": page.server.address})
+        return page
+
     def _show(self, window: Window, came: float) -> None:
         """Show the latest scan on the page."""
-        conduct, experiment = self.service.parts.service, self.service.experiment
-        if not conduct.page:
+        if self._page is None:
             return
         self._came = came
         latest, before = window.kept[-1], window.kept[-2].state if len(window.kept) > 1 else window.before
-        if self._page is None:
-            self._page = LivePage(
-                experiment, Recording((), notes=self.service.notes), before, lambda: self._came, port=conduct.page
-            )
-            LOG.info("page", extra={"address": self._page.server.address})
-        tracker = experiment.tracker
+        tracker = self.service.experiment.tracker
         modes = tracker.estimator.mode_prob(latest.state.belief)
         self._page.take(latest.scan, before, latest.state, tracker.estimate(latest.state), modes)
 

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterator
+import os
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
+from threading import Thread
 from typing import Any, cast
 
 from vedette.config import Registry
@@ -30,11 +32,28 @@ def local(plan: Plan, width: int) -> Iterator[tuple[Executor | None, Width]]:
     if width == 1 or (width > 1 and len(plan.points) * plan.count == 1):
         yield None, lambda: 1
         return
-    pool = ThreadPoolExecutor(width) if plan.together else ProcessPoolExecutor(width, get_context("spawn"))
+    pool = ThreadPoolExecutor(width) if plan.together else processes(width)
     try:
         yield pool, lambda: width
     finally:
         pool.shutdown(wait=True, cancel_futures=True)
+
+
+def processes(width: int, begin: Callable[..., None] | None = None, given: Sequence[Any] = ()) -> ProcessPoolExecutor:
+    """Return processes, each of which calls `begin` first; they end with this one, even where it is killed."""
+    return ProcessPoolExecutor(width, get_context("spawn"), initializer=_begin, initargs=(begin, given))
+
+
+def _begin(begin: Callable[..., None] | None, given: Sequence[Any]) -> None:
+    Thread(target=_end_with_parent, daemon=True).start()
+    if begin is not None:
+        begin(*given)
+
+
+def _end_with_parent() -> None:
+    if (parent := parent_process()) is not None:
+        parent.join()
+        os._exit(1)
 
 
 @contextmanager

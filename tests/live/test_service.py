@@ -16,8 +16,21 @@ import numpy as np
 import pytest
 
 import vedette
-from support.services import TRACKER, as_json, connected, free_port, lines, reach, served, undisturbed, wait_for
+from support.services import (
+    TRACKER,
+    as_json,
+    connected,
+    feed,
+    free_port,
+    lines,
+    ran,
+    reach,
+    served,
+    undisturbed,
+    wait_for,
+)
 from vedette import ConfigError
+from vedette.streams import Arrival
 from vedette_live.config import load_service
 from vedette_live.running import Running
 from vedette_standard.lifecycles.existence import Existence
@@ -210,6 +223,31 @@ def test_an_input_that_can_never_be_used_ends_the_service_with_its_place() -> No
         config = {**TRACKER, "inputs": [{"input": {"kind": "tcp_server", "port": port}, "format": {"kind": "json_lines"}}]}
         with pytest.raises(vedette.VedetteError, match=r"inputs\[0\]"):
             Running(load_service(config)).run()
+
+
+def test_a_page_whose_port_is_taken_is_told_before_anything_comes() -> None:
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        config = {**TRACKER, "inputs": [feed()], "service": {"page": taken.getsockname()[1]}}
+        with pytest.raises(vedette.VedetteError, match=rf"page: port {taken.getsockname()[1]} .*in use"):
+            ran(config, [])
+
+
+def test_a_sensor_whose_clock_makes_all_others_late_is_told_by_their_health() -> None:
+    """Ordinary scans, one an hour ahead, ordinary ones again; then the clock is past it."""
+
+    def sent(times: list[float], sensor: str) -> list[Arrival]:
+        told = [json.dumps({"time": time, "sensor": sensor, "z": [[0.0, 0.0]]}) for time in times]
+        return [Arrival(f"{line}\n".encode(), 0.0, "") for line in told]
+
+    north = [float(t) for t in range(20)]
+    before = [*sent(north, "north"), *sent([3600.0], "south")]
+    running = ran({**TRACKER, "inputs": [feed()]}, before)
+    assert running.ails == {}
+    running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([20.0 + t for t in north], "north")])
+    assert list(running.ails) == ["sensor north"]
+    assert "its last 20 scans were refused" in running.ails["sensor north"]
+    running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([*(20.0 + t for t in north), 3601.0], "north")])
+    assert running.ails == {}
 
 
 def test_a_thousand_slow_connections_hold_nobody_up() -> None:

@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -303,3 +304,21 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
     assert "Traceback" not in full.stderr
     assert sorted(each.name for each in (out / "chunks").iterdir()) == kept
     equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP, out=out, resume=True))
+
+
+def test_processes_end_with_the_one_that_asked_for_them():
+    """Killed as a batch system kills, it leaves none behind that wait for work for ever."""
+    code = (
+        "import os, signal\nfrom vedette_study.executors import processes\n"
+        "if __name__ == '__main__':\n"
+        "    print(processes(2).submit(os.getpid).result(), flush=True)\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60)
+    assert done.returncode == -signal.SIGKILL, done.stderr
+    status = Path(f"/proc/{int(done.stdout)}/status")
+    for _ in range(500):
+        if not status.exists() or "zombie" in status.read_text():
+            return
+        time.sleep(0.02)
+    raise AssertionError("a process waits for one that is gone")

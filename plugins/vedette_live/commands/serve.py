@@ -28,8 +28,9 @@ def run(arguments: Namespace) -> int:
     _log_as_json()
     running = Running(service)
     if current_thread() is main_thread():
-        for number in (signal.SIGTERM, signal.SIGINT):
-            signal.signal(number, lambda *_: running.stop.set())
+        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
+                signal.signal(number, lambda *_: running.stop.set())
     running.run()
     counts = running.counters.counts
     if arguments.json:

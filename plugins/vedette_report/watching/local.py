@@ -8,6 +8,8 @@ from secrets import token_urlsafe
 from threading import Thread
 from typing import Any, ClassVar, final
 
+from vedette.errors import InputError
+
 LOOPBACK = "127.0.0.1"
 PATIENCE = 10.0
 """s that a request may take to be said."""
@@ -19,7 +21,10 @@ class LocalServer:
 
     def __init__(self, handler: type[LocalHandler], owner: Any, port: int = 0) -> None:
         self.token = token_urlsafe(16)
-        self._http = _Http((LOOPBACK, port), type("_Answers", (handler,), {"own": owner, "door": self}))
+        try:
+            self._http = _Http((LOOPBACK, port), type("_Answers", (handler,), {"own": owner, "door": self}))
+        except OSError as error:
+            raise InputError(f"the page: port {port} cannot be listened to: {error.strerror or error}") from None
         self.port = int(self._http.server_address[1])
         self.hosts = (f"{LOOPBACK}:{self.port}", f"localhost:{self.port}")
         self.address = f"http://{self.hosts[0]}/{self.token}/"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from argparse import Namespace
+from contextlib import nullcontext
 from pathlib import Path
 
 from attrs import asdict
@@ -15,10 +16,10 @@ from vedette_files.files_read import Inputs
 from vedette_files.tables.columnar import SUFFIX
 from vedette_report.figures import count
 from vedette_report.progress import on_terminal
-from vedette_study.executors import dask_client
+from vedette_study.executors import dask_client, processes
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import tables
-from vedette_tools.smoothing.files import processes, smooth_files
+from vedette_tools.smoothing.files import smooth_files
 from vedette_tools.smoothing.table import seconds
 
 MANY_GROSS = 0.1
@@ -42,8 +43,8 @@ def run(arguments: Namespace) -> int:
     stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)
     wishes = Wishes.of(*stated, None, None)
     every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
-    on = dask_client(arguments.scheduler) if arguments.scheduler else processes(workers)
-    with on as executor, on_terminal() as progress:
+    on_one = nullcontext() if workers == 1 else processes(workers)
+    with dask_client(arguments.scheduler) if arguments.scheduler else on_one as executor, on_terminal() as progress:
         told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
     parts = f"{count(told.objects, 'object')} in {count(told.pieces, 'piece')}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor
+from concurrent.futures import Executor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -117,16 +116,6 @@ def smooth_files(
                     told += next(after)
                     _copy(pa, part.with_suffix(".smooth"), write)
     return told, first_fault(paths, columns) if told.left_out > told.elsewhere else ""
-
-
-@contextmanager
-def processes(workers: int) -> Iterator[Executor | None]:
-    """Give processes of this machine; None for one."""
-    if workers == 1:
-        yield None
-        return
-    with ProcessPoolExecutor(workers, get_context("spawn")) as pool:
-        yield pool
 
 
 def smooth_part(job: Job, part: Path) -> Told:

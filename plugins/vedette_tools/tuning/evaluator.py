@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import contextmanager
-from multiprocessing import get_context
 from threading import Lock
 from typing import Literal, final
 
@@ -14,6 +13,7 @@ import numpy as np
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
+from vedette_study.executors import processes
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.evaluation import Data, evaluate, moments, open_data
 from vedette_tools.tuning.parameters import Free
@@ -53,9 +53,7 @@ class Asker:
     `best` is the highest position (p,) asked for, None as long as the tracker could run at none.
     """
 
-    def __init__(
-        self, data: Data, free: Sequence[Free], by: Criterion, kept: Kept, pool: ProcessPoolExecutor | None
-    ) -> None:
+    def __init__(self, data: Data, free: Sequence[Free], by: Criterion, kept: Kept, pool: Executor | None) -> None:
         self.data, self.free, self.by, self.evaluations = data, tuple(free), by, 0
         self.best: Array | None = None
         self._kept, self._pool, self._lock = kept, pool, Lock()
@@ -115,7 +113,7 @@ def asker(data: Data, free: Sequence[Free], by: Criterion, kept: Kept, workers: 
     if workers == 1:
         yield Asker(data, free, by, kept, None)
         return
-    pool = ProcessPoolExecutor(workers, get_context("spawn"), initializer=_open, initargs=(data.experiment, part))
+    pool = processes(workers, _open, (data.experiment, part))
     try:
         yield Asker(data, free, by, kept, pool)
     finally:
