@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -81,12 +82,15 @@ def planned(
     keeps_hypotheses = isinstance(associator, HypothesisAssociator)
     if isinstance(associator, HypothesisAssociator):
         _check_hypotheses(associator, estimator, lifecycle, sensors)
+    draws = estimator.traits.draws or (birth is not None and birth.draws)
     models_unseen = birth is not None and birth.models_unseen
+    if birth is not None and models_unseen:
+        with _own_words():
+            birth.initial_memory(estimator, np.random.default_rng(0) if draws else NO_DRAWS)
     begins = bool(starting) or models_unseen
     gates = {name: gate.for_sensor(sensor, begins) for name, sensor in sensors.items()}
     keeps_tracks = lifecycle.permanent and not begins and not keeps_hypotheses
     offsets = shared(registration, estimator, sensors, birth)
-    draws = estimator.traits.draws or (birth is not None and birth.draws)
     in_one = has_current_scan_step(type(estimator)) and not (draws or estimator.traits.reframes or offsets is not None)
     in_one = in_one and bool(associator.solves) and not associator.approximates
     return Plan(
@@ -153,7 +157,8 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
             continue
         nothing = Detections.of([], len(sensor.measurement))
         try:
-            birth.begin(None, estimator, sensor, name, nothing, np.zeros(0))
+            with _own_words():
+                birth.begin(None, estimator, sensor, name, nothing, np.zeros(0))
         except NotImplementedError as error:
             if not str(error):
                 raise
@@ -163,14 +168,21 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
                 raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
             unable = unable or f"birth: none of the sensors can start tracks: {name!r}: {error}"
             continue
-        except ValueError as error:
-            if type(error) is not ValueError or ": " not in str(error):
-                raise  # numpy's, say: not the birth's own word on what it cannot start tracks from
-            raise ValueError(f"birth.{error}") from None
         yield name
         started = True
     if unable and not started:
         raise ValueError(unable)
+
+
+@contextmanager
+def _own_words() -> Iterator[None]:
+    """Put the place before what a birth says of its parameters."""
+    try:
+        yield
+    except ValueError as error:
+        if type(error) is not ValueError or ": " not in str(error):
+            raise  # numpy's, say: not the birth's own word on what it cannot start tracks from
+        raise ValueError(f"birth.{error}") from None
 
 
 def _merges(estimator: Estimator[Any]) -> bool:

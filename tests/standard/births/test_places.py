@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from vedette import Detections, Gaussian, Scan, Tracker
+from vedette import ConfigError, Detections, Gaussian, Scan, Tracker, build
 from vedette.sampling import Bounds
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.births.places import Appearance, Edge
@@ -160,3 +160,19 @@ def test_what_a_track_had_is_found_again_where_it_recycles():
         state = tracker.step(state, Scan(time + 1.0, "radar", Detections.of([[0.5, 0.5]])))
         found.append(float(state.existence[0]) if len(state.ids) else 0.0)
     assert found[1] > 100 * found[0]
+
+
+@pytest.mark.parametrize("estimator", ["kalman", "bootstrap_particles"])
+def test_a_place_that_lacks_an_axis_is_refused_where_the_config_names_it(estimator):
+    whole = {"x": [0, 50], "y": [0, 50], "vx": [0, 5], "vy": [0, 5]}
+    places = [{"at": whole, "initial": 1.0}, {"at": {"x": [0, 50], "y": [0, 50], "vx": [0, 5]}, "rate": 0.1}]
+    particles = {"particles": 100} if estimator == "bootstrap_particles" else {}
+    parts = {
+        "estimator": {"kind": estimator, "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}, **particles},
+        "sensors": {"radar": {"kind": "cartesian_position", "sigma": 5.0}},
+        "associator": {"kind": "pda"},
+        "lifecycle": {"kind": "existence"},
+    }
+    with pytest.raises(ConfigError, match=r"^birth\.appear\[1\]\.at: must state .* of 'vy'$"):
+        build({**parts, "birth": {"kind": "poisson", "appear": places}})
+    assert build({**parts, "birth": {"kind": "poisson", "appear": places[:1]}}).starters == {"radar"}
