@@ -115,8 +115,8 @@ class Hypotheses:
 
     cluster (h,): of each hypothesis, ascending from 0; weights (h,): they sum to 1 in a cluster, heaviest first; starts
     (h+1,): where in `leaves` (m,) those of a hypothesis begin, ascending rows, at most one leaf of a track. track (l,): of
-    each leaf, ascending from 0 without gaps. past (l, n): the rows of its ancestors 1 to n scans ago, -1 where its track had
-    not begun.
+    each leaf, ascending from 0 without gaps. past (l, n): rows of each leaf's ancestors
+    in n scans before, those that a kind keeps; -1 where its track had not begun.
     """
 
     cluster: Indices
@@ -155,7 +155,7 @@ class Hypotheses:
         return cluster
 
     def grown(self, scores: LeafScores, begins: Mask, most: int, least: float) -> Branching:
-        """Return the leaves after a scan, and the best associations of its returns to them.
+        """Return the leaves after a scan, each with the past of the one before it, and the best associations of its returns.
 
         Clusters whose leaves share a return are joined. At most `most` hypotheses of a cluster are kept, above `least`.
         """
@@ -168,13 +168,8 @@ class Hypotheses:
         old = parent < len(self.track)
         track = np.concatenate([self.track[parent[old]], len(self.track) + np.arange(np.count_nonzero(~old))])
         parent = np.where(old, parent, -1)
-        past = self.past
-        if past.shape[1]:
-            past = np.full((len(parent), past.shape[1]), -1)
-            past[:, 0] = parent
-            past[old, 1:] = self.past[parent[old], :-1]
-        else:
-            past = np.zeros((len(parent), 0), dtype=np.int64)
+        past = np.full((len(parent), self.past.shape[1]), -1)
+        past[old] = self.past[parent[old]]
         after = Hypotheses(cluster, weights, starts, leaves, _dense(track), past)
         return Branching(parent, choice, after, lost[after.cluster_of] if np.max(lost, initial=0.0) > LOST else None)
 

@@ -16,6 +16,9 @@ from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
 from vedette_standard.unresolved.meeting import of_hypotheses
 
+UNSEEN = 1e-9
+"""A sensor that detects a target with no more than this probability has not looked at it."""
+
 
 class Growing(HypothesisAssociator):
     """Keeps at most `hypotheses` of each cluster; those of a weight up to `least` are dropped."""
@@ -27,7 +30,7 @@ class Growing(HypothesisAssociator):
 
     @property
     def past(self) -> int:
-        """Of how many scans the ancestors of each leaf are kept."""
+        """Of how many scans that could see its track the ancestors of each leaf are kept."""
         return 0
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
@@ -40,9 +43,13 @@ class Growing(HypothesisAssociator):
 
     def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
-        after = hypotheses.grown(scores, begins, self.hypotheses, self.least)
+        return self._deciding(hypotheses, scores, hypotheses.grown(scores, begins, self.hypotheses, self.least))
+
+    def _deciding(self, before: Hypotheses, scores: LeafScores, after: Branching) -> Branching:
+        """Return the same, with a scan more of the past, and with what `keep` will drop told as lost."""
         if not self.past:
             return after
+        after = evolve(after, hypotheses=_remembered(before, scores, after))
         # What `keep` decides is told with what is dropped here.
         found = after.hypotheses
         dropped = 1.0 - np.bincount(found.cluster, found.weights * _agreeing(found))[found.cluster_of]
@@ -55,7 +62,8 @@ class Growing(HypothesisAssociator):
 
     def branch_close(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask, close: Close) -> Branching:
         """Return the leaves and hypotheses after a scan in which leaves may give one return with others."""
-        return grown_close(hypotheses, scores, begins, close, self.hypotheses, self.least)
+        after = grown_close(hypotheses, scores, begins, close, self.hypotheses, self.least)
+        return self._deciding(hypotheses, scores, after)
 
     def merge(self, hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
         """Return the leaves merged into one for each track, of a past that the heaviest association of the track has."""
@@ -93,9 +101,23 @@ def _holding(found: Hypotheses, leaves: Indices) -> Indices:
     return np.sort(found.leaves[best[found.rows]])
 
 
+def _remembered(before: Hypotheses, scores: LeafScores, after: Branching) -> Hypotheses:
+    """Return the hypotheses after a scan, with its leaves in the past of those tracks that it could see."""
+    found, old = after.hypotheses, after.parent >= 0
+    looked = (scores.miss < -UNSEEN) | (np.diff(scores.ends, prepend=0) > 0)
+    seen = np.zeros(len(old), dtype=bool)
+    seen[old] = (np.bincount(before.track, looked) > 0)[before.track[after.parent[old]]]
+    past = found.past.copy()
+    past[seen, 1:], past[seen, 0] = found.past[seen, :-1], after.parent[seen]
+    remembered: Hypotheses = evolve(found, past=past)
+    return remembered
+
+
 def _agreeing(found: Hypotheses) -> Mask:
     """Return which hypotheses (h,) hold of each track a leaf with the oldest ancestor which their cluster's heaviest has."""
-    ancestor = found.past[found.leaves, -1]
+    oldest = found.past[:, -1]
+    named = found.track * (1 + np.max(oldest, initial=0)) + oldest  # ancestors of two tracks may be of other scans
+    ancestor = np.where(oldest < 0, -1, np.unique(named, return_inverse=True)[1])[found.leaves]
     begun, rows = ancestor >= 0, found.rows
     best = firsts(found.cluster)
     settled = np.zeros(int(np.max(ancestor, initial=-1)) + 1, dtype=bool)

@@ -17,7 +17,7 @@ class NScan(Growing):
 
     Tracks are trees of leaves. The best hypotheses of each cluster of tracks that share returns are found as in `k_best`. In
     each tree only those leaves remain that descend from the leaf which the best hypothesis had `scans` scans ago; hypotheses
-    with other leaves are dropped, and their probability is told as lost.
+    with other leaves are dropped, and their probability is told as lost. A scan that cannot see a track does not count.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
 
@@ -50,5 +50,5 @@ class NScan(Growing):
 
     @property
     def past(self) -> int:
-        """Of how many scans the ancestors of each leaf are kept."""
+        """Of how many scans that could see its track the ancestors of each leaf are kept."""
         return self.scans

@@ -212,9 +212,6 @@ def _contracted(grown: Branching, every: Indices) -> Branching:
     _, first, row = np.unique(np.stack([parent, choice, merged]), axis=1, return_index=True, return_inverse=True)
     leaves = row.ravel()[after.leaves]
     order = np.lexsort((leaves, after.rows))
-    past = after.past[first]
-    if past.shape[1]:
-        past[:, 0] = np.where(begun, -1, real)[first]
-    hypotheses = Hypotheses(after.cluster, after.weights, after.starts, leaves[order], after.track[first], past)
+    hypotheses = Hypotheses(after.cluster, after.weights, after.starts, leaves[order], after.track[first], after.past[first])
     lost = None if grown.lost is None else grown.lost[first]
     return Branching(np.where(begun, -1, parent)[first], choice[first], hypotheses, lost, merged=merged[first])
