@@ -198,6 +198,7 @@ struct EvaluatePoints : shapes::EvaluatePoints {
                 left[i] = dx[p * n + i];
                 for (int l = 0; l < m; ++l) left[i] -= dz[p * m + l] * gain[l * n + i];
             }
+            asm("" : "+m"(left));  // one rounding for all its uses: else some get a fused one, and the sum is not PSD
             for (int i = 0; i < n; ++i) {
                 const T scaled = weights[p] * left[i];
                 for (int j = i; j < n; ++j) post[i * n + j] += scaled * left[j];

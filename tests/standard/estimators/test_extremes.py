@@ -6,6 +6,7 @@ import pytest
 import vedette
 from support.extremes import ESTIMATORS, MOTIONS, case, power
 from vedette import Detections, Gaussian
+from vedette.testing.comparisons import covariance
 from vedette_standard.estimators.cubature import CubatureKalman
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.fading_memory import FadingMemory
@@ -19,6 +20,7 @@ from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.ornstein_uhlenbeck import OrnsteinUhlenbeck
 from vedette_standard.motion.singer import Singer
+from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
 from vedette_standard.sensors.linear import LinearSensor
 
 
@@ -146,6 +148,20 @@ def test_over_usual_gaps_it_forgets_as_stated(dt):
     start = fitted.start(prior, motion.state, rng)
     np.testing.assert_allclose(fitted.moments(fitted.predict(start, dt, rng)).cov, 0.9 ** (-dt / 2) * F @ prior.cov @ F.T)
     np.testing.assert_allclose(fitted.cross_covariance(start, dt), 0.9 ** (-dt / 2) * prior.cov @ F.T)
+
+
+@pytest.mark.parametrize("kind", [CubatureKalman, UnscentedKalman])
+def test_after_a_year_a_precise_return_leaves_a_covariance(kind):
+    """Deviations of 1e21 m, of rank one an axis: what the gain leaves of a point is rounding, the same in all its uses."""
+    motion, rng = WienerAccelerationPiecewise(0.2), np.random.default_rng(1)
+    estimator, state = kind(motion), motion.state
+    for dt in 10 ** rng.uniform(6, 8, 40):
+        belief = estimator.start(Gaussian(rng.normal(size=(1, 6)), np.eye(6)[None]), state, rng)
+        belief = estimator.predict(belief, dt, rng)
+        sensor = LinearSensor(("x", "y"), np.diag(10 ** rng.uniform(-2, 6, 2)))
+        found = estimator.evaluate(belief, sensor, Detections.of(belief.mean[:, :2]), 1.0)
+        after = estimator.update(belief, found, np.array([[0.0, 1.0]]))
+        covariance(f"after {dt:.3g} s", after.cov, definite=False)
 
 
 @pytest.mark.parametrize("sigma", [1e-9, 1e-12])
