@@ -56,7 +56,7 @@ class Waiting:
         """Return what a scan leaves to wait, as its sensor does not look there."""
         if not len(self.mean):
             return self
-        some = (self.left > 0) & ~seen(sensor, self.mean[:, : len(sensor.observes)])
+        some = (self.left > 0) & ~seen(sensor, self.mean[:, : len(position_of(sensor))])
         kept = self.of(some if some.any() else slice(0))
         return Waiting(kept.mean, kept.cov, kept.ago, kept.left - 1)
 
@@ -67,14 +67,24 @@ class Waiting:
         return Waiting(*(np.concatenate(both) for both in zip(astuple(self), astuple(new), strict=True)))
 
 
+def position_of(sensor: Sensor) -> Space:
+    """Return the axes that a sensor observes but for velocities of others, as a Doppler radar's."""
+    names = sensor.observes.names
+    return Space(tuple(axis for axis in sensor.observes.axes if not (axis.name[0] == "v" and axis.name[1:] in names)))
+
+
 def seen(sensor: Sensor, spots: Array) -> Mask:
-    """Return which positions (k, d) a sensor looks at."""
-    return np.broadcast_to(sensor.detects(spots) >= SEEN, len(spots))
+    """Return which positions (k, d) a sensor looks at, if what is there does not move."""
+    x = np.zeros((len(spots), len(sensor.observes)))
+    x[:, sensor.observes.locate(position_of(sensor))] = spots
+    return np.broadcast_to(sensor.detects(x) >= SEEN, len(spots))
 
 
 def spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:
     """Return the positions (k, d) that some returns give."""
-    return sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
+    own = sensor.observes.locate(position_of(sensor))
+    given = sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
+    return Gaussian(given.mean[:, own], given.cov[:, own][..., own])
 
 
 def none_follow(axes: int) -> tuple[Indices, Gaussian]:
@@ -132,7 +142,7 @@ class Following(Birth):
     """A birth whose tracks start at returns that follow those of scans before; a kind says by `followers` which do.
 
     It remembers, for each set of axes in which sensors give positions, what waits there for another scan: until a sensor
-    looks at the place again. Scans that see other places, or no positions, change nothing.
+    looks at the place again. Scans that see other places, or no positions, change nothing. Range rates are not used.
     """
 
     models_unseen: ClassVar[bool] = True
@@ -184,7 +194,7 @@ class Following(Birth):
         self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, claimed: Array, p_gate: float
     ) -> Any:
         """Return the memory after a scan: with its returns that no track claims, if they give positions."""
-        rows, axes = self.left_over(detections, claimed), sensor.observes.names
+        rows, axes = self.left_over(detections, claimed), position_of(sensor).names
         if any(f"v{name}" not in estimator.state for name in axes):
             return memory
         try:
@@ -201,7 +211,7 @@ class Following(Birth):
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each return that follows those of the scans before."""
-        rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, sensor.observes
+        rows, state, position = unclaimed(detections, claimed, self.claimed), estimator.state, position_of(sensor)
         memory = None if found is None else found.get(" ".join(position.names))
         idle = memory is None or not len(rows)
         if idle and len(claimed):

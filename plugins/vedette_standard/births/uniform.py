@@ -11,6 +11,7 @@ from attrs import frozen
 
 from vedette import Array, Birth, Detections, Estimator, Mask, Newborn, Sensor, fields
 from vedette.sampling import Bounds
+from vedette_standard.births.anywhere import over_places
 from vedette_standard.births.one_point import complete, one_point
 from vedette_standard.births.places import present
 from vedette_standard.regions import PLANE, Polygon, held
@@ -27,7 +28,8 @@ class Uniform(Birth):
     Of n targets, a return z comes from one with the density e(z) = n P_D |dx/dz| / volume, against clutter lambda(z): a
     track that starts there exists with probability e / (e + lambda), times that of coming from no track. |dx/dz| is the
     ratio of the return's standard deviations in the state, by `Sensor.invert`, and in the measurement. The prior is that of
-    the return, and `spread` for the axes that no return gives.
+    the return, and `spread` for the axes that no return gives. A sensor may observe axes beside those of the box, as a
+    Doppler radar does: by `spread` they are N(0, spread^2) before the return, and e(z) is linearised around its place.
     Houssineau, Laneuville, PHD Filter with Diffuse Spatial Prior on the Birth Process, FUSION 2010.
 
     >>> from vedette import Detections
@@ -60,7 +62,7 @@ class Uniform(Birth):
         tried=({"x": Bounds(-500.0, 500.0), "y": Bounds(-400.0, 400.0)},),
     )
     spread: dict[str, float] = fields.table(
-        "state axis that the sensors do not observe to its standard deviation", tried=({"vx": 5.0, "vy": 5.0},)
+        "state axis outside the box to its standard deviation", tried=({"vx": 5.0, "vy": 5.0},)
     )
     initial: float = fields.quantity(
         "1", "expected number of targets before the first scan", default=0.0, at_least=0, tried=(0.1, 5.0)
@@ -108,10 +110,11 @@ class Uniform(Birth):
         low, high, places = self._box(sensor)
         noise = None if detections.noise is None else detections.noise[whole]
         spot = sensor.invert(detections.z[whole], noise)
-        R = np.broadcast_to(sensor.noise(spot.mean), spot.cov.shape) if noise is None else noise
-        stretch = np.sqrt(np.linalg.det(spot.cov) / np.linalg.det(R))
-        inside = np.all((spot.mean >= low) & (spot.mean <= high), axis=-1) & self._appearing(sensor, spot.mean)
+        own = [axis in self.view for axis in sensor.observes.names]
+        place = spot.mean[:, own]
+        inside = np.all((place >= low) & (place <= high), axis=-1) & self._appearing(sensor, spot.mean)
         volume = np.prod(high - low) * len(places) / PLACES ** len(low)
+        stretch = over_places(sensor, spot, detections.z[whole], noise, own, self.spread)
         rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / volume, 0.0)
         return rate, rate
 
@@ -125,7 +128,7 @@ class Uniform(Birth):
         p_gate: float,
     ) -> Array:
         """Return the number of those that were not detected."""
-        if set(self.view) != set(sensor.observes.names):
+        if not set(self.view) <= set(sensor.observes.names):
             return memory
         _, _, places = self._box(sensor)
         return np.asarray(memory * (1.0 - p_gate * np.mean(sensor.detects(places))))
@@ -136,10 +139,14 @@ class Uniform(Birth):
         """Return a track at each return that may be an undetected target's."""
         if not self._places(sensor):
             names = ", ".join(sensor.observes.names)
-            if set(self.view) == set(sensor.observes.names):
-                raise NotImplementedError(f"one return of {sensor.kind!r} does not give {names}, so it cannot start a track")
-            told = f"must be over the axes that {sensor.kind!r} observes, {names}, as many as it measures"
-            raise ValueError(f"view: {told}; got {', '.join(self.view)}")
+            if not set(self.view) <= set(sensor.observes.names):
+                told = f"must be over axes that {sensor.kind!r} observes, {names}"
+                raise ValueError(f"view: {told}; got {', '.join(self.view)}")
+            if lacking := [repr(name) for name in sensor.observes.names if name not in {**self.view, **self.spread}]:
+                told = f"must state the standard deviation of {', '.join(lacking)}, which {sensor.kind!r} observes"
+                raise ValueError(f"spread: {told} beside the box")
+            own = ", ".join(self.view)
+            raise NotImplementedError(f"one return of {sensor.kind!r} does not give {own}, so it cannot start a track")
         self._box(sensor)
         rate = np.zeros(len(claimed)) if found is None else found
         total = rate + np.broadcast_to(sensor.clutter(detections.z), len(claimed))
@@ -154,18 +161,19 @@ class Uniform(Birth):
 
     def _places(self, sensor: Sensor) -> bool:
         """Return whether a return of the sensor is a place in the box."""
-        names = sensor.observes.names
-        return set(self.view) == set(names) and len(sensor.measurement) == len(names)
+        names = set(sensor.observes.names)
+        return set(self.view) <= names <= {*self.view, *self.spread} and len(sensor.measurement) >= len(self.view)
 
     def _box(self, sensor: Sensor) -> tuple[Array, Array, Array]:
-        """Return the corners of the box over the axes that the sensor observes, and places (p, n) spread over all of it in
-        which targets appear.
+        """Return the corners of the box, in the order in which the sensor observes its axes, and places (p, n) spread over
+        all of it in which targets appear, 0 in other axes.
         """
-        names = sensor.observes.names
+        names = [name for name in sensor.observes.names if name in self.view]
         low, high = np.array([(self.view[name].low, self.view[name].high) for name in names]).T
         middles = (np.arange(PLACES) + 0.5) / PLACES
         grid = np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij")
-        places = np.stack(grid, axis=-1).reshape(-1, len(low))
+        places = np.zeros((grid[0].size, len(sensor.observes)))
+        places[:, [name in self.view for name in sensor.observes.names]] = np.stack(grid, axis=-1).reshape(-1, len(low))
         if self.appears_in and not len(places := places[self._appearing(sensor, places)]):
             raise ValueError("appears_in: must hold a part of the box, got none")
         return low, high, places
