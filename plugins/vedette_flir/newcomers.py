@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from vedette import Array
+
 PLACE, TURN = 0.3, 0.1
 """Standard deviations of where a part of the scene is found: in px, and as a part of how far the camera has turned since, as
 it rolls, zooms, and turns past what is near.
@@ -37,6 +39,14 @@ def moves(off: float, turned: float) -> bool:
     Places of what stands are normal around it: they are farther off than d with probability exp(-d^2 / 2 sigma^2).
     """
     return off**2 > -2.0 * float(np.log(CHANCE)) * (PLACE**2 + (TURN * turned) ** 2)
+
+
+def leaps(off: Array, S: Array) -> bool:
+    """Return whether a thing that is found so far from where it was expected, with covariance S, is another thing.
+
+    The covariance says how far to search, some 5 px: new targets of the clips were at most 3 px off.
+    """
+    return float(off @ np.linalg.solve(S, off)) > 1.0
 
 
 def newcomer_odds(alone: float, speed: float) -> float:

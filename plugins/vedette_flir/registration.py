@@ -21,6 +21,11 @@ NEAR = 0.5
 BLUR = 1.5
 """Pixels over which frames are smoothed: noise makes shifts too small, and a camera's fixed pattern none."""
 
+WIDE, UNIT, MOST = 16, 8.0, 64.0
+"""Pixels around each that are its level; grey levels of the median difference from it; the largest difference over the
+median, beyond which that counts as more. By hand.
+"""
+
 BLOCKS, STRONG = 8, 0.05
 """Blocks along each side, one corner of each is followed; how strong it is at least, over the eighth strongest."""
 
@@ -29,7 +34,7 @@ AGREE, UNEVEN, FEWEST, SHARE, SPREAD = 1.0, 0.1, 5, 0.3, 0.4
 share of all; the part of a side over which they are spread, so that they are no target's. By hand.
 """
 
-STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 9.0
+STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 5.0
 """Pixels by which a corner moves at most that stands in the frame; by how many a scene must turn for pixels to tell; by
 how much a pixel must be more like one of the two, over the mean by which they are unlike the better one, to vote, and to
 count as written. By hand.
@@ -58,6 +63,7 @@ class Registration:
     agreed: float = 0.0
     _corner: Array = field(factory=lambda: np.zeros(2))
     _past: NDArray[np.uint8] | None = None
+    _before: NDArray[np.uint8] | None = None
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
     _at: Array = field(factory=lambda: np.zeros(2))
     _strong: int = 0
@@ -70,23 +76,34 @@ class Registration:
             return self._corner
         with one_thread():
             now = _smooth(pixels)
-            moved = None if self._past is None else self._moved(self._past, now)
+            if self._past is not None and self._past.shape != now.shape:
+                raise ValueError(f"frame: {now.shape} px, but the frames before have {self._past.shape}")
+            moved = self._moved(now)
+            if moved is None and self._before is not None and self._before is not self._past:
+                # too little is left of the frame that was followed: the last one shows more
+                self._follow(self._before)
+                moved = self._moved(now)
             if moved is not None:
                 self._corner = self._at - moved
             if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
                 if moved is not None and self._past is not None and self._text.any():
                     self._text &= ~written(self._past, now, np.rint(moved).astype(int))[1]
                     self._written = around(self._text)
-                self._past, self._at = now, self._corner
-                self._text, self._written = (mask | np.zeros(now.shape, dtype=bool) for mask in (self._text, self._written))
-                strong, faint = corners(now, self._written)
-                self._points, self._strong = np.concatenate([strong, faint]), len(strong)
+                self._follow(now)
+            self._before = now
         return self._corner
 
-    def _moved(self, past: NDArray[np.uint8], now: NDArray[np.uint8]) -> Array | None:
-        """Return by how much the picture has moved (2,) since the frame before; None if too few corners agree."""
-        self.agreed = 0.0
-        if self._strong < FEWEST:
+    def _follow(self, image: NDArray[np.uint8]) -> None:
+        """Follow the corners of a frame, whose first pixel lies at the last place, from now on."""
+        self._past, self._at = image, self._corner
+        self._text, self._written = (mask | np.zeros(image.shape, dtype=bool) for mask in (self._text, self._written))
+        strong, faint = corners(image, self._written)
+        self._points, self._strong = np.concatenate([strong, faint]), len(strong)
+
+    def _moved(self, now: NDArray[np.uint8]) -> Array | None:
+        """Return by how much the picture has moved (2,) since the frame that is followed; None if too few corners agree."""
+        self.agreed, past = 0.0, self._past
+        if past is None or self._strong < FEWEST:
             return None
         guess = self._points + (self._at - self._corner).astype(np.float32)
         found, good, _ = opencv().calcOpticalFlowPyrLK(past, now, self._points, guess, **FLOW)
@@ -214,7 +231,15 @@ def _level(image: NDArray[np.float32], known: NDArray[np.float32]) -> NDArray[np
 
 
 def _smooth(pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return a frame (h, w) smoothed, and stretched to 8 bits."""
+    """Return a frame (h, w) smoothed, less what is around each pixel, in units of how much that is as a rule, as 8 bits.
+
+    As a bright strip of land comes into the picture, or a camera sets its level and gain, the sky stays as it was.
+    """
     image = opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR)
-    low, high = np.percentile(image[::4, ::4], (1, 99))  # smoothed: by noise a slope's level would move as a camera turns
-    return np.asarray(np.clip((image - low) * (255.0 / max(high - low, 1e-9)), 0.0, 255.0).astype(np.uint8))
+    side = image.shape[::-1]
+    coarse = opencv().resize(image, tuple(max(n // WIDE, 1) for n in side), interpolation=3)
+    level = opencv().GaussianBlur(opencv().medianBlur(coarse, 5), (0, 0), 1.0)
+    image -= opencv().resize(level, side, interpolation=2)
+    size = np.abs(image[::4, ::4])
+    unit = max(float(np.median(size)), float(size.max()) / MOST, 1e-9) / UNIT
+    return np.asarray(np.clip(image / unit + 128.0, 0.0, 255.0).astype(np.uint8))

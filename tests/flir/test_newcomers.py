@@ -93,6 +93,17 @@ def test_parked_cars_are_no_targets_where_one_after_another_leaves_the_picture(m
     """The track of the one that left finds the next: that is far from where it was, but nothing went there."""
     cars, corners = [np.array([150.0 - 24.0 * i, 70.0]) for i in range(3)], [np.array([-2.0 * k, 0.0]) for k in range(50)]
     if not asked:
-        monkeypatch.setattr(template, "BESIDE", 1e3)
+        monkeypatch.setattr(template, "leaps", lambda off, S: False)
     found = confirmed([drawn(k, cars, corner) for k, corner in enumerate(corners)], corners)
+    assert len(found) == 0 if asked else len(found) > 0
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_sparkles_that_follow_each_other_are_no_target(monkeypatch, asked):
+    """Each lives for a fifth of a second, 10 px from the one before, as on water; none moves."""
+    if not asked:
+        monkeypatch.setattr(template, "leaps", lambda off, S: False)
+    way = np.random.default_rng(2).uniform(0.0, 2.0 * np.pi, 12)
+    at = np.array([80.0, 70.0]) + np.cumsum(10.0 * np.stack([np.cos(way), np.sin(way)], axis=1), axis=0)
+    found = confirmed([drawn(k, [at[k // 6]]) for k in range(72)])
     assert len(found) == 0 if asked else len(found) > 0

@@ -16,7 +16,6 @@ from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
-    BESIDE,
     LEAST,
     NEAR,
     Look,
@@ -38,7 +37,7 @@ from vedette_flir.evidence import (
     standing_ratio,
 )
 from vedette_flir.initial_box import target_in
-from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, moves, newcomer_odds
+from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
@@ -211,10 +210,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             appearance = forgotten(appearance)
         jump = float(np.max(np.abs(best.place - where)))
         elsewhere = anew and jump > step * (near + 1)
-        if self.moves and not new and existence == LOST and jump > BESIDE * float(np.max(appearance.size)) + NEAR:
-            elsewhere = True  # no motion takes it there: as one of several alike leaves the picture, the next is found
-            near_it = around(pixels, best.place, appearance.size)
-            appearance = evolve(appearance, around=near_it, seen_at=best.place)
+        if self.moves and existence == LOST and leaps(best.place - where, S):
+            told = -MOST  # as one of several alike fades or leaves the picture, the next is found: that is another
         alike = best.likeness
         if alike < self.limit and best.clear > LEAST:  # it stands out: its brightness may have changed
             alike = max(alike, by.look(pixels, best.place, NEAR, by.lit(best.known, pixels, best.place)).likeness)
