@@ -155,7 +155,7 @@ def test_the_sky_is_followed_as_land_comes_into_the_picture_and_leaves_it(monkey
 def test_a_frame_of_another_size_is_refused():
     motion = Registration()
     motion.take(seen(landscape(), (20.0, 20.0)))
-    with pytest.raises(ValueError, match="^frame: "):
+    with pytest.raises(ValueError, match="frame: "):
         motion.take(seen(landscape(), (20.0, 20.0))[:80])
 
 
