@@ -44,6 +44,20 @@ def test_a_track_is_smoothed_along_the_returns_that_it_took_in_the_end(name, kin
     assert compared >= 4
 
 
+@pytest.mark.parametrize("name", ["kalman", "ekf"])
+def test_later_scans_choose_the_same_past_whatever_is_shown(name):
+    """A mean over hypotheses has no past: with the ids' own existence, four tracks stood for three targets."""
+    heaviest, given = composed("k_best", FILTERS[name][0], FILTERS[name][1]), scans(FILTERS[name][1], 12)
+    mean = evolve(heaviest, associator=evolve(heaviest.associator, show="mean"))
+    told = [list(smoothed(tracker, states_of(tracker, given)[1:])) for tracker in (heaviest, mean)]
+    for one, other in zip(told[0][:-1], told[1][:-1], strict=True):
+        assert one.ids.tolist() == other.ids.tolist()
+        assert one.confirmed.tolist() == other.confirmed.tolist()
+        np.testing.assert_array_equal(one.existence, other.existence)
+        np.testing.assert_array_equal(heaviest.estimate(one).mean, mean.estimate(other).mean)
+    assert not np.array_equal(heaviest.estimate(told[0][-1]).mean, mean.estimate(told[1][-1]).mean)
+
+
 def test_tracks_matched_by_their_ids_alone_are_smoothed_along_another_history(monkeypatch):
     """A mutant: the leaf that was shown in each scan instead of the one that led to the end."""
     right = retelling._before

@@ -49,7 +49,12 @@ def retold(
     last = states[-1]
     leaves: Leaves = last.leaves
     mass = associator.probability(leaves.hypotheses)
-    told = Told(leaves.shown, last.belief, last.existence, last.confirmed, mass, mass * leaves.existence)
+    there = mass * leaves.existence
+    told = Told(leaves.shown, last.belief, last.existence, last.confirmed, mass, there)
+    if associator.merges == "shown":  # means over hypotheses have no past: it is that of the heaviest one
+        rows = associator.shown_with(leaves.hypotheses, leaves.existence, np.zeros(0, dtype=np.int64))
+        belief, existence, confirmed = pytrees.take((leaves.belief, leaves.existence, leaves.confirmed), rows, 0)
+        told = Told(rows, belief, existence, confirmed, mass, there)
     left = dict[int, float]()  # of each track, the probability that it goes on after the last scan
     for number, of in zip(leaves.ids.tolist(), mass.tolist(), strict=True):
         left[number] = left.get(number, 0.0) + of
@@ -90,7 +95,7 @@ def _before(
         belief = pytrees.take(pytrees.join(back, pytrees.take(belief, ~goes_on, 0), 0), order, 0)
     confirmed = np.array(leaves.confirmed[rows])
     confirmed[goes_on] |= after.confirmed[old]
-    if associator.shows_marginals or associator.merges == "shown":
+    if associator.shows_marginals:
         existence: Array = np.bincount(leaves.ids - leaves.ids[0], there).astype(float)[leaves.ids[rows] - leaves.ids[0]]
     else:
         ended = later.leaves.ended
