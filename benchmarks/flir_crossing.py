@@ -19,7 +19,7 @@ import vedette
 from vedette import Array, Frame, Gaussian, Scan
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "flir_clip.toml"
-SHAPE, MEETING, FRAMES, SURE = (100, 160), 25.0, 60, 0.95
+SHAPE, MEETING, FRAMES, SURE = (120, 160), 25.0, 60, 0.95
 
 APART = {2: ((1.0, 0.0), (-1.0, 0.0)), 3: ((1.155, 0.0), (-0.577, 1.0), (-0.577, -1.0))}
 APART[4] = ((1.414, 0.0), (-1.414, 0.0), (0.0, 1.414), (0.0, -1.414))

@@ -1,6 +1,7 @@
 """Targets near each other: pixels are claimed once, ids kept where motion or likeness tells, and doubt told where not."""
 
 import csv
+from itertools import permutations
 
 import cv2
 import numpy as np
@@ -59,6 +60,20 @@ def test_targets_that_cross_keep_their_ids_where_their_speeds_differ():
         assert existence.min() > 0.5
 
 
+def test_four_that_meet_at_once_keep_their_ids():
+    """They coast together until each is found in its own place; judged in pairs some are exchanged."""
+    turns = np.array([[1.4, 0.0], [-1.4, 0.0], [0.0, 1.4], [0.0, -1.4]])
+    for run in range(2):
+        rng = np.random.default_rng(run)
+        at = np.array([60.0, 40.0]) + rng.uniform(-2.0, 2.0, (4, 2)) - 17.0 * turns
+        true = at + np.arange(32)[:, None, None] * turns
+        frames = [60.0 + rng.normal(0.0, 1.5, SKY) + sum(map(spot, places)) for places in true]
+        place, links, existence = followed(frames, true[0])
+        assert kept(place, true)
+        assert np.isnan(links[17]).all()
+        assert existence.min() > 0.5
+
+
 def test_ids_that_nothing_tells_apart_are_told_as_possibly_exchanged():
     for run in range(2):
         frames, true = crossing(run, 0.8, 50)
@@ -78,7 +93,7 @@ def test_likeness_tells_apart_what_motion_does_not():
 def test_each_on_its_own_takes_the_others_target(monkeypatch):
     """The mutant: without sharing, both tracks end on one of two targets, or exchange them untold."""
     frames, true = crossing(0, 0.8, 50)
-    monkeypatch.setattr(sharing.Sharing, "_share", lambda *_: None)
+    monkeypatch.setattr(sharing.Sharing, "_claimed", lambda *_: {})
     _, links, _ = followed(frames, true[0])
     assert not np.any(links < 0.95)
 
@@ -131,6 +146,33 @@ def test_links_are_those_of_the_likelier_way(likeness):
     place, link = World(expected, found, likeness, variance).shared()
     np.testing.assert_allclose(place, found if best == 0 else found[::-1])
     assert link == pytest.approx(np.full(2, np.exp(logs[best]) / np.sum(np.exp(logs))))
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_places_of_a_group_are_shared_out_at_least_cost(seed):
+    """Of all permutations of three; a link is 1 over 1 plus the odds of each exchange."""
+    rng = np.random.default_rng(seed)
+    expected = np.array([[40.0, 40.0], [44.0, 40.0], [42.0, 44.0]])
+    found, variance = rng.permutation(expected) + rng.normal(0.0, 0.4, (3, 2)), 8.0
+    likeness = rng.uniform(0.7, 1.0, (3, 3))
+    cost = np.sum((expected[:, None] - found) ** 2, axis=-1) / (2.0 * variance) + (1.0 - likeness) / UNLIKE
+    ways = [list(way) for way in permutations(range(3))]
+    best = min(ways, key=lambda way: cost[range(3), way].sum())
+    own = cost[:, best]
+    odds = own + own.T - np.diag(own) - np.diag(own)[:, None]
+    place, link = World(expected, found, likeness, variance, box=4.0).shared()
+    np.testing.assert_allclose(place, found[best])
+    np.testing.assert_allclose(link, 1.0 / np.exp(-np.maximum(odds, 0.0)).sum(axis=1))
+
+
+def test_those_expected_in_one_place_coast_together_until_each_has_its_own():
+    """Three in two places: all wait. As soon as there are three places, each goes on."""
+    expected, places = [[40.0, 40.0], [43.0, 40.0], [46.0, 40.0]], [[38.0, 40.0], [43.5, 40.0], [43.5, 40.0]]
+    _, link = World(expected, places, np.full((3, 3), 0.9), 4.0).shared()
+    assert np.isnan(link).all()
+    place, link = World(expected, [*places[:2], [49.0, 40.0]], np.full((3, 3), 0.9), 4.0).shared()
+    np.testing.assert_allclose(place[:, 0], [38.0, 43.5, 49.0])
+    assert np.all(link > 0.5)
 
 
 def test_one_place_for_two_is_nobodys_where_both_were_expected_there_and_the_nearers_else():
