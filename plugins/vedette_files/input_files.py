@@ -68,7 +68,9 @@ def check_regular(path: Path) -> None:
         raise InputError(f"{path}: cannot be looked up: {error.strerror}") from None
     if not there:
         raise InputError(f"{path}: cannot be read: {os.strerror(errno.ENOENT)}")
-    raise InputError(f"{path}: cannot be read: {os.strerror(errno.EISDIR) if path.is_dir() else 'is no regular file'}")
+    raise InputError(
+        f"{path}: {'is a folder; name the file in it' if path.is_dir() else 'cannot be read: is no regular file'}"
+    )
 
 
 def whole_text(path: Path, most: int = 0) -> str:

@@ -16,7 +16,7 @@ from vedette_files.writing import whole_file
 
 WRONG = {
     "no such file": (lambda path: ["run", path.with_name("none.toml")], "there is no such file"),
-    "not a config": (lambda path: ["run", path.parent], "must end in"),
+    "not a config": (lambda path: ["run", path.parent], "is a folder"),
     "a typo": (lambda path: ["run", path, "--set", "gate.probabilty=0.9"], "did you mean 'probability'?"),
     "a kind that is not there": (lambda path: ["run", path, "--set", "associator.kind=gn"], "did you mean 'gnn'?"),
     "a wrong sign": (lambda path: ["run", path, "--set", "sensors.radar.sigma=-1"], "must be > 0, got -1 m"),
@@ -32,7 +32,7 @@ WRONG = {
     ),
     "an output that is a file": (lambda path: ["run", path, "--out", path], "is a file, and results need a folder"),
     "an output inside a file": (lambda path: ["run", path, "--out", path / "deep" / "er"], "is a file, and results need"),
-    "no name": (lambda path: ["new", "config", ""], ".: cannot be read: Is a directory"),
+    "no name": (lambda path: ["new", "config", ""], ".: is a folder"),
     "a draft of another format": (lambda path: ["new", "config", path, "--out", "c.yaml"], "--out: must end in .toml"),
     "a report of what is no folder": (lambda path: ["report", path], "ships.toml: is a file; must be the folder that"),
     "a report of nothing": (

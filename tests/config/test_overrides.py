@@ -37,6 +37,7 @@ def config() -> dict[str, Any]:
         ("estimator.transition=[[1, 0], [0, 1]]", ["estimator", "transition"], [[1, 0], [0, 1]]),
         ("estimator.modes[0]={kind='ukf'}", ["estimator", "modes", 0], {"kind": "ukf"}),
         ('sensors."far lidar".sigma=2', ["sensors", "far lidar", "sigma"], 2),
+        ("sensors.'far lidar'.sigma=2", ["sensors", "far lidar", "sigma"], 2),
         ("title=a=b, c", ["title"], "a=b, c"),
         ('title="7"', ["title"], "7"),
         ("title=", ["title"], ""),
@@ -91,6 +92,11 @@ def test_a_wrong_path_is_told(registry: Registry, override: str, message: str) -
         apply_overrides(config(), [override], registry)
     assert str(caught.value).startswith(f"--set {override}: ")
     assert message in str(caught.value)
+
+
+def test_a_name_that_holds_dots_is_told_to_be_quoted(registry: Registry) -> None:
+    with pytest.raises(ConfigError, match=r'quoted: sensors\."a\.b"'):
+        apply_overrides({**config(), "sensors": {"a.b": {}}}, ["sensors.a.b.sigma=3"], registry)
 
 
 def test_all_wrong_overrides_are_told_together(registry: Registry) -> None:

@@ -178,5 +178,5 @@ def test_without_the_recording_the_error_says_what_it_is(tmp_path):
 
 
 def test_a_folder_is_no_csv_file(tmp_path):
-    with pytest.raises(InputError, match="cannot be read: Is a directory"):
+    with pytest.raises(InputError, match="is a folder"):
         CsvSource(DetectionColumns(time="t", columns=XY), str(tmp_path)).open(PLANE, RNG)

@@ -29,6 +29,8 @@ def read_file(path: str | Path) -> dict[str, Any]:
             raise _refusal(place, "is data, not a config; `vedette new config` writes a config for it")
         text = draft_of(path, {}) if path.exists() else None
         if text is None:
+            if path.is_dir():
+                raise _refusal(place, "is a folder that holds nothing to be tracked")
             raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
         drafted: dict[str, Any] = toml(text)
         return drafted

@@ -14,7 +14,7 @@ from vedette.config.suggestions import did_you_mean, nearest
 from vedette.config.texts import toml
 from vedette.errors import ConfigError, Problem
 
-_STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|"(?P<quoted>[^"]*)")|\[(?P<index>\d+)\]')
+_STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|(?P<quote>["\x27])(?P<quoted>.*?)(?P=quote))|\[(?P<index>\d+)\]')
 
 KeyPath = tuple[str | int, ...]
 
@@ -119,6 +119,8 @@ class _Change:
         ahead = self.path[depth + 1 :]
         if ahead and isinstance(ahead[0], int):
             raise ValueError(f"there is no list {self._place(depth + 1)};{did_you_mean(step, given)}".rstrip(";"))
+        if depth and ahead and (dotted := next((name for name in given if str(name).startswith(f"{step}.")), None)):
+            raise ValueError(f"names that hold dots are quoted: {below(self._place(depth), dotted)}")
         if ahead and ahead != ("kind",) and nearest(step, given):
             raise ValueError(f"there is no {self._place(depth + 1)};{did_you_mean(step, given)}")
 
@@ -146,8 +148,7 @@ def _leading_path(written: str) -> tuple[KeyPath, str]:
     rest = written.strip()
     end = 0
     while step := _STEP.match(rest, end):
-        name = step["quoted"] if step["name"] is None else step["name"]
-        path.append(int(step["index"]) if step["index"] else name)
+        path.append(int(step["index"]) if step["index"] else step["name"] or step["quoted"])
         end = step.end()
     return tuple(path), rest[end:].lstrip()
 
