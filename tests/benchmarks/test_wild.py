@@ -45,6 +45,7 @@ def test_each_kind_is_followed(tmp_path):
         assert row["HOTA"] >= sky["hidden"]["HOTA"] - 0.02
     for file, row in {**figures.pop("ships"), **figures.pop("noaa")}.items():
         assert row["with one track"] == row["of"] if file.endswith("aid") else row["held reports covered"] > 0.9
+        assert row["ships covered"] > 0.9
     for rows in figures.values():
         for row in rows.values():
             assert row["tracks"] == row["objects"] or row["HOTA"] > 0.8

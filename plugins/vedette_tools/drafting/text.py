@@ -142,10 +142,17 @@ def _lines(
     yield ""
     fitted = sum(of_sensor.chains for of_sensor in facts.values())
     yield from _estimator(table, facts, design, fitted, steady)
-    if design.gate != GATE:
+    alone = any(of_sensor.in_turn and not of_sensor.named for of_sensor in facts.values())
+    if alone or design.gate != GATE:
         yield ""
         yield "[gate]"
+    if design.gate != GATE:
         yield f"probability = {design.gate!r}  # fewer tracks are broken than with {GATE:g}"
+    if alone:
+        from scipy.special import gammaincinv
+
+        threshold = rounded(2.0 * float(gammaincinv(1.5 if table.third else 1.0, design.gate)), 4)
+        yield f"largest_distance = {threshold!r}  # what lies beyond is another target's: false reports are too rare to be"
     if design.sure:
         yield ""
         yield "[identity]"

@@ -96,13 +96,16 @@ def test_many_that_report_in_one_second_are_no_look_at_all(tmp_path):
     config = tomllib.loads(drafted(table(tmp_path / "d.csv", "time,x,y", rows)).text)
     assert 4 < config["sensors"]["sensor"]["sigma"] < 16
     assert config["sensors"]["sensor"]["detection_probability"] < 0.3
+    assert config["gate"] == {"largest_distance": 9.21}
 
 
 @pytest.mark.parametrize("again", [1, 3])
 @pytest.mark.costly
 def test_rows_that_stand_more_than_once_name_objects_as_well(again, tmp_path):
     path = table(tmp_path / "d.csv", "time,x,y,mmsi", [row for row in in_turn() for _ in range(again)])
-    assert tomllib.loads(drafted(path).text)["source"]["detections"]["identity"] == "mmsi"
+    config = tomllib.loads(drafted(path).text)
+    assert config["source"]["detections"]["identity"] == "mmsi"
+    assert "gate" not in config
 
 
 @pytest.mark.costly
