@@ -101,7 +101,7 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tracking/test_registration.py::test_rows_and_offsets_are_the_joint_posterior",
         "tracking/test_registration.py::test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels",
     ),
-    "commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
+    "tools/commands/test_check_time.py::test_a_check_is_short_and_finds_nothing": ("laws",),
     "tools/drafting/test_height_and_rate.py::test_a_draft_tracks_as_well_as_a_hand": (
         "tools/drafting/test_height_and_rate.py::test_a_rate_that_falls_where_ranges_grow_is_left_out",
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
