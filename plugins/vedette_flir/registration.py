@@ -213,14 +213,14 @@ def corners(image: NDArray[np.uint8], apart: Mask) -> tuple[NDArray[np.float32],
 
 
 def _strongest(strength: NDArray[Any]) -> tuple[NDArray[np.float32], float]:
-    rows, columns = (np.linspace(0, side, BLOCKS + 1).astype(int) for side in strength.shape)
+    rows, columns = (np.unique(np.linspace(0, side, BLOCKS + 1).astype(int)) for side in strength.shape)
     found = []
     for top, bottom in pairwise(rows):
         for left, right in pairwise(columns):
             j, i = np.unravel_index(np.argmax(strength[top:bottom, left:right]), (bottom - top, right - left))
             found.append((left + i, top + j, strength[top + j, left + i]))
     table = np.array(found, dtype=np.float32)
-    least = STRONG * float(np.sort(table[:, 2])[-8])
+    least = STRONG * float(np.sort(table[:, 2])[-8:][0])
     return table[(table[:, 2] > least) & (table[:, 2] > 0), :2], least
 
 

@@ -41,6 +41,13 @@ def test_a_turning_camera_is_followed_without_drift(step):
     assert np.abs(found - (path - path[0])).max() < 0.5
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (4, 7), (5, 300)])
+@pytest.mark.parametrize("kind", [np.uint8, np.uint16, np.float32])
+def test_frames_of_few_pixels_stand(shape, kind):
+    frames, motion = np.random.default_rng(1).uniform(0.0, 200.0, (4, *shape)).astype(kind), Registration()
+    assert np.abs([motion.take(each) for each in frames]).max() == 0.0
+
+
 def test_a_jerk_and_the_way_back_are_followed():
     path = np.array([20.0, 20.0]) + np.array([[0.0, 0.0]] * 5 + [[12.0, -7.0]] * 5 + [[0.0, 0.0]] * 5)
     assert np.abs(corners(path, landscape()) - (path - path[0])).max() < 0.5
