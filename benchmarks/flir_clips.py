@@ -3,7 +3,7 @@
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips segments     20 segments, each from its first true box; ten seconds
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips starts       the same from eleven starts each; two minutes
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips settings     27 settings, and one clip left out; four minutes
-    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips chosen       the same, chosen by eleven starts each; 45 minutes
+    VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips anew         five starts within each segment, also backwards; minutes
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips whole        whole clips: lost, told, found again; half a minute
     VEDETTE_DATA=FOLDER python -m benchmarks.flir_clips beside       the segments by OpenCV's CSRT and KCF too; a minute
 
@@ -19,7 +19,7 @@ from __future__ import annotations
 import argparse
 import os
 import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping
 from itertools import product
 from pathlib import Path
 from time import process_time
@@ -27,7 +27,7 @@ from typing import Any
 
 import cv2
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 import vedette
 from vedette import Array, Frame, Gaussian, Scan
@@ -241,28 +241,46 @@ def from_starts(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     print(f"all      : {told(every)}")
 
 
-def settings(recorded: list[Clip], options: Mapping[str, Any], ways: Sequence[Callable[[Array], Array]] = (exact,)) -> None:
+def anew(recorded: list[Clip], options: Mapping[str, Any]) -> None:
+    """Print the figures of starts at five frames of each segment, drawn by a fixed seed, but for its last twenty: from the
+    true box, from one off by up to a tenth of its sides, and from the true one on backwards to the segment's start.
+    """
+    made, runs = tracker(**options), dict[str, list[Followed]](exact=[], jittered=[], backwards=[])
+    for number, (clip, begin, last) in enumerate((each, *part) for each in recorded for part in each.segments):
+        rng, end = np.random.default_rng([2611, number]), min(last, len(clip.frames))
+        known = [k for k in sorted(clip.boxes) if begin <= k < end]
+        frames = np.sort(rng.choice(known[:-20] if len(known) > 40 else known[: len(known) // 2], 5, replace=False))
+        for k, off in zip(frames, rng.uniform(-0.1, 0.1, (5, 4)), strict=True):
+            runs["exact"].append(follow(made, clip, k, end))
+            runs["jittered"].append(follow(made, clip, k, end, lambda box, off=off: _moved(box, off)))  # type: ignore[misc]
+            if k - begin >= 19:
+                boxes = {k - j: clip.boxes[j] for j in sorted(clip.boxes, reverse=True) if begin <= j <= k}
+                back = evolve(clip, frames=clip.frames[begin : k + 1][::-1], boxes=boxes)
+                runs["backwards"].append(follow(made, back, 0, len(back.frames)))
+    for name, found in runs.items():
+        lost = ", ".join(one.clip for one in found if one.lost)
+        print(f"{name}: {told(found)}; {doubted(found)}; lost are {lost or 'none'}", flush=True)
+
+
+def _moved(box: Array, off: Array) -> Array:
+    return np.array([*(box[:2] + off[:2] * box[2:]), *(box[2:] * np.exp(off[2:]))])
+
+
+def settings(recorded: list[Clip], options: Mapping[str, Any]) -> None:
     """Print the figures of each setting, and what the best on the other clips gives on each; ties: nearest the middle."""
-    tried, by = _tried(recorded, options, ways), ", chosen by all starts" if len(ways) > 1 else ""
+    tried = _tried(recorded, options)
     for title, pick in (("the first of equals", _best), ("the median of equals", _middle)):
-        print(f"one clip left out{by}, {title}: {_left_out(tried, pick)}")
+        print(f"one clip left out, {title}: {_left_out(tried, pick)}")
 
 
-def chosen(recorded: list[Clip], options: Mapping[str, Any]) -> None:
-    """Print the same with settings chosen by all eleven starts on the other clips: more of what goes wrong is seen there."""
-    settings(recorded, options, tuple(starts()))
-
-
-def _tried(recorded: list[Clip], options: Mapping[str, Any], ways: Sequence[Callable[[Array], Array]]) -> dict[str, Array]:
-    """Return by clip, of each setting (27, 2, 3), frames held, frames and targets lost: from the exact start, from all."""
+def _tried(recorded: list[Clip], options: Mapping[str, Any]) -> dict[str, Array]:
+    """Return by clip, of each setting (27, 3), frames held, frames and targets lost."""
     counts: dict[str, list[Array]] = {clip.name: [] for clip in recorded}
     for opening, margin, limit in SETTINGS:
-        setting = {**options, "opening": opening, "margin": margin, "limit": limit}
-        found = [on_segments(recorded, setting, way) for way in ways]
-        every = [one for of_way in found for one in of_way]
-        print(f"opening {opening}, margin {margin}, limit {limit}: {told(every)}", flush=True)
+        found = on_segments(recorded, {**options, "opening": opening, "margin": margin, "limit": limit})
+        print(f"opening {opening}, margin {margin}, limit {limit}: {told(found)}", flush=True)
         for name, own in counts.items():
-            own.append(np.array([_counted([one for one in runs if one.clip == name]) for runs in (found[0], every)]))
+            own.append(np.array(_counted([one for one in found if one.clip == name])))
     return {name: np.array(own) for name, own in counts.items()}
 
 
@@ -272,16 +290,12 @@ def _counted(found: list[Followed]) -> list[int]:
 
 
 def _left_out(tried: Mapping[str, Array], pick: Callable[[Array], int]) -> str:
-    """Tell what the setting that is picked by all starts on the other clips does on each clip."""
-    left = []
-    for out in tried:
-        others = np.sum([each[:, 1] for name, each in tried.items() if name != out], axis=0)
-        left.append(tried[out][pick(others[:, 0])])
-    exactly, every = np.sum(left, axis=0)
-    return (
-        f"within 10 px {exactly[0] / exactly[1]:.4f}, lost {exactly[2]} from the exact start; "
-        f"{every[0] / every[1]:.4f}, {every[2]} from all"
-    )
+    """Tell what the setting that is picked on the other clips does on each clip."""
+    left = [
+        own[pick(np.sum([each[:, 0] for name, each in tried.items() if name != out], axis=0))] for out, own in tried.items()
+    ]
+    near, frames, lost = np.sum(left, axis=0)
+    return f"within 10 px {near / frames:.4f}, lost {lost}"
 
 
 def _best(count: Array) -> int:
@@ -350,7 +364,7 @@ def main() -> None:
         "beside": beside,
         "starts": from_starts,
         "settings": settings,
-        "chosen": chosen,
+        "anew": anew,
         "whole": whole,
     }
     parser = argparse.ArgumentParser(
