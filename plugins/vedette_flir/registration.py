@@ -21,11 +21,6 @@ NEAR = 0.5
 BLUR = 1.5
 """Pixels over which frames are smoothed: noise makes shifts too small, and a camera's fixed pattern none."""
 
-WIDE, UNIT, MOST = 16, 8.0, 64.0
-"""Pixels around each that are its level; grey levels of the median difference from it; the largest difference over the
-median, beyond which that counts as more. By hand.
-"""
-
 BLOCKS, STRONG = 8, 0.05
 """Blocks along each side, one corner of each is followed; how strong it is at least, over the eighth strongest."""
 
@@ -34,7 +29,7 @@ AGREE, UNEVEN, FEWEST, SHARE, SPREAD = 1.0, 0.1, 5, 0.3, 0.4
 share of all; the part of a side over which they are spread, so that they are no target's. By hand.
 """
 
-STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 5.0
+STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 9.0
 """Pixels by which a corner moves at most that stands in the frame; by how many a scene must turn for pixels to tell; by
 how much a pixel must be more like one of the two, over the mean by which they are unlike the better one, to vote, and to
 count as written. By hand.
@@ -63,7 +58,7 @@ class Registration:
     agreed: float = 0.0
     _corner: Array = field(factory=lambda: np.zeros(2))
     _past: NDArray[np.uint8] | None = None
-    _before: NDArray[np.uint8] | None = None
+    _levels: tuple[float, float] = (0.0, 1.0)
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
     _at: Array = field(factory=lambda: np.zeros(2))
     _strong: int = 0
@@ -75,36 +70,39 @@ class Registration:
         if not np.isfinite(pixels).all():  # a frame that could not be read
             return self._corner
         with one_thread():
-            now = _smooth(pixels)
-            if self._past is not None and self._past.shape != now.shape:
-                raise ValueError(f"frame: {now.shape} px, but the frames before have {self._past.shape}")
-            moved = self._moved(now)
-            if moved is None and self._before is not None and self._before is not self._past:
-                # too little is left of the frame that was followed: the last one shows more
-                self._follow(self._before)
-                moved = self._moved(now)
+            image = opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR)
+            if self._past is not None and self._past.shape != image.shape:
+                raise ValueError(f"frame: {image.shape} px, but the frames before have {self._past.shape}")
+            moved = self._moved(image)
             if moved is not None:
                 self._corner = self._at - moved
-            if moved is None or np.max(np.abs(moved) / np.array(now.shape[::-1])) > NEAR * REACH:
+            if moved is None or np.max(np.abs(moved) / np.array(image.shape[::-1])) > NEAR * REACH:
                 if moved is not None and self._past is not None and self._text.any():
-                    self._text &= ~written(self._past, now, np.rint(moved).astype(int))[1]
+                    self._text &= ~written(self._past, self._shown(image), np.rint(moved).astype(int))[1]
                     self._written = around(self._text)
-                self._follow(now)
-            self._before = now
+                self._follow(image)
         return self._corner
 
-    def _follow(self, image: NDArray[np.uint8]) -> None:
+    def _follow(self, image: NDArray[np.float32]) -> None:
         """Follow the corners of a frame, whose first pixel lies at the last place, from now on."""
-        self._past, self._at = image, self._corner
+        low, high = np.percentile(image[::4, ::4], (1, 99))  # smoothed: by noise a slope's level would move
+        self._levels = float(low), max(float(high - low), 1e-9)
+        self._past, self._at = self._shown(image), self._corner
         self._text, self._written = (mask | np.zeros(image.shape, dtype=bool) for mask in (self._text, self._written))
-        strong, faint = corners(image, self._written)
+        strong, faint = corners(self._past, self._written)
         self._points, self._strong = np.concatenate([strong, faint]), len(strong)
 
-    def _moved(self, now: NDArray[np.uint8]) -> Array | None:
+    def _shown(self, image: NDArray[np.float32]) -> NDArray[np.uint8]:
+        """Return a frame in 8 bits, stretched as the one that is followed: the sky stays as it was as land comes into it."""
+        low, span = self._levels
+        return np.clip((image - low) * (255.0 / span), 0.0, 255.0).astype(np.uint8)
+
+    def _moved(self, image: NDArray[np.float32]) -> Array | None:
         """Return by how much the picture has moved (2,) since the frame that is followed; None if too few corners agree."""
         self.agreed, past = 0.0, self._past
         if past is None or self._strong < FEWEST:
             return None
+        now = self._shown(image)
         guess = self._points + (self._at - self._corner).astype(np.float32)
         found, good, _ = opencv().calcOpticalFlowPyrLK(past, now, self._points, guess, **FLOW)
         good, shifts = good.ravel() > 0, (found - self._points).astype(float)
@@ -228,18 +226,3 @@ def _level(image: NDArray[np.float32], known: NDArray[np.float32]) -> NDArray[np
     """Return squares (..., m, n) less the mean of what is known, else 0: a camera's level changes as a slope would."""
     count = np.maximum(known.sum(axis=(-2, -1), keepdims=True), 1.0)
     return np.asarray((image - (image * known).sum(axis=(-2, -1), keepdims=True) / count) * known)
-
-
-def _smooth(pixels: NDArray[Any]) -> NDArray[np.uint8]:
-    """Return a frame (h, w) smoothed, less what is around each pixel, in units of how much that is as a rule, as 8 bits.
-
-    As a bright strip of land comes into the picture, or a camera sets its level and gain, the sky stays as it was.
-    """
-    image = opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR)
-    side = image.shape[::-1]
-    coarse = opencv().resize(image, tuple(max(n // WIDE, 1) for n in side), interpolation=3)
-    level = opencv().GaussianBlur(opencv().medianBlur(coarse, 5), (0, 0), 1.0)
-    image -= opencv().resize(level, side, interpolation=2)
-    size = np.abs(image[::4, ::4])
-    unit = max(float(np.median(size)), float(size.max()) / MOST, 1e-9) / UNIT
-    return np.asarray(np.clip(image / unit + 128.0, 0.0, 255.0).astype(np.uint8))
