@@ -93,11 +93,12 @@ def line(birth=None):
 
 def undetected():
     """0.8 undetected targets about 0, by a Gaussian."""
+    place = {name: [0, 2] for name in ("x", "y", "vx", "vy")}
     config = {
         "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
         "sensors": {"s": {"kind": "cartesian_position", "sigma": 1.0}},
         "associator": {"kind": "jpda"},
-        "birth": {"kind": "poisson", "appear": [{"at": dict.fromkeys(("x", "y", "vx", "vy"), [0, 2]), "initial": 0.8, "rate": 0.0}]},
+        "birth": {"kind": "poisson", "appear": [{"at": place, "initial": 0.8, "rate": 0.0}]},
         "lifecycle": {"kind": "existence"},
     }
     return vedette.load(config).tracker.birth
