@@ -95,7 +95,7 @@ class Registration:
     def _shown(self, image: NDArray[np.float32]) -> NDArray[np.uint8]:
         """Return a frame in 8 bits, stretched as the one that is followed: the sky stays as it was as land comes into it."""
         low, span = self._levels
-        return np.clip((image - low) * (255.0 / span), 0.0, 255.0).astype(np.uint8)
+        return np.asarray(np.clip((image - low) * (255.0 / span), 0.0, 255.0).astype(np.uint8))
 
     def _moved(self, image: NDArray[np.float32]) -> Array | None:
         """Return by how much the picture has moved (2,) since the frame that is followed; None if too few corners agree."""
