@@ -8,9 +8,8 @@ from typing import Generic
 
 import numpy as np
 from attrs import evolve, frozen
-from scipy.optimize import linear_sum_assignment
 
-from vedette import Array, Mask
+from vedette import Array, Mask, kernels
 from vedette.space import Indices
 from vedette_flir.estimators.matches import L, Match, unseen
 from vedette_flir.evidence import UNLIKE
@@ -18,8 +17,8 @@ from vedette_flir.evidence import UNLIKE
 REACH = 2.0
 """Targets nearer than this many times the larger box are near: one is taken out of the frame before the other is sought."""
 
-LEVELS, NEVER = 8.0, 1e9
-"""Log-odds of an exchange by motion from which likeness is not asked, and what such an exchange costs."""
+LEVELS = 8.0
+"""Log-odds of an exchange by motion from which likeness is not asked, and it does not happen."""
 
 
 @frozen(eq=False)
@@ -130,7 +129,7 @@ class Sharing(Generic[L]):
             if asked and i != k:
                 ways[i, k] = self._find(i, {i: claimed[i]}, claimed[k])
         cost = motion + np.array([[1.0 - ways.get((i, k), matches[i]).likeness for k in claimed] for i in claimed]) / UNLIKE
-        _, way = linear_sum_assignment(np.where(likely, cost, NEVER))
+        (way,) = kernels.k_best(np.where(likely, cost, np.inf), 1).columns
         risk = np.exp(-np.maximum(_exchanged(cost[:, way]), 0.0)).sum(axis=1)
         names = list(claimed)
         for n, i in enumerate(names):
@@ -169,10 +168,8 @@ def in_one_place(place: Array, box: Array, other: Array, size: Array) -> Mask:
 
 def _connected(linked: Mask) -> Indices:
     """Return a number (t,) for each target, the same for those that are linked (t, t), at first or second hand."""
-    number, count = np.arange(len(linked)), len(linked)
-    while np.any((first := np.where(linked, number, count).min(axis=-1, initial=count)) < number):
-        number = first
-    return number
+    i, j = np.nonzero(linked)
+    return kernels.linked_clusters(i, j, len(linked), len(linked))[: len(linked)]
 
 
 def _exchanged(cost: Array) -> Array:

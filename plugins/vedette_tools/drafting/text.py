@@ -7,6 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from attrs import frozen
 
+from vedette import Gate
 from vedette_report.detector_errors.in_time import Compared
 from vedette_tools import toml_text
 from vedette_tools.drafting.table import Table
@@ -149,9 +150,7 @@ def _lines(
     if design.gate != GATE:
         yield f"probability = {design.gate!r}  # fewer tracks are broken than with {GATE:g}"
     if alone:
-        from scipy.special import gammaincinv
-
-        threshold = rounded(2.0 * float(gammaincinv(1.5 if table.third else 1.0, design.gate)), 4)
+        threshold = rounded(Gate(design.gate).threshold(3 if table.third else 2), 4)
         yield f"largest_distance = {threshold!r}  # what lies beyond is another target's: false reports are too rare to be"
     if design.sure:
         yield ""
