@@ -28,7 +28,8 @@ def run(arguments: Namespace) -> int:
     _log_as_json()
     running = Running(service)
     if current_thread() is main_thread():
-        for number in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+        for name in ("SIGTERM", "SIGINT", "SIGHUP"):
+            number = getattr(signal, name, signal.SIGTERM)  # Windows has no SIGHUP
             if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
                 signal.signal(number, lambda *_: running.stop.set())
     running.run()
