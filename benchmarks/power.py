@@ -22,9 +22,9 @@ import vedette
 from vedette import Array, Gaussian
 from vedette.metrics.consistency import chi_square_band, nees
 from vedette.testing import Errors, World, consistency
-from vedette.testing.montecarlo import Runs, play, prior_of
-from vedette.testing.trackers import FAMILIES, judge
 from vedette.tracking.tracker import Tracker
+from vedette_report.whole_trackers.judging import FAMILIES, judge
+from vedette_report.whole_trackers.runs import Runs, play, prior_of
 from vedette_standard.estimators.kalman import Kalman
 
 SCANS = 20

@@ -1,12 +1,12 @@
 """Write the types of names that packages of the core look up when they are first used: `python docs/write_stub.py`.
 
-Those of `vedette` are its own, and those that entry points bring.
+They are its own, and those that entry points bring.
 """
 
 from __future__ import annotations
 
 import tomllib
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import vedette
@@ -18,18 +18,22 @@ CORE = ROOT / "core" / "vedette"
 
 def stubs() -> dict[Path, str]:
     """Return the stubs by their files: a line for each name."""
-    document = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
-    homes = [(f"vedette.{home}", name) for name, home in vedette._HOME_OF.items()]
-    for name, value in document["project"]["entry-points"]["vedette.names"].items():
+    homes = [*_homes("vedette", vedette._HOME_OF), *(("vedette", room) for room in vedette._ROOMS)]
+    return {
+        CORE / "__init__.pyi": _stub(homes) + "\n__version__: str\n",
+        CORE / "testing" / "__init__.pyi": _stub(_homes("vedette.testing", testing._HOME_OF)),
+    }
+
+
+def _homes(package: str, own: Mapping[str, str]) -> list[tuple[str, str]]:
+    """Return module and name of each name of a package: its own, and those that entry points bring."""
+    homes = [(f"{package}.{home}", name) for name, home in own.items()]
+    points = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["entry-points"]
+    for name, value in points[f"{package}.names"].items():
         module, _, attribute = value.partition(":")
         assert attribute == name, f"{value} must have the name {name}"
         homes.append((module, name))
-    homes += [("vedette", room) for room in vedette._ROOMS]
-    of_testing = [(f"vedette.testing.{home}", name) for name, home in testing._HOME_OF.items()]
-    return {
-        CORE / "__init__.pyi": _stub(homes) + "\n__version__: str\n",
-        CORE / "testing" / "__init__.pyi": _stub(of_testing),
-    }
+    return homes
 
 
 def _stub(homes: Iterable[tuple[str, str]]) -> str:

@@ -66,8 +66,6 @@ from vedette.types import new_innovation as new_innovation
 from vedette.values import maker as maker
 from vedette.wrapping import WrappedMotion as WrappedMotion
 from vedette.wrapping import WrappedSensor as WrappedSensor
-from vedette_report.culprits import likely_cause as likely_cause
-from vedette_report.drawing.brought import drawing as drawing
 from vedette_report.recorded import recorded_consistency as recorded_consistency
 from vedette_report.tables import draw_result as draw_result
 from vedette_report.tables import result_html as result_html

@@ -1,4 +1,7 @@
-"""Names of `vedette` that plugins bring, such as `vedette.track`: the entry points of the group `vedette.names`."""
+"""Names of `vedette` that plugins bring, such as `vedette.track`: the entry points of the group `vedette.names`.
+
+Those of the group `vedette.testing.names` are names of `vedette.testing`.
+"""
 
 from __future__ import annotations
 
@@ -7,28 +10,26 @@ from typing import Any
 
 from vedette.errors import PluginError
 
-GROUP = "vedette.names"
+
+def brought(module: str = "vedette") -> tuple[str, ...]:
+    """Return the names of a module that plugins bring."""
+    return tuple(sorted({point.name for point in entry_points(group=f"{module}.names")}))
 
 
-def brought() -> tuple[str, ...]:
-    """Return the names that plugins bring."""
-    return tuple(sorted({point.name for point in entry_points(group=GROUP)}))
-
-
-def look_up(name: str) -> Any:
+def look_up(name: str, module: str = "vedette") -> Any:
     """Return what a plugin brings under this name; AttributeError if none does, PluginError if it cannot be had."""
-    points = {(point.value, _distribution(point)): point for point in entry_points(group=GROUP, name=name)}
+    points = {(point.value, _distribution(point)): point for point in entry_points(group=f"{module}.names", name=name)}
     if not points:
-        raise AttributeError(f"module 'vedette' has no attribute {name!r}")
+        raise AttributeError(f"module {module!r} has no attribute {name!r}")
     if len(points) > 1:
         bringers = " and by ".join(f"{value} of {distribution}" for value, distribution in points)
-        raise PluginError(f"vedette.{name} is brought by {bringers}: uninstall one of them")
+        raise PluginError(f"{module}.{name} is brought by {bringers}: uninstall one of them")
     ((value, distribution), point), *_ = points.items()
     try:
         return point.load()
     except (Exception, SystemExit) as error:
         reason = f"{type(error).__name__}: {error}"
-        raise PluginError(f"vedette.{name} is brought by {value} of {distribution}, which failed: {reason}") from error
+        raise PluginError(f"{module}.{name} is brought by {value} of {distribution}, which failed: {reason}") from error
 
 
 def _distribution(point: EntryPoint) -> str:

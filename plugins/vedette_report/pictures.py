@@ -10,8 +10,8 @@ from attrs import frozen
 from vedette import Picture, Result
 
 if TYPE_CHECKING:
-    from vedette.testing import Report
     from vedette_report.recorded import Recorded
+    from vedette_report.whole_trackers.judging import Report
 
 
 @final

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette.testing.montecarlo import MOST_FALSE, _cluttered
-from vedette.testing.trackers import consistency
 from vedette.types import Detections, Scan
+from vedette_report.whole_trackers.judging import consistency
+from vedette_report.whole_trackers.runs import MOST_FALSE, _cluttered
 
 CONFIG = {
     "estimator": {"kind": "ekf", "motion": {"kind": "target_oriented", "sigma_forward": 3.0, "sigma_side": 30.0}},

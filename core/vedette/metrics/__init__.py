@@ -5,6 +5,7 @@ from vedette.metrics.consistency import (
     Estimate,
     Verdict,
     autocorrelation,
+    bias_verdict,
     chi_square_band,
     chi_square_verdict,
     free_axes,
@@ -13,6 +14,7 @@ from vedette.metrics.consistency import (
     nees,
     normalised_error,
     run_mean_verdict,
+    whiteness_verdict,
     within_gate,
 )
 from vedette.metrics.coverage import NONE, Indices, covering, switches

@@ -6,26 +6,27 @@ The extra `vedette[testing]` installs what it needs. One line makes a pytest cla
 
     TestMyMotion = conformance(MyMotion)
 
-Names are imported when first used, so that the pytest plugin costs other projects' sessions nothing.
+Names are imported when first used, so that the pytest plugin costs other projects' sessions nothing. What judges whole
+trackers comes from a plugin.
 """
 
 from importlib import import_module
 from typing import Any
+
+from vedette.names import brought, look_up
 
 _HOMES = {
     "comparisons": ("Broken", "Closed", "Misuse"),
     "kit": ("Outcome", "conformance", "examine", "laws_of", "own_laws"),
     "law": ("FAST", "NIGHTLY", "Law", "Profile"),
     "strategies": ("components",),
-    "truth": ("Errors", "World"),
-    "trackers": ("Report", "assert_consistent", "consistency"),
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 
 def __getattr__(name: str) -> Any:
     if name not in _HOME_OF:
-        raise AttributeError(f"module 'vedette.testing' has no attribute {name!r}")
+        return look_up(name, "vedette.testing")
     try:
         home = import_module(f"vedette.testing.{_HOME_OF[name]}")
     except ModuleNotFoundError as missing:
@@ -38,4 +39,4 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return list(_HOME_OF)
+    return [*_HOME_OF, *brought("vedette.testing")]

@@ -13,8 +13,8 @@ from vedette.testing.law import NIGHTLY as NIGHTLY
 from vedette.testing.law import Law as Law
 from vedette.testing.law import Profile as Profile
 from vedette.testing.strategies import components as components
-from vedette.testing.trackers import Report as Report
-from vedette.testing.trackers import assert_consistent as assert_consistent
-from vedette.testing.trackers import consistency as consistency
-from vedette.testing.truth import Errors as Errors
-from vedette.testing.truth import World as World
+from vedette_report.whole_trackers.judging import Report as Report
+from vedette_report.whole_trackers.judging import assert_consistent as assert_consistent
+from vedette_report.whole_trackers.judging import consistency as consistency
+from vedette_report.whole_trackers.world import Errors as Errors
+from vedette_report.whole_trackers.world import World as World

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from vedette.testing import Report
+    from vedette_report.whole_trackers.judging import Report
 
 MOST = 8
 """Directions that are drawn."""

@@ -10,12 +10,12 @@ from attrs import evolve, frozen
 
 from vedette.errors import VedetteError
 from vedette.space import Array
-from vedette.testing.montecarlo import play
-from vedette.testing.truth import World
 from vedette.tracking import Tracker
 from vedette.types import Gaussian
-from vedette_report.culprits.moments import Fit
-from vedette_report.culprits.worlds import Knob, knobs_of, turned
+from vedette_report.whole_trackers.culprits.moments import Fit
+from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of, turned
+from vedette_report.whole_trackers.runs import play
+from vedette_report.whole_trackers.world import World
 
 MOST = 4
 """More noises than this are not said to be wrong at once."""

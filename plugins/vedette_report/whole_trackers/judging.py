@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec
+from typing import Any, ParamSpec, cast
 
 import attrs
 import numpy as np
@@ -15,20 +15,22 @@ from vedette.config import build
 from vedette.display import html_table
 from vedette.experiment import Experiment
 from vedette.fields import ABSURD
-from vedette.metrics.consistency import Verdict, chi_square_band, free_axes, nees
-from vedette.names import look_up
+from vedette.metrics import Verdict, chi_square_band, free_axes, nees
 from vedette.space import Array
-from vedette.testing.comparisons import Misuse
-from vedette.testing.correlations import (
+from vedette.testing import Misuse
+from vedette.tracking import Tracker
+from vedette_report.drawing.brought import drawing
+from vedette_report.drawing.canvas import Format
+from vedette_report.whole_trackers.covariances import (
     distance_verdicts,
     error_verdict,
     innovation_verdicts,
     modes_verdict,
     tail_verdicts,
 )
-from vedette.testing.montecarlo import Runs, play, prior_of
-from vedette.testing.truth import World, world_of
-from vedette.testing.verdicts import (
+from vedette_report.whole_trackers.culprits import likely_cause
+from vedette_report.whole_trackers.runs import Runs, play, prior_of
+from vedette_report.whole_trackers.verdicts import (
     LAGS,
     bias_of,
     calibration,
@@ -43,7 +45,7 @@ from vedette.testing.verdicts import (
     whiteness_verdicts,
     without,
 )
-from vedette.tracking.tracker import Tracker
+from vedette_report.whole_trackers.world import World, world_of
 
 FAMILIES = 10
 """NEES, NIS, NIS by distance, tails, whiteness, bias, calibration, both whole covariances and hits share alpha equally with
@@ -109,7 +111,7 @@ class Report:
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
-        look_up("drawing")(Path(path).suffix[1:]).save("consistency", self, Path(path))
+        drawing(cast(Format, Path(path).suffix[1:])).save("consistency", self, Path(path))
 
 
 def consistency(
@@ -177,7 +179,7 @@ def consistency(
         usual = play(world, scene.start, times, runs, np.random.default_rng(seed), scene).surprise
     report = judge(played, alpha, band, seed, usual)
     wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
-    cause = look_up("likely_cause")(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
+    cause = likely_cause(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
     return attrs.evolve(report, cause=cause)
 
 

@@ -8,16 +8,17 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, fields_dict, frozen
 
-from vedette.config.registry import Registry
-from vedette.filters.linear import expected_return
+from vedette.config import Registry
+from vedette.filters import expected_return
 from vedette.roles import Sensor
 from vedette.sampling import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import Misuse
-from vedette.testing.truth import World, draw_moded, motion_of, world_of
-from vedette.tracking.tracker import Tracker
+from vedette.testing import Misuse
+from vedette.testing.truth import draw_moded, motion_of
+from vedette.tracking import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
+from vedette_report.whole_trackers.world import World, world_of
 
 OPEN_GATE = 1.0 - 1e-9
 """Without clutter the gate excludes nothing: an open gate leaves the chi-square tails whole."""

@@ -8,8 +8,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array
-from vedette.testing.correlations import BEYOND_3
-from vedette.testing.montecarlo import Runs
+from vedette_report.whole_trackers.covariances import BEYOND_3
+from vedette_report.whole_trackers.runs import Runs
 
 LAGS = (1, 2, 3)
 """Products of innovations of the same scan, of the next, and of those after tell Q from R."""

@@ -6,11 +6,11 @@ from itertools import combinations
 
 import numpy as np
 
-from vedette.metrics.consistency import Verdict, chi_square_band, run_mean_verdict
+from vedette.metrics import Verdict, chi_square_band, run_mean_verdict
 from vedette.space import Array, Mask
 from vedette.testing.bands import binomial_band
-from vedette.testing.montecarlo import Runs
-from vedette.testing.verdicts import _when
+from vedette_report.whole_trackers.runs import Runs
+from vedette_report.whole_trackers.verdicts import when_out
 
 BEYOND_3 = 0.0026997960632601866
 """How often a normal number is beyond 3 standard deviations."""
@@ -101,7 +101,7 @@ def error_verdict(played: Runs, share: float, band: tuple[float, float]) -> Verd
         out = np.abs(figures) > limit
         stated = float(np.mean(_stated(played.cov[:, k], i, j)))
         told = _told(f"errors of {names[i]} and {names[j]}", _found(u[:, k], v[:, k]), stated)
-        when = _when(out, played.times) if out.any() else f" at {played.times[k]:g} s"
+        when = when_out(out, played.times) if out.any() else f" at {played.times[k]:g} s"
         judged.append(_banded(told + when, float(figures[k]), limit, share))
     return _worst_of(judged, "error covariance")
 

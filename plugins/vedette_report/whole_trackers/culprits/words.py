@@ -7,15 +7,15 @@ from attrs import evolve
 
 from vedette.errors import VedetteError
 from vedette.space import Array
-from vedette.testing.correlations import modes_verdict
-from vedette.testing.montecarlo import Runs, play
-from vedette.testing.truth import World
-from vedette.testing.verdicts import lost_runs
 from vedette.tracking import Tracker
 from vedette.types import Gaussian
-from vedette_report.culprits.moments import count
-from vedette_report.culprits.search import Culprits, culprits
-from vedette_report.culprits.worlds import Knob, knobs_of
+from vedette_report.whole_trackers.covariances import modes_verdict
+from vedette_report.whole_trackers.culprits.moments import count
+from vedette_report.whole_trackers.culprits.search import Culprits, culprits
+from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of
+from vedette_report.whole_trackers.runs import Runs, play
+from vedette_report.whole_trackers.verdicts import lost_runs
+from vedette_report.whole_trackers.world import World
 
 SHAPES = {
     "distance": "errors of {} change with the distance of the target: R should say so",

@@ -12,8 +12,9 @@ from attrs import evolve, frozen
 from vedette import WrappedMotion, WrappedSensor, fields
 from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array
-from vedette.testing.truth import World, modes_of, motion_of
+from vedette.testing.truth import modes_of, motion_of
 from vedette.types import Gaussian
+from vedette_report.whole_trackers.world import World
 
 
 @final

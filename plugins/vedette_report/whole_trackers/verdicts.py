@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 from attrs import evolve
 
-from vedette.metrics.consistency import (
+from vedette.metrics import (
     Verdict,
     bias_verdict,
     chi_square_band,
@@ -17,9 +17,9 @@ from vedette.metrics.consistency import (
     whiteness_verdict,
 )
 from vedette.space import Array, Mask
+from vedette.testing import Misuse
 from vedette.testing.bands import binomial_band
-from vedette.testing.comparisons import Misuse
-from vedette.testing.montecarlo import Looks, Runs
+from vedette_report.whole_trackers.runs import Looks, Runs
 
 LAGS = 5
 MOST_LOST = 0.05
@@ -50,7 +50,7 @@ def without(played: Runs, lost: Mask) -> Runs:
     return evolve(played, looks={name: one.of(keep) for name, one in played.looks.items()}, **kept)
 
 
-def _when(outside: Array, times: Array) -> str:
+def when_out(outside: Array, times: Array) -> str:
     """Say since when, or when, something is out of its band."""
     inside = np.flatnonzero(~outside.astype(bool))
     since = 0 if not len(inside) else int(inside[-1]) + 1
@@ -77,7 +77,7 @@ def nees_verdict(played: Runs, values: Array, free: Array, share: float, band: t
     text = f"NEES at {played.times[worst]:g} s: {mean[worst]:.3g}, band {low:.3g} to {high:.3g}"
     outside = (mean < low) | (mean > high)
     if outside.any():
-        text += f": the covariance is {_size(mean[worst])}{_when(outside, played.times)}"
+        text += f": the covariance is {_size(mean[worst])}{when_out(outside, played.times)}"
     return Verdict("NEES by time", float(mean[worst]), low, high, share, text)
 
 
@@ -134,7 +134,7 @@ def bias_of(played: Runs, share: float) -> Verdict:
     worst = int(np.argmax([abs(verdict.figure) / verdict.high for verdict in all_times]))
     found = all_times[worst]
     outside = np.array([not verdict.inside for verdict in all_times])
-    when = _when(outside, played.times) if outside.any() else f" at {played.times[worst]:g} s"
+    when = when_out(outside, played.times) if outside.any() else f" at {played.times[worst]:g} s"
     return Verdict("bias", found.figure, found.low, found.high, share, found.text + when, found.error)
 
 
@@ -179,7 +179,7 @@ def calibration_verdict(
     k = _worst(mean[d], low, high)
     if outside.any():
         typical = float(np.exp(np.mean(np.log(mean[d, outside[d]]))))
-        text = f"covariance is {_size(typical)} along {directions[d]}{_when(outside[d], played.times)}"
+        text = f"covariance is {_size(typical)} along {directions[d]}{when_out(outside[d], played.times)}"
     else:
         text = f"covariance by direction: at most {mean[d, k]:.3g}, along {directions[d]}"
     text += f" (band {low:.3g} to {high:.3g})"
