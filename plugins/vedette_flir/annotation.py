@@ -21,6 +21,9 @@ NAME, EPISODES = "annotated.avi", "episodes.csv"
 LEAST = 320
 """Least width of a video in px: smaller frames are enlarged by a whole number."""
 
+WIDE = 640
+"""Width in px of a frame for each px of a line's, as large ones are looked at as a whole."""
+
 HELD, LOST, BOX, TEXT = (0, 128, 255), (60, 60, 255), (0, 200, 0), (200, 200, 200)
 """Colours in OpenCV's order: blue, green, red."""
 
@@ -34,7 +37,9 @@ TRAIL = 30
 """Frames whose positions are drawn behind a track."""
 
 SMALL, ZOOM, ASIDE = 24.0, 3, 40
-"""Targets up to this size in px are shown enlarged so many times, this many px of the frame around them."""
+"""Targets up to this size in px are shown enlarged at least so many times, this many px of the frame around them, in a third
+of its lower side.
+"""
 
 
 def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]:
@@ -98,6 +103,7 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
     assert scan.frame is not None
     scale = max(1, -(-LEAST // grey.shape[1]))
     image = cv2.cvtColor(np.kron(grey, np.ones((scale, scale), np.uint8)), cv2.COLOR_GRAY2BGR)
+    thick = max(1, image.shape[1] // WIDE)
     corner = np.zeros(2) if scan.frame.corner is None else scan.frame.corner
 
     def place(point: Array) -> tuple[int, int]:
@@ -112,7 +118,7 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
         at = dict(zip(truth.space.names, state, strict=True))
         middle, half = np.array([at["x"], at["y"]]), 0.5 * np.array([at["width"], at["height"]])
         taken.append((*place(middle - half), *place(middle + half)))
-        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], BOX, 1)
+        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], BOX, thick)
     zoomed = None
     for number, track in enumerate(result.tracks):
         k = int(np.searchsorted(track.times, scan.time))
@@ -125,25 +131,27 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
             zoomed = _enlarged(image, scale, points[-1] - corner)
         outside = np.any(np.abs(points - points[-1]) > 0.5 * size + 1.0, axis=1)
         for before, now in pairwise(points[outside]):
-            cv2.line(image, place(before), place(now), colour, 1)
-        taken.append((*place(points[-1] - 0.5 * size - 1.0), *place(points[-1] + 0.5 * size + 1.0)))
-        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], colour, 1)
+            cv2.line(image, place(before), place(now), colour, thick)
+        half = 0.5 * size + 1.0 + thick // 2
+        taken.append((*place(points[-1] - half), *place(points[-1] + half)))
+        cv2.rectangle(image, taken[-1][:2], taken[-1][2:], colour, thick)
         words = [str(track.id)] * (len(result.tracks) > 1) + ["lost"] * lost
-        _write(cv2, image, " ".join(words), (taken[-1][0], taken[-1][1] - 3), colour)
+        _write(cv2, image, " ".join(words), (taken[-1][0], taken[-1][1] - 3 * thick), colour, thick)
     if zoomed is not None:
         _put(image, zoomed, taken)
-    _write(cv2, image, f"{scan.time:.2f} s", (4, image.shape[0] - 6), TEXT)
+    _write(cv2, image, f"{scan.time:.2f} s", (4 * thick, image.shape[0] - 6 * thick), TEXT, thick)
     drawn: NDArray[Any] = image
     return drawn
 
 
-def _write(cv2: Any, image: NDArray[Any], text: str, at: tuple[int, int], colour: tuple[int, int, int]) -> None:
+def _write(cv2: Any, image: NDArray[Any], text: str, at: tuple[int, int], colour: tuple[int, int, int], thick: int) -> None:
     """Write words whose lower left corner is at a place, or as near to it as they are in the image, on a dark rim."""
-    (width, height), below = cv2.getTextSize(text, cv2.FONT_HERSHEY_SIMPLEX, 0.4, 1)
+    font, size = cv2.FONT_HERSHEY_SIMPLEX, 0.4 * thick
+    (width, height), below = cv2.getTextSize(text, font, size, thick)
     x = max(2, min(at[0], image.shape[1] - width - 2))
     y = max(height + 2, min(at[1], image.shape[0] - below))
-    for shade, thick in (((0, 0, 0), 3), (colour, 1)):
-        cv2.putText(image, text, (x, y), cv2.FONT_HERSHEY_SIMPLEX, 0.4, shade, thick, cv2.LINE_AA)
+    for shade, wide in (((0, 0, 0), 3 * thick), (colour, thick)):
+        cv2.putText(image, text, (x, y), font, size, shade, wide, cv2.LINE_AA)
 
 
 def is_lost(track: Track) -> Mask:
@@ -199,9 +207,10 @@ def _enlarged(image: NDArray[Any], scale: int, at: Array) -> NDArray[Any] | None
     middle = scale * (at + 0.5)
     if np.any(middle < 0) or np.any(middle > [width, height]):
         return None
-    side = min(ASIDE * scale, height // (2 * ZOOM), width // (2 * ZOOM))
+    zoom = max(ZOOM, min(height, width) // (3 * ASIDE * scale))
+    side = min(ASIDE * scale, height // (2 * zoom), width // (2 * zoom))
     x, y = np.clip(np.rint(middle - side / 2).astype(int), 0, [width - side, height - side])
-    return np.kron(image[y : y + side, x : x + side], np.ones((ZOOM, ZOOM, 1), np.uint8))
+    return np.kron(image[y : y + side, x : x + side], np.ones((zoom, zoom, 1), np.uint8))
 
 
 def _put(image: NDArray[Any], zoomed: NDArray[Any], taken: Sequence[tuple[int, int, int, int]]) -> None:

@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 import json
-import math
 import statistics
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any
 
 from vedette import ConfigError, Frame, Problem
 from vedette_flir.registration import Registration
-from vedette_flir.sources.images import IMAGES, Grey, first_frames
+from vedette_flir.sources.boxes import centred, within
+from vedette_flir.sources.images import Grey, frames_of
+from vedette_flir.sources.stored import IMAGES
 
 VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts")
 """How the names of videos end, in small letters."""
@@ -104,14 +106,16 @@ cover_radius = 10.0  # px here, as every "m" of the judge
 def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     """Return a config that tracks the targets of a video or a folder of images, None for anything else.
 
-    ConfigError if the `box` that is wished for is none.
+    ConfigError if one of the boxes that are wished for is none.
     """
     if not _shows_images(path):
         return None
-    boxes = _picked(path) if wishes.get("pick") else _box(wishes.get("box"))
-    frames = first_frames(path, 1 if boxes else LOOKED)  # what cannot be read is refused before a config is written
+    frames = frames_of(path)
+    first = next(frames)  # what cannot be read is refused before a config is written
+    boxes = _picked(path.name, first) if wishes.get("pick") else _stated(wishes.get("box", ()), first.shape)
     if not boxes:
-        start = AUTOMATIC.format(steady=str(_has_corners(frames)).lower())
+        steady = _has_corners(chain([first], islice(frames, LOOKED - 1)))
+        start = AUTOMATIC.format(steady=str(steady).lower())
         about = "targets are found where they stand out and move"
     elif len(boxes) == 1:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
@@ -135,7 +139,7 @@ def _shows_images(path: Path) -> bool:
     return path.suffix.lower() in VIDEOS
 
 
-def _has_corners(frames: Sequence[Grey]) -> bool:
+def _has_corners(frames: Iterable[Grey]) -> bool:
     """Return whether frames show by what to tell how the camera turns: noise would turn it."""
     motion, agreed = Registration(), []
     for pixels in frames:
@@ -144,23 +148,25 @@ def _has_corners(frames: Sequence[Grey]) -> bool:
     return len(agreed) > 1 and statistics.median(agreed[1:]) >= AGREED
 
 
-def _picked(path: Path) -> list[list[float]]:
+def _picked(name: str, first: Grey) -> list[list[float]]:
     """Return the boxes that somebody draws in the first frame, their corners counted from 1 as those of `box`."""
     from vedette_report.watching.picking import Picking  # a server, which other drafts do without
 
-    with Picking(path.name, Frame(first_frames(path)[0])) as page:
+    with Picking(name, Frame(first)) as page:
         print(f"draw a box around each target: {page.address}", file=sys.stderr, flush=True)
         return [[round(x + 1.0, 1), round(y + 1.0, 1), round(w, 1), round(h, 1)] for x, y, w, h in page.boxes()]
 
 
-def _box(given: str | None) -> list[list[float]]:
-    """Return x, y, w, h as given, such as "120,80,20,12", as the one box; none if none is given."""
-    if given is None:
-        return []
-    try:
-        box = [float(part) for part in given.split(",")]
-    except ValueError:
-        box = []
-    if len(box) != 4 or not all(map(math.isfinite, box)) or min(box[2:]) <= 0:
-        raise ConfigError([Problem("--box", f"must be X,Y,W,H in px, with W and H > 0, got {given!r}")])
-    return [box]
+def _stated(given: Sequence[str], shape: tuple[int, ...]) -> list[list[float]]:
+    """Return x, y, w, h of each box as given, such as "120,80,20,12", in a frame of `shape`."""
+    boxes, problems = [], []
+    for text in given:
+        try:
+            boxes.append([float(part) for part in text.split(",")])
+            within(centred(boxes[-1], 1.0), shape)
+        except ValueError as error:
+            told = str(error) if str(error).startswith("must") else f"must be X,Y,W,H in px, got {text!r}"
+            problems.append(Problem("--box", told))
+    if problems:
+        raise ConfigError(problems)
+    return boxes

@@ -77,6 +77,8 @@ def test_a_file_that_is_not_there_and_a_folder_are_refused(tmp_path: Path, regis
         load(str(tmp_path / "folder.toml"), registry)
     with pytest.raises(ConfigError, match=r"cannot be read: "):
         load(f"{'x' * 5000}.toml", registry)
+    with pytest.raises(ConfigError, match=r"clip\.mp4: there is no"):
+        load("clip.mp4")
     with pytest.raises(ConfigError, match=r"must end in .toml"):
         load('seed = 1\ntitle = "text in place of a path"', registry)
 

@@ -115,6 +115,25 @@ def test_frames_that_cannot_be_used_are_told_and_the_track_goes_on(tmp_path):
     assert np.hypot(*(result.tracks[0].mean[-1, :2] - centred(boxes[-1], 1.0)[:2])) < 1.5
 
 
+@pytest.mark.parametrize(
+    ("numbers", "told"),
+    [
+        ([0, 1, 2, 5, 6, 7], [("f5.png", 2)]),
+        ([0, 10, 20, 40, 50, 60], [("f40.png", 1)]),
+        ([0, 33, 67, 100, 133, 167], []),
+    ],
+)
+def test_numbers_that_lack_in_a_folder_are_told(tmp_path, numbers, told):
+    images, boxes = hot_disc(frames=6)
+    (tmp_path / "disc").mkdir()
+    for number, image in zip(numbers, images, strict=True):
+        cv2.imwrite(str(tmp_path / "disc" / f"f{number}.png"), image)
+    path, box = tmp_path / "disc", boxes[0].tolist()
+    recording = vedette.load(EXAMPLE, overrides=[f"source.path={path}", f"source.box={box}"]).run().recording
+    assert [(problem.place, problem.rows) for problem in recording.refused] == told
+    assert recording.rows["frames"].total == 6 + sum(problem.rows for problem in recording.refused)
+
+
 def test_a_cut_jpeg_is_told_and_not_tracked_in(tmp_path):
     """OpenCV gives the part that is there, and grey below."""
     images, boxes = hot_disc()

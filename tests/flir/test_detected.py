@@ -159,6 +159,8 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     assert not list((tmp_path / "out").rglob("episodes.csv"))  # a track that begins was not lost
     assert main(["new", "config", "clip", "--box", "36,46,10,10", "--out", "box.toml"]) == 0
     assert tomllib.loads((tmp_path / "box.toml").read_text())["source"]["box"] == [36.0, 46.0, 10.0, 10.0]
+    assert main(["new", "config", "clip", "--box", "36,46,10,10", "--box", "5,6,7,8", "--out", "boxes.toml"]) == 0
+    assert tomllib.loads((tmp_path / "boxes.toml").read_text())["source"]["boxes"] == [[36, 46, 10, 10], [5, 6, 7, 8]]
     (tmp_path / "table.csv").write_text("t,x,y\n0,1,2\n1,2,3\n")
     assert main(["new", "config", "table.csv", "--box", "1,2,3,4"]) == 2
 
@@ -200,10 +202,11 @@ def test_a_box_is_drawn_on_the_page_of_a_first_frame(tmp_path, monkeypatch, caps
     assert main(["new", "config", "table.csv", "--pick", "--out", "other.toml"]) == 2
 
 
-@pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "1,2,0,4", "1,2,nan,4"])
-def test_a_box_that_is_none_is_refused(tmp_path, box):
-    with pytest.raises(ConfigError, match="--box"):
-        draft(tmp_path / "clip.mp4", {"box": box})
+@pytest.mark.parametrize("box", ["1,2,3", "a,b,c,d", "1,2,0,4", "1,2,nan,4", "900,2,9,9", "1,2,0.5,4", "1,2,400,4"])
+def test_a_box_that_is_none_in_the_first_frame_is_refused(tmp_path, box):
+    folder_of(tmp_path / "clip", count=1)
+    with pytest.raises(ConfigError, match=r"^--box: must [^\n]*$"):
+        draft(tmp_path / "clip", {"box": ["36,46,10,10", box]})
 
 
 def test_other_files_are_not_drafted(tmp_path):

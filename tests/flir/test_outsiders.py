@@ -10,7 +10,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import ConfigError, Frame, Gaussian, InputError, Scan, ScanRefused
-from vedette_flir.sources.images import in_order
+from vedette_flir.sources.stored import in_order
 from vedette_report.pixels import pixel_figures
 from vedette_tools.drafting.config import draft_config
 

@@ -90,7 +90,7 @@ def test_a_target_in_a_box_is_followed(tmp_path, made, side, options):
     file = written(tmp_path, made, 50, **options)
     first, last = (path(k)[::-1] if made is portrait else path(k) for k in (0, 49))
     x, y = first - 0.5 * (side - 1) + 1.0  # corners are counted from 1
-    (track,) = tracks_of(file, box=f"{x},{y},{side},{side}")
+    (track,) = tracks_of(file, box=[f"{x},{y},{side},{side}"])
     assert len(track.times) == 50
     assert np.abs(track.mean[-1, :2] - last).max() < 1.0
     assert track.existence[-1] > 0.9
@@ -103,6 +103,6 @@ def test_a_target_that_nobody_marked_is_followed(tmp_path, made):
 
 
 def test_a_video_of_ten_frames_has_a_track_by_its_box(tmp_path):
-    (track,) = tracks_of(written(tmp_path, usual, 10), box="36.5,56.5,10,10")
+    (track,) = tracks_of(written(tmp_path, usual, 10), box=["36.5,56.5,10,10"])
     assert len(track.times) == 10
     assert np.abs(track.mean[-1, :2] - path(9)).max() < 1.0

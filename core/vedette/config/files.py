@@ -27,11 +27,13 @@ def read_file(path: str | Path) -> dict[str, Any]:
     if reader is None:
         if path.suffix.lower() in (".csv", ".parquet"):
             raise _refusal(place, "is data, not a config; `vedette new config` writes a config for it")
-        text = draft_of(path, {}) if path.exists() else None
+        there = path.exists()
+        if path.suffix and not there:
+            raise _refusal(place, "there is no such file")
+        text = draft_of(path, {}) if there else None
         if text is None:
-            if path.is_dir():
-                raise _refusal(place, "is a folder that holds nothing to be tracked")
-            raise _refusal(place, f"must end in {', '.join(readers)}: the ending tells the format")
+            ending = f"must end in {', '.join(readers)}: the ending tells the format"
+            raise _refusal(place, "is a folder that holds nothing to be tracked" if path.is_dir() else ending)
         drafted: dict[str, Any] = toml(text)
         return drafted
     text = _text(path)

@@ -72,9 +72,10 @@ def centred(box: Sequence[float] | Array, first_pixel: float) -> Array:
 
     ValueError if it is no box.
     """
-    x, y, w, h = (float(value) for value in box)
-    if not all(math.isfinite(value) for value in (x, y, w, h)) or w <= 0 or h <= 0:
-        raise ValueError(f"must be [x, y, w, h] with w and h > 0, got {[x, y, w, h]}")
+    sides = [float(value) for value in box]
+    if len(sides) != 4 or not all(map(math.isfinite, sides)) or min(sides[2:]) <= 0:
+        raise ValueError(f"must be [x, y, w, h] with w and h > 0, got {sides}")
+    x, y, w, h = sides
     return np.array([x - first_pixel + 0.5 * (w - 1.0), y - first_pixel + 0.5 * (h - 1.0), w, h])
 
 
@@ -98,7 +99,7 @@ def given_boxes(box: Array | None, boxes: Array | None, first_pixel: float, shap
     found, problems = [], []
     for name, each in given:
         try:
-            found.append(_within(centred(each, first_pixel), shape))
+            found.append(within(centred(each, first_pixel), shape))
         except ValueError as error:
             problems.append(Problem(name, str(error)))
     if problems:
@@ -112,7 +113,7 @@ def meets(box: Array, shape: tuple[int, ...]) -> bool:
     return bool(np.all((box[:2] + 0.5 * box[2:] > -0.5) & (box[:2] - 0.5 * box[2:] < size - 0.5)))
 
 
-def _within(box: Array, shape: tuple[int, ...]) -> Array:
+def within(box: Array, shape: tuple[int, ...]) -> Array:
     """Return a box of 1 px or more whose centre lies in an image of `shape` (height, width); ValueError for others."""
     height, width = shape
     if not (1 <= box[2] <= width and 1 <= box[3] <= height):

@@ -1,9 +1,7 @@
-"""Grey frames from video files and folders of images, through OpenCV."""
+"""Grey frames of video files and folders of images, through OpenCV."""
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,16 +13,11 @@ from numpy.typing import NDArray
 
 from vedette import InputError, Problem
 from vedette_files import Apart, ApartOpenCV
-from vedette_files.images.header import check_pixels, picture_size
-from vedette_files.images.jpeg import check_jpeg, is_jpeg
-from vedette_files.images.png import check_png, is_png
-from vedette_files.input_files import check_regular, inside
 from vedette_files.libraries import needed
+from vedette_flir.sources.stored import Folder, Video
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""
-
-IMAGES = (".png", ".tif", ".tiff", ".pgm", ".jpg", ".jpeg", ".bmp")
 
 ALIKE = 8
 """Counts by which the channels of a grey picture may differ where a codec rounded them."""
@@ -127,7 +120,7 @@ def look_through(
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
     cv2 = opencv() if apart is None else ApartOpenCV(apart)
-    store = _Folder(path, problems, cv2) if path.is_dir() else _Video(path, cv2)
+    store = Folder(path, problems, cv2) if path.is_dir() else Video(path, cv2)
     numbers: list[int] = []
     times: list[float] = []
     first: Grey | None = None
@@ -170,24 +163,25 @@ def look_through(
     )
 
 
-def first_frames(path: Path, most: int = 1, how: str = "luminance") -> list[Grey]:
-    """Return the first frames of a video or folder of images, as far as they are alike; InputError if none can be read."""
+def frames_of(path: Path) -> Iterator[Grey]:
+    """Yield the frames of a video or folder of images, as far as they are alike; InputError if the first cannot be read."""
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
-    store = _Folder(path, problems, opencv()) if path.is_dir() else _Video(path, opencv())
-    images: list[NDArray[Any]] = []
-    for number in range(min(most, store.most)):
+    store = Folder(path, problems, opencv()) if path.is_dir() else Video(path, opencv())
+    first: NDArray[Any] | None = None
+    for number in range(store.most):
         image = store.raw(number)
-        if image is None or (images and (image.shape, image.dtype) != (images[0].shape, images[0].dtype)):
+        if image is None or (first is not None and (image.shape, image.dtype) != (first.shape, first.dtype)):
             break
-        images.append(image)
-    if not images:
+        first = image
+        try:
+            grey = grey_of(image)
+        except ValueError as error:
+            raise InputError(f"{path}: frame {number}: {error}") from None
+        yield grey
+    if first is None:
         raise InputError(f"{path}: its first frame cannot be read{f': {problems[0]}' if problems else ''}")
-    try:
-        return [grey_of(image, how) for image in images]
-    except ValueError as error:
-        raise InputError(f"{path}: frame 0: {error}") from None
 
 
 def _stated(numbers: list[int], times: list[float], rate: float | None) -> tuple[float, ...] | None:
@@ -197,102 +191,3 @@ def _stated(numbers: list[int], times: list[float], rate: float | None) -> tuple
         return None
     even = rate is not None and np.allclose(at - at[0], (np.array(numbers) - numbers[0]) / rate, atol=0.25 / rate)
     return None if even else tuple((at - at[0]).tolist())
-
-
-def in_order(file: Path) -> tuple[list[int | str], str]:
-    """Return what puts files in the order of their names, numbers in them by value: f2.png before f10.png."""
-    parts = re.split(r"([0-9]+)", file.name)
-    return [int(part) if i % 2 else part for i, part in enumerate(parts)], file.name
-
-
-class _Folder:
-    """Images in the order of their names; those that cannot be read are told once, when the folder is looked through."""
-
-    rate, time = None, math.nan
-
-    def __init__(self, path: Path, problems: list[Problem], cv2: Any) -> None:
-        self.cv2 = cv2
-        self.files = sorted((file for file in path.iterdir() if file.suffix.lower() in IMAGES), key=in_order)
-        if not self.files:
-            raise InputError(f"{path}: holds no image; their names must end in {', '.join(IMAGES)}")
-        self.most = len(self.files)
-        self.problems: list[Problem] | None = problems
-
-    def raw(self, number: int) -> NDArray[Any] | None:
-        file = self.files[number]
-        try:
-            check_regular(inside(file.parent, file.name))
-            size = picture_size(file)
-            if size is None:
-                raise ValueError("is no image that can be read")
-            check_pixels(*size)
-            if is_png(file):
-                check_png(file)
-            elif is_jpeg(file):
-                check_jpeg(file)
-            image: NDArray[Any] | None = self.cv2.imread(str(file), self.cv2.IMREAD_UNCHANGED)
-            if image is None:
-                raise ValueError("is no image that OpenCV can read")
-        except (OSError, ValueError, self.cv2.error) as error:
-            if self.problems is not None:
-                self.problems.append(Problem(f"frame {number}", f"{file.name} {' '.join(str(error).split())}"))
-            return None
-        return image
-
-    def ended(self, number: int) -> bool:
-        return False
-
-    def count(self) -> tuple[int, list[Problem]]:
-        """Return how many frames there are, and what is lacking; from now on nothing is told."""
-        self.problems = None
-        return self.most, []
-
-
-class _Video:
-    """A video that is decoded forwards; a frame before the last one begins it anew."""
-
-    most = 2**31
-
-    def __init__(self, path: Path, cv2: Any) -> None:
-        self.path, self.cv2, self.at, self.found = path, cv2, 0, 0
-        check_regular(path)
-        self.video = self._opened()
-        rate = float(self.video.get(self.cv2.CAP_PROP_FPS))
-        self.rate, self.time = rate if 0 < rate < 1e9 else None, math.nan
-
-    def _opened(self) -> Any:
-        cv2 = self.cv2
-        video = cv2.VideoCapture(str(self.path))
-        if not video.isOpened():
-            raise InputError(f"{self.path}: is no video that OpenCV can read")
-        size = int(video.get(cv2.CAP_PROP_FRAME_WIDTH)), int(video.get(cv2.CAP_PROP_FRAME_HEIGHT))
-        try:
-            check_pixels(*size)
-        except ValueError as error:
-            raise InputError(f"{self.path}: its frames {error}") from None
-        return video
-
-    def raw(self, number: int) -> NDArray[Any] | None:
-        if number < self.at:
-            self.video.release()
-            self.video, self.at = self._opened(), 0
-        while self.at < number:
-            if not self.video.grab():
-                return None
-            self.at += 1
-        read, image = self.video.read()
-        self.at += 1
-        self.time = 1e-3 * float(self.video.get(self.cv2.CAP_PROP_POS_MSEC))
-        return image if read else None
-
-    def ended(self, number: int) -> bool:
-        self.found = number
-        return True
-
-    def count(self) -> tuple[int, list[Problem]]:
-        promised = int(self.video.get(self.cv2.CAP_PROP_FRAME_COUNT))
-        if not 0 < self.found < promised < self.most:
-            return self.found, []
-        return promised, [
-            Problem("end", f"the video promises {promised} frames and ends after {self.found}", promised - self.found)
-        ]

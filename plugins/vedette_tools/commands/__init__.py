@@ -43,8 +43,8 @@ class New(Command):
         config = drafts.add_parser("config", help="a config that tracks the targets of a file", description=about)
         about = "a CSV, Parquet, JSON or GPX file with a row or record for each return, a video, or a folder of images"
         config.add_argument("data", metavar="DATA", help=about)
-        about = "the target's box in the first frame of a video, in px; default: targets are found"
-        config.add_argument("--box", metavar="X,Y,W,H", help=about)
+        about = "a target's box in the first frame of a video, in px; once for each; default: targets are found"
+        config.add_argument("--box", metavar="X,Y,W,H", action="append", default=[], help=about)
         about = "draw the boxes of targets in the first frame of a video, on a page of this machine"
         config.add_argument("--pick", action="store_true", help=about)
         config.add_argument("--out", metavar="FILE", help="the config; default: the data's name with .toml, in this folder")

@@ -34,9 +34,9 @@ def _config(arguments: Namespace) -> int:
         raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
     if path.exists():
         raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
-    if arguments.pick and arguments.box is not None:
+    if arguments.pick and arguments.box:
         raise ConfigError([Problem("--pick", "is to draw the box that --box states: give one of the two")])
-    wishes = {"box": arguments.box} if arguments.box is not None else {"pick": True} if arguments.pick else {}
+    wishes = {"box": arguments.box} if arguments.box else {"pick": True} if arguments.pick else {}
     text, failure = draft_of(data, wishes), ""
     if text is None:
         if wishes:
