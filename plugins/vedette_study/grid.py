@@ -75,12 +75,17 @@ class Grid:
         return tuple(self._chosen(*choice) for choice in choices) if self.trackers or self.sweep else (alone,)
 
     def _chosen(self, tracker: str | None, *values: Any) -> Point:
-        config, place = self.base, "sweep" if self.sweep else f"trackers.{tracker}"
+        own, place = self.base, f"trackers.{tracker}"
         swept = dict(zip(self.sweep, values, strict=True))
         if tracker is not None:
-            config = _changed(config, self.trackers[tracker], f"trackers.{tracker}", self.registry)
-        config = _changed(config, swept, "sweep", self.registry)
-        return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, place)
+            own = _changed(own, self.trackers[tracker], place, self.registry)
+        config = _changed(own, swept, "sweep", self.registry)
+        try:
+            return self._point(({} if tracker is None else {"tracker": tracker}) | swept, config, "sweep")
+        except ConfigError:
+            if tracker is not None:
+                self._point({}, own, place)  # its own faults are not told as the sweep's
+            raise
 
     def _point(self, labels: dict[str, Any], config: dict[str, Any], place: str) -> Point:
         whole = with_birth(config, self.base, self.registry)

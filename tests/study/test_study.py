@@ -248,6 +248,8 @@ def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
         ({"sweep": {ACCEL: [1.0, -1.0]}}, "must be > 0, got -1"),
         ({"sweep": {ACCEL: []}}, "must be a list of at"),
         ({"trackers": {"a": 3}}, "trackers: must be a table"),
+        ({"trackers": {"a": {"sensors.radar.sigma": -1}}, "sweep": {ACCEL: [1.0]}}, "trackers.a.sensors.radar.sigma: "),
+        ({"trackers": {"a": {}}, "sweep": {ACCEL: [-1.0]}}, f"sweep.{ACCEL}: must be > 0"),
         ({"precision": {"position_rmsee": 1}}, "did you mean 'position_rmse'"),
         ({"precision": {"position_rmse": "1 kg"}}, "must be in m"),
         ({"precision": {"position_rmse": 0}}, "must be > 0"),
