@@ -73,5 +73,6 @@ def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) ->
         step *= EARTH if axis in GEODETIC else 1.0
         given = [cell.lower() for cell in cells if is_number(cell)]
         digits = max((len(cell.partition(".")[2]) for cell in given), default=0)
-        found[axis] = 0.0 if any("e" in cell for cell in given) else step * 10.0**-digits / sqrt(12)
+        told = bool(given) and not any("e" in cell for cell in given)  # not where degrees have minutes
+        found[axis] = step * 10.0**-digits / sqrt(12) if told else 0.0
     return found

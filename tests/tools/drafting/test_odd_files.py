@@ -51,6 +51,30 @@ def test_digits_tell_errors_in_any_unit():
     assert found == pytest.approx({axis: step / 12**0.5 for axis, step in told.items()})
 
 
+def in_minutes(degrees):
+    whole, rest = divmod(degrees, 1)
+    return f"{whole:.0f} {60 * rest:.5f} N"
+
+
+def in_seconds(degrees):
+    minutes, rest = divmod(60 * degrees, 1)
+    return f"{minutes // 60:.0f}°{minutes % 60:.0f}'{60 * rest:.3f}\"N"
+
+
+@pytest.mark.parametrize("written", [in_minutes, in_seconds])
+def test_errors_are_the_same_however_degrees_are_written(written, tmp_path):
+    """Cells that are no plain number were taken for whole degrees: errors of 32 km were drafted for 5 m."""
+    rng = np.random.default_rng(3)
+    start, pace = rng.uniform(-3000, 3000, (3, 2)), rng.normal(0, 6, (3, 2))
+    spots = [(10 * k, *(start[i] + 10 * k * pace[i] + rng.normal(0, 5, 2)) / 111_195) for k in range(40) for i in range(3)]
+    found = [
+        sigma_of(table(tmp_path / "d.csv", "time,lat,lon", [(t, form(55.5 + y), form(12.5 + x)) for t, y, x in spots]))
+        for form in ("{:.8f}".format, written)
+    ]
+    assert found[0] == pytest.approx(found[1], rel=0.02)
+    assert found[0] == pytest.approx((5.0,), rel=0.3)
+
+
 TRACKER = """
 [sensors.sensor]
 kind = "cartesian_position"
