@@ -17,6 +17,8 @@ from vedette_live.placing import Placing
 
 WAYS = ("message", "turn", "sector", "interval")
 CLOCKS = ("sensor", "receiver", "offset")
+ALIKE = 1.5
+"""Two times between messages are alike if neither is so many times as long: by hand."""
 
 
 @frozen(eq=False)
@@ -49,7 +51,7 @@ class Grouping:
     )
     leap: float = fields.quantity(
         "s", "by which a time may be ahead of the last one; a longer leap is believed once the next message agrees",
-        default=86400.0, above=0,
+        default=600.0, above=0,
     )  # fmt: skip
     own_times: bool = fields.flag("take each return of a scan at its own time, not at the scan's", default=False)
 
@@ -59,7 +61,8 @@ class Grouping:
 class Clock:
     """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver.
 
-    One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees.
+    One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
+    sends more seldom than that, the time between two messages is learnt.
     """
 
     by: str
@@ -88,11 +91,12 @@ class Clock:
     def _check(self, stated: float) -> None:
         """Raise ValueError for a time that leaps, unless it is the second one to say so."""
         if self.last is not None and stated - self.last > self.leap:
-            agrees = self.doubted is not None and abs(stated - self.doubted) <= self.leap
-            if not agrees:
+            apart = inf if self.doubted is None else abs(stated - self.doubted)
+            if self.doubted is None or apart > max(self.leap, ALIKE * (self.doubted - self.last)):
                 self.doubted = stated
                 told = f"{stated - self.last:.6g} s after the last one, more than scans.leap, {self.leap:g} s"
                 raise ValueError(f"time: {stated:.6f} s is {told}: it is believed once the next message agrees")
+            self.leap = max(self.leap, ALIKE * apart)
         self.doubted = None
 
 
@@ -135,7 +139,7 @@ class Grouper:
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
         boundary = message.marker == "north" or (message.marker == "sector" and self.grouping.by == "sector")
-        too_long = now_open is not None and time - now_open.first >= self.grouping.length
+        too_long = now_open is not None and abs(time - now_open.first) >= self.grouping.length
         if now_open is not None and (boundary or too_long or slot > now_open.slot):
             yield self._close(name, time if boundary and not now_open.pieces else None)
         if name not in self.opened and (boundary or not message.marker):

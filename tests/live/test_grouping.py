@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 import numpy as np
 import pytest
 
@@ -104,6 +106,28 @@ def test_one_time_far_ahead_is_refused_and_a_clock_that_was_set_is_believed() ->
     with pytest.raises(ValueError, match="time"):
         clock.time(5000.0, None, None)
     assert [clock.time(t, None, None) for t in (5001.0, 5002.0)] == [5001.0, 5002.0]
+
+
+def test_of_a_sensor_that_sends_more_seldom_than_a_leap_one_message_is_lost() -> None:
+    clock, taken = Clock("sensor", leap=100.0), []
+    for t in (0.0, 300.0, 610.0, 900.0, 1220.0):
+        with suppress(ValueError):
+            taken.append(clock.time(t, None, None))
+    assert taken == [0.0, 610.0, 900.0, 1220.0]
+
+
+@pytest.mark.parametrize("grouping", [Grouping(by="turn", length=2.0), Grouping(by="interval", length=1.0)])
+def test_one_wrong_time_within_the_leap_is_a_scan_of_its_own(grouping: Grouping) -> None:
+    """The others are grouped as without it, but for the turn that it stands in, which is cut there."""
+    grouper, times = Grouper(grouping, PLACING), [0.25 * k for k in range(40)]
+    formed = [*grouped(grouper, [plot(t) for t in [*times[:21], 300.0, *times[21:]]]), *grouper.rest()]
+    assert [len(one.scan.detections.z) for one in formed if one.scan.time == 300.0] == [1]
+    right = [one.scan.time for one in formed if one.scan.time != 300.0]
+    alone = Grouper(grouping, PLACING)
+    wanted = [one.scan.time for one in [*grouped(alone, [plot(t) for t in times]), *alone.rest()]]
+    assert right == sorted(right)
+    assert len(set(right) - set(wanted)) <= 3
+    assert sum(one.messages for one in formed) == 41
 
 
 def test_azimuths_become_bearings_and_latitudes_places() -> None:
