@@ -191,19 +191,34 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
 
 
 @pytest.mark.parametrize("hook", ["vedette_draft(path)", "vedette_page(folder)"])
+@pytest.mark.parametrize(
+    "error", ["ZeroDivisionError('no ink')", "ConnectionError('no ink')", "OSError(2, 'no ink', '/ink')"]
+)
 def test_a_plugin_that_fails_at_a_file_or_folder_does_not_keep_it_from_the_others(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution, hook: str
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution, hook: str, error: str
 ) -> None:
     monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
-    failing = f"\n@vedette.plugin\ndef {hook}:\n    raise ZeroDivisionError('no ink')\n"
+    failing = f"\n@vedette.plugin\ndef {hook}:\n    raise {error}\n"
     distribution("bad-dist", "vedette_test_bad", drifting() + failing)
     run, data = str(tmp_path / "out"), tmp_path / "data.csv"
     data.write_text("time,x,y\n" + "".join(f"{i},{10 * i},{i % 3}\n" for i in range(20)))
     asked = ["new", "config", str(data), "--out", str(tmp_path / "data.toml")] if "draft" in hook else ["report", run]
     assert main(["run", str(_scene(tmp_path)), "--out", run]) == 0
     named = hook.partition("(")[0]
-    with pytest.warns(RuntimeWarning, match=f"'main' of bad-dist 1.0: its {named} failed: ZeroDivisionError: no ink"):
+    with pytest.warns(RuntimeWarning, match=f"'main' of bad-dist 1.0: its {named} failed: .*no ink"):
         assert main(asked) in (0, 3)
+
+
+@pytest.mark.parametrize("raised", ["OSError(28, 'no room')", "PermissionError(13, 'no right', str(path))"])
+def test_a_full_disk_and_a_file_that_cannot_be_read_are_no_plugins_fault(
+    tmp_path: Path, distribution: Distribution, raised: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    hook = f"\n@vedette.plugin\ndef vedette_draft(path):\n    raise {raised}\n"
+    distribution("bad-dist", "vedette_test_bad", drifting() + hook)
+    data = tmp_path / "data.csv"
+    data.write_text("time,x,y\n0,1,2\n")
+    assert main(["new", "config", str(data), "--out", str(tmp_path / "data.toml")]) == 2
+    assert "no r" in capsys.readouterr().err
 
 
 FIGURE = """

@@ -246,7 +246,7 @@ def test_a_sensor_whose_clock_makes_all_others_late_is_told_by_their_health() ->
     running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([20.0 + t for t in north], "north")])
     assert list(running.ails) == ["sensor north"]
     assert "its last 20 scans were refused" in running.ails["sensor north"]
-    running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([*(20.0 + t for t in north), 3601.0], "north")])
+    running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([*(20.0 + t for t in north), 3601.0, 3602.0], "north")])
     assert running.ails == {}
 
 

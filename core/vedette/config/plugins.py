@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from warnings import warn
 
@@ -19,7 +20,6 @@ from vedette.types import Recording
 
 if TYPE_CHECKING:
     from importlib.metadata import Distribution, EntryPoint
-    from pathlib import Path
 
 GROUP = "vedette"
 """The entry point group, and the name of the pluggy project."""
@@ -178,13 +178,24 @@ def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
     for used in load_plugins()[0]:
         try:
             said = getattr(used.hooks, hook)(**given)
-        except (VedetteError, OSError):  # of what was given, not of the plugin
+        except VedetteError:  # of what was given, not of the plugin
             raise
         except (Exception, SystemExit) as error:
+            if isinstance(error, OSError) and _of_given(error, given):
+                raise
             warn(f"{used}: its {hook} failed: {_reason(error)}", RuntimeWarning, stacklevel=2)
             continue
         for answer in said:
             yield used, answer
+
+
+def _of_given(error: OSError, given: Mapping[str, Any]) -> bool:
+    """Return whether an error is of no file, as where a disk is full, or of one in a folder that what is given names."""
+    if error.filename is None:
+        return not isinstance(error, ConnectionError | TimeoutError)
+    told = [one for each in given.values() for one in (each, *getattr(each, "__dict__", {}).values())]
+    places = [Path(one).absolute().parent for one in told if isinstance(one, str | Path)]
+    return any(place in Path(error.filename).absolute().parents for place in places)
 
 
 def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
