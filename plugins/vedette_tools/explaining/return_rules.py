@@ -17,6 +17,8 @@ from vedette_tools.explaining.steady_state import ring
 MOST_IN_NEW_GATE, MOST_IN_GATE = 3.0, 1.5
 LEAST_GATE, LEAST_DETECTION = 0.8, 0.3
 FACTOR = 10.0
+RAREST = 1e-6
+"""Fewer false returns in a scan are as good as none: by hand."""
 
 
 def odd_input(it: Situation) -> Iterator[Finding]:
@@ -60,9 +62,12 @@ def no_clutter(it: Situation) -> Iterator[Finding]:
     tracker = it.experiment.tracker
     for seen in it.sensors:
         judged = tracker.starts_tracks and not tracker.lifecycle.certain and tracker.gate.clutter == "sensor"
-        if judged and seen.settled is not None and seen.settled.density == 0 and not seen.stated:
+        none = seen.settled is not None and seen.settled.density == 0 and not seen.stated
+        rate = seen.boxed * seen.stated if seen.boxed and seen.stated else np.inf
+        if judged and (none or rate < RAREST):
+            stated = "no clutter" if none else f"a false return in {1 / rate:.2g} scans where returns are"
             text = (
-                f"states no clutter, and {tracker.lifecycle.kind} weighs each return against clutter: the first one proves "
+                f"states {stated}, and {tracker.lifecycle.kind} weighs each return against clutter: the first one proves "
                 "that its track exists"
             )
             yield Finding(seen.place, text, "the number of false returns per scan, however rough")

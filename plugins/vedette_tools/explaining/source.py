@@ -22,7 +22,7 @@ MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
 @frozen(eq=False)
 class Came:
     """What came of one sensor: the median time between its scans in s (None if there were fewer than two), the mean number
-    of returns a scan (None of frames), the returns (k, m) with the pose of each, the pose of its first scan.
+    of returns a scan (None of frames), the returns (k, m) with the pose of each, the pose of its first scan, the scans.
     """
 
     interval: float | None
@@ -30,6 +30,7 @@ class Came:
     returns: Array
     poses: tuple[Pose | None, ...]
     pose: Pose | None
+    scans: tuple[Scan, ...] = ()
 
 
 @frozen(eq=False)
@@ -100,4 +101,5 @@ def _came(times: list[float], scans: list[Scan], axes: int) -> Came:
         returns=np.array(returns).reshape(-1, axes),
         poses=tuple(poses),
         pose=next((scan.pose for scan in scans), None),
+        scans=tuple(scans),
     )

@@ -107,7 +107,7 @@ def _prior(
     if isinstance(sensor, ImagingSensor):
         return None
     tried = [z for z in returns[:: max(1, len(returns) // 40)] if starter == name] + list(_made_up(sensor))
-    begun = (prior for z in tried if (prior := _begun(tracker, sensor, starter, z, dt)) is not None)
+    begun = (prior for z in tried if (prior := begun_at(tracker, sensor, starter, z, dt)) is not None)
     if starter == name:
         return next(begun, None)
     placed = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
@@ -141,8 +141,8 @@ def _made_up(sensor: Sensor) -> Iterator[Array]:
             yield sensor.measure(x)[seen[0]]
 
 
-def _begun(tracker: Tracker, sensor: Sensor, name: str, z: Array, dt: float) -> Gaussian | None:
-    """Return the prior of the first track that begins where one return comes in each of three scans, or None."""
+def begun_at(tracker: Tracker, sensor: Sensor, name: str, z: Array, dt: float, scans: int = 3) -> Gaussian | None:
+    """Return the prior of the first track that begins where one return comes in each of so many scans, or None."""
     birth, estimator, p_gate = tracker.birth, tracker.estimator, tracker.gate.probability
     assert birth is not None
     if not np.max(sensor.detects(sensor.invert(z[None]).mean)) > 0 if inverts(sensor, z) else False:
@@ -150,7 +150,7 @@ def _begun(tracker: Tracker, sensor: Sensor, name: str, z: Array, dt: float) -> 
     rng = np.random.default_rng(0)
     one, free = Detections.of(z[None]), np.zeros(1)
     memory, sources = birth.initial_memory(estimator, rng) if birth.models_unseen else None, None
-    for i in range(3):
+    for i in range(scans):
         if birth.models_unseen:
             memory = birth.predict(memory, estimator, dt if i else 0.0, rng)
             _, sources = birth.reveal(memory, estimator, sensor, one, p_gate)

@@ -12,6 +12,7 @@ from vedette.units import say
 from vedette_report.warnings.rehearsal import rehearsed
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
+from vedette_tools.explaining.paces import BEYOND, strange_paces
 from vedette_tools.explaining.parameters import in_seconds
 from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
 from vedette_tools.explaining.steady_state import SCANS, inverts
@@ -43,6 +44,19 @@ def slow_prior(it: Situation) -> Iterator[Finding]:
                 "five standard deviations"
             )
             yield Finding("birth", text, "a standard deviation of half the largest speed")
+
+
+def strange_pace(it: Situation) -> Iterator[Finding]:
+    """Find returns that follow one another as a target's do, and move as a new track would hardly believe."""
+    for seen, _, _ in _started(it):
+        count, strange = strange_paces(it.experiment.tracker, seen)
+        if 2 * len(strange) > count:
+            pace = say(float(f"{np.median(np.linalg.norm(strange, axis=-1)):.2g}"), "m/s")
+            text = (
+                f"of {count} rows of returns of {seen.name!r} that move steadily, as a target's do, {len(strange)} move, at "
+                f"some {pace}, in a way that is beyond {BEYOND:g} standard deviations of a new track's velocity"
+            )
+            yield Finding("birth", text, "a standard deviation of half the largest speed, around 0")
 
 
 def fast_prior(it: Situation) -> Iterator[Finding]:
@@ -200,5 +214,6 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    slow_prior, fast_prior, wide_prior, frozen_prior, no_start, short_life, confirmation, rehearsal, judge_against_errors,
+    slow_prior, strange_pace, fast_prior, wide_prior, frozen_prior, no_start, short_life, confirmation, rehearsal,
+    judge_against_errors,
 )  # fmt: skip

@@ -74,6 +74,8 @@ STIFF_MODES = (
     '{kind="kalman",motion={kind="constant_velocity",sigma_accel=0.02}}]'
 )
 
+WRONG = 'birth={kind="poisson",appear=[{at={x=[0,600],y=[0,600],vx=[-20,0.5],vy=[0,0.5]},initial=3.0,rate=0.01}]}'
+
 FIRST, SECOND = "estimator.modes[0].motion", "estimator.modes[1].motion"
 PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "straight noise in the wrong unit": (FIRST, "a prediction says next to nothing", [f"{FIRST}.sigma_accel=500"]),
@@ -118,6 +120,7 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
         ["birth.spread={vx=150.0,vy=150.0,turn_rate=0.03}", "sensors.radar.clutter_density=1e-5"],
     ),
     "no clutter": ("sensors.radar", "states no clutter", ["sensors.radar.clutter_density=0"]),
+    "hardly any clutter": ("sensors.radar", "the first one proves", [SCENE, "sensors.radar.clutter_density=1e-15"]),
     "a detection probability of 0.9 %": (
         "sensors.radar", "a hit among clutter", ["sensors.radar.detection_probability=0.009"],
     ),
@@ -143,6 +146,7 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "a gate that leaves half out": ("gate.probability", "50 %", ["gate.probability=0.5"]),
     "a largest distance below the gate's": ("gate.largest_distance", "keeps 52.8 %", ["gate.largest_distance=1.5"]),
     "a prior too slow": ("birth", "even at five standard deviations", ["birth.spread={vx=0.1,vy=0.1,turn_rate=0.03}"]),
+    "a prior of a wrong velocity": ("birth", "of 3 rows of returns", [*ALONE, WRONG]),
     "a prior too fast": ("birth", "a new track may go at", ["birth.spread={vx=300.0,vy=300.0,turn_rate=0.03}"]),
     "a velocity known to be 0": ("birth", "exactly 0", ["birth.spread={vx=0,vy=0,turn_rate=0.03}"]),
     "a prior across the view": ("birth", "sees no farther than 1500 m", ["birth.spread={vx=900.0,vy=900.0,turn_rate=0.03}"]),
