@@ -30,6 +30,15 @@ def test_a_time_far_ahead_costs_one_row_not_the_rest(tmp_path):
     ]
 
 
+@pytest.mark.parametrize(("marks", "said"), [((), 0), ((5,), 0), ((5, 8), 1), (tuple(range(1, 20, 2)), 1)])
+def test_a_mark_of_what_is_missing_is_told(tmp_path, marks, said):
+    """One value far away is no mark."""
+    text = "t,north,east\n" + "".join(f"{i},{-9999 if i in marks else 40 * i},{i}\n" for i in range(20))
+    recording = opened(tmp_path, text)
+    assert sum("north is -9999 m in" in each or "x is -9999 m in" in each for each in recording.warnings) == said
+    assert len(recording.warnings) == said
+
+
 @settings(max_examples=200)
 @given(st.lists(st.integers(0, 6), max_size=9))
 def test_as_few_times_as_possible_are_refused_and_the_later_ones(times):

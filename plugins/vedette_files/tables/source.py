@@ -26,6 +26,7 @@ from vedette_files.readers import (
     check_files,
     detections,
     find,
+    marks_missing,
     offer_sorting,
     offers_first,
     polar,
@@ -196,11 +197,10 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
 
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[str, str]) -> Iterator[str]:
-    """Yield the angles that are larger than a whole turn, in words; the scans wrap them."""
+    """Yield in words the angles that are larger than a whole turn, which the scans wrap, and marks of what is missing."""
     values = [np.array(look.value.returns).reshape(-1, len(reading.placed)) for look in looks]
-    for i, axis in enumerate(reading.placed.axes):
-        if axis.period is not None and values:
-            said = beyond_period(name, axis, np.concatenate(values)[:, i], units.get(axis.name, ""))
+    for axis, column in zip(reading.placed.axes, np.concatenate(values).T if values else (), strict=False):
+        for said in (beyond_period(name, axis, column, units.get(axis.name, "")), marks_missing(name, axis, column)):
             if said is not None:
                 yield said
 
