@@ -63,7 +63,7 @@ def _standing_out(image: Array, level: float, u: Array, box: Array) -> tuple[flo
     best: tuple[float, Array, Array] = (-np.inf, np.zeros(2), box)
     labels, _ = ndimage.label(image > level)
     half = 0.5 * (u[1] - u[0])
-    for number, place in enumerate(ndimage.find_objects(labels), 1):
+    for number, place in enumerate(filter(None, ndimage.find_objects(labels)), 1):
         ends = np.array([[u[along.start] - half, u[along.stop - 1] + half] for along in place[::-1]])
         if np.any(np.max(np.abs(ends), axis=1) > BEYOND * box + 1.0):
             continue

@@ -169,7 +169,7 @@ def _panel(outcome: Outcome, name: str, across: str, curves: Sequence[Curve], *,
     figure = study_figures()[name]
     if figure.expected is not None:
         title = "1 is expected"
-        drawn.append(_expected(curves[0].x.min(), curves[0].x.max()))
+        drawn.append(_expected(float(curves[0].x.min()), float(curves[0].x.max())))
     return Panel(title, across, figure.label, tuple(drawn), within=figure.within, log_across=log)
 
 

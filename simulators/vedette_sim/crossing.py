@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from attrs import frozen
@@ -88,7 +88,7 @@ class Crossing:
         times = np.union1d(life(self.appears, self.disappears, scan_times, duration), [self.time])
         angle = 2 * np.pi / self.count if self.angle is None else self.angle
         course = self.course + angle * np.arange(self.count)
-        first = {"vx": self.speed * np.cos(course), "vy": self.speed * np.sin(course), "x": 0.0, "y": 0.0}
+        first: dict[str, Any] = {"vx": self.speed * np.cos(course), "vy": self.speed * np.sin(course), "x": 0.0, "y": 0.0}
         x0 = np.empty((self.count, len(space)))
         for i, axis in enumerate(space.names):
             x0[:, i] = first[axis] if axis in first else rng.normal(*self.start[axis], self.count)

@@ -50,9 +50,9 @@ def without(played: Runs, lost: Mask) -> Runs:
     return evolve(played, looks={name: one.of(keep) for name, one in played.looks.items()}, **kept)
 
 
-def when_out(outside: Array, times: Array) -> str:
+def when_out(outside: Mask, times: Array) -> str:
     """Say since when, or when, something is out of its band."""
-    inside = np.flatnonzero(~outside.astype(bool))
+    inside = np.flatnonzero(~outside)
     since = 0 if not len(inside) else int(inside[-1]) + 1
     if since < len(times):
         return f" from {times[since]:g} s on" if since else " throughout"

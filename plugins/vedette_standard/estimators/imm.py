@@ -246,7 +246,7 @@ class Imm(Estimator[Modes]):
         extents = [
             mode.extent(part, sensor, detections, limit) for mode, part in zip(self.modes, belief.beliefs, strict=True)
         ]
-        return np.min([low for low, _ in extents], axis=0), np.max([high for _, high in extents], axis=0)
+        return np.minimum.reduce([low for low, _ in extents]), np.maximum.reduce([high for _, high in extents])
 
     def update(self, belief: Modes, innovation: Innovation, weights: Array) -> Modes:
         """Split the track's weights among the modes, and let each update its own."""

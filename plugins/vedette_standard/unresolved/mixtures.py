@@ -47,7 +47,7 @@ class Together:
         weight = np.sum(log_weight[close.pairs], axis=1)
         of = track[close.pairs]
         share = _shares(track, leaves, tracks, log_weight)
-        returns, found, masses = np.zeros(k), [], [np.zeros(0)]
+        returns, found, masses = np.zeros(k), [], list[Array]([np.zeros(0)])
         for members, pairs in _clusters(of, tracks, close.usable):
             at = np.flatnonzero(np.isin(owner, members))
             used = np.union1d(tracks.returns[at], close.returned(pairs))

@@ -78,7 +78,7 @@ def _of_noises(model: Model, sigmas: Array, paces: Array) -> Model:
     return evolve(model, sigmas=sigmas, sigmas_velocity=paces, common=np.full(len(sigmas), 1 / len(sigmas)))
 
 
-def _of_objects(paths: Paths, objects: Indices, speed: Array, model: Model) -> tuple[Array, Array, Array]:
+def _of_objects(paths: Paths, objects: Indices, speed: Array, model: Model) -> tuple[Array, Array, Indices]:
     """Return log-likelihoods (o, s) of objects; the mode probabilities (n, m) under the best noise of each row's object."""
     banked = bank(paths, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed)
     whose = np.repeat(objects, paths.lengths)
@@ -108,7 +108,7 @@ def _shared(paths: Paths, objects: Indices, speed: Array, model: Model) -> Model
             if np.abs(common - before).max() < SETTLED:
                 break
         kept = np.sort(np.argsort(-common)[:MOST_NOISES])
-        kept = kept[common[kept] >= min(LEAST_SHARE, common.max())]
+        kept = kept[common[kept] >= min(LEAST_SHARE, float(common.max()))]
         share = prob.mean(axis=0)
         modes = np.flatnonzero(share >= LEAST_SHARE)
         modes = np.union1d(modes, np.minimum(modes[-1] + 1, len(share) - 1))

@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 
 from vedette.config import build
 from vedette.roles import Associator
-from vedette.space import Array
+from vedette.space import Array, Indices, Mask
 from vedette.supporting import Birth, Lifecycle
 from vedette.testing.comparisons import Closed, demand, same
 from vedette.testing.law import Law
@@ -33,7 +33,7 @@ class Shown:
     cov: Array
     judged: Array
 
-    def part(self, rows: Array) -> Shown:
+    def part(self, rows: Indices | Mask) -> Shown:
         """Return that of some tracks."""
         return Shown(self.mean[rows], self.cov[rows], self.judged[rows])
 

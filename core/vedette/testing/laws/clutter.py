@@ -147,8 +147,8 @@ def false_returns_spread_as_stated(sensor: Sensor, drawn: Looks) -> None:
         if name in names:
             z[:, names.index(name)] = values + (float(getattr(sensor, name, 0.0)) if placed else 0.0)
     judged = False
-    for over, values in ways.items():
-        other = changed(sensor, {name: value for name, value in (limits | values).items() if name in known})
+    for over, way in ways.items():
+        other = changed(sensor, {name: value for name, value in (limits | way).items() if name in known})
         if other is None or over not in ("density", "area", "range"):
             continue
         judged = True

@@ -45,8 +45,8 @@ def any_gap_leaves_a_belief(estimator: Estimator[Any], drawn: Scene) -> None:
         H, P = sensor.H, moments.cov[..., where, :][..., where]
         S = H @ P @ np.swapaxes(H, -1, -2) + R
         spread = np.sqrt(np.diagonal(S, axis1=-2, axis2=-1))[..., :1, :]
-        z = sensor.measure(moments.mean[..., :1, where]) + spread * rng.standard_normal((2, 2, spread.shape[-1]))
-        z = sensor.measurement.canonical(z)
+        off = spread * rng.standard_normal((2, 2, spread.shape[-1]))
+        z = sensor.measurement.canonical(sensor.measure(moments.mean[..., :1, where]) + off)
         noise = frozen_copy(np.broadcast_to(R, (2, 2, *R.shape))) if stated else None
         scan = Detections(frozen_copy(z), np.ones((2, 2), dtype=bool), None, noise)
         found = estimator.evaluate(belief, sensor, scan, P_GATE)

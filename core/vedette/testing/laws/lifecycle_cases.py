@@ -57,9 +57,9 @@ def drawn(draw: st.DrawFn, lifecycle: Lifecycle, profile: Profile) -> Lives:
     rng = np.random.default_rng(seed)
     fate = rng.choice([0.0, 0.6, 0.6, 1.0], t)  # some are never detected, some always
     dt = dt * float(rng.choice([1.0, 1.0, 6.0]))
-    existence, hit = rng.random((s, t)) ** 0.5, (rng.random((s, t)) < fate) * rng.choice([1.0, 0.7], (s, t))
+    existence, hit = rng.random((s, t)) ** 0.5, np.where(rng.random((s, t)) < fate, rng.choice([1.0, 0.7], (s, t)), 0.0)
     p_detect, spread = rng.choice([0.0, 0.5, 0.9, 1.0], (s, t)), 10.0 ** rng.uniform(-1, 5, (s, t))
-    rows = [frozen_copy(array) for array in (existence, hit, p_detect, spread)]
+    rows = [frozen_copy(np.asarray(array, dtype=float)) for array in (existence, hit, p_detect, spread)]
     return Lives(frozen_copy(rng.uniform(0.05, 1.0, t)), rows[0], rows[1], rows[2], rows[3], rng.permutation(t), dt, later)
 
 
