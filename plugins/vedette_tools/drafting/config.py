@@ -12,6 +12,7 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
+from vedette_files.readers import OUT_OF_ORDER
 from vedette_files.tables.columnar import TablePath
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
@@ -83,13 +84,17 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     begun = process_time()
     table = read_table(path, use, wishes)
     recording = opened(table)
-    if any("is out of order" in problem.text for problem in recording.refused):
-        table = evolve(table, sort=True)
+    late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
+    if late:
+        told = f"no clock was set back, rows are to be sorted: {late}"
+        table = evolve(table, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
     rows = recording.rows["detections"]
-    if rows.refused > UNREAD * rows.total:
-        told = f"{rows.refused} of {rows.total} rows cannot be read, the first of them"
-        raise InputError(f"{table.path or path}: {told} {recording.refused[0]}")
+    if rows.refused:
+        told = f"{rows.refused} of {rows.total} rows cannot be read, the first of them {recording.refused[0]}"
+        if rows.refused > UNREAD * rows.total:
+            raise InputError(f"{table.path or path}: {told}")
+        table = evolve(table, assumed=(*table.assumed, told))
     best = gapless(likeliest(Reading.of(table, recording)))
     table = best.table if best.table.periods else table
     if table.third and (why := useless(best)):

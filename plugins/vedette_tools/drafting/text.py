@@ -123,7 +123,7 @@ def _lines(
             yield f"{name} = {toml_text.value(source[name])}"
     yield f"frame = {toml_text.value(table.frame)}  # where x and y point, and from which of them bearings run"
     if table.sort:
-        yield "sort = true  # the rows are not in the order of time"
+        yield "sort = true"
     if "origin" in notes:
         latitude, longitude, _ = notes["origin"].split(",")
         yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # the middle of the positions"

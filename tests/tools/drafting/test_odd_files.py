@@ -51,6 +51,24 @@ def test_digits_tell_errors_in_any_unit():
     assert found == pytest.approx({axis: step / 12**0.5 for axis, step in told.items()})
 
 
+@pytest.mark.parametrize(
+    ("clock", "told"),
+    [
+        (lambda t: f"2026-10-25 02:{(50 + t // 60) % 60:02d}:{t % 60:02d}", "no clock was set back"),
+        (lambda t: f"{23 + (t >= 600)}:{(50 + t // 60) % 60:02d}:{t % 60:02d}", "180 of 360 rows cannot be read"),
+    ],
+    ids=["an hour twice", "past 24:00:00"],
+)
+def test_a_draft_says_what_of_the_times_it_does_not_take_as_they_stand(clock, told, tmp_path):
+    """Where summer time ended three targets became six, and past 24:00:00 every row was refused, without a word."""
+    rng = np.random.default_rng(4)
+    start, pace = rng.uniform(-3000, 3000, (3, 2)), rng.normal(0, 6, (3, 2))
+    spots = [(10 * k, *(start[i] + 10 * k * pace[i] + rng.normal(0, 5, 2)).round(1)) for k in range(120) for i in range(3)]
+    rows = [(clock(t), x, y) for t, x, y in spots]
+    text = drafted(table(tmp_path / "d.csv", "time,x,y", rows)).text
+    assert told in text
+
+
 def in_minutes(degrees):
     whole, rest = divmod(degrees, 1)
     return f"{whole:.0f} {60 * rest:.5f} N"
