@@ -78,9 +78,12 @@ def annotated(folder: Path, experiment: Experiment, result: Result) -> list[str]
 
 
 def _levels(scans: Sequence[Scan]) -> tuple[float, float]:
-    """Return the counts shown as black and white: between them lie 99 % of the pixels of some twenty frames."""
-    some = scans[:: max(1, len(scans) // 20)]
-    counts = np.concatenate([np.asarray(scan.frame.pixels, dtype=float).ravel() for scan in some if scan.frame is not None])
+    """Return the counts shown as black and white: between them lie 99 % of the pixels of some twenty frames, of large ones
+    of every few.
+    """
+    some = [scan.frame.pixels for scan in scans[:: max(1, len(scans) // 20)] if scan.frame is not None]
+    every = 1 + some[0].shape[1] // WIDE
+    counts = np.concatenate([pixels[::every, ::every].astype(float).ravel() for pixels in some])
     known = counts[np.isfinite(counts)]
     if not len(known):
         return 0.0, 1.0

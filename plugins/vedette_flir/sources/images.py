@@ -61,15 +61,16 @@ def grey_of(image: NDArray[Any], grey: str = "luminance") -> Grey:
         return image
     if image.shape[2] not in (1, 3, 4):
         raise ValueError(f"must have one channel, or three of a colour, got {image.shape[2]}")
-    image = image[..., :3]
-    middle = image[..., image.shape[2] // 2]
-    apart = max(int(np.max(np.maximum(each, middle) - np.minimum(each, middle))) for each in np.moveaxis(image, 2, 0))
+    cv2 = opencv()
+    channels = cv2.split(image)[:3]
+    middle: Grey = channels[len(channels) // 2]
+    apart = max(int(cv2.norm(each, middle, cv2.NORM_INF)) for each in channels)
     if apart > ALIKE:
         if grey == "equal":
             raise ValueError(f"is in colour: its channels differ by up to {apart} counts; say by `grey` how to convert it")
-        levels: Grey = np.rint(image @ np.array(WEIGHTS[grey])).astype(image.dtype)
+        levels: Grey = np.rint(image[..., :3] @ np.array(WEIGHTS[grey])).astype(image.dtype)
         return levels
-    return np.ascontiguousarray(middle)
+    return middle
 
 
 @frozen(eq=False)
