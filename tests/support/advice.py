@@ -108,18 +108,19 @@ def advised(config: Mapping[str, Any], said: str) -> dict[str, Any] | None:
     if told := re.search(r"states ([\d.e+-]+) false returns a scan[^,]*, and ([\d.e+-]+)[^.]*? come", said):
         radar["clutter_density"] *= max(float(told[2]) - 4 * DETECTED * ("beside" in said), 0.1) / float(told[1])
         return new
-    hints = Counter(re.findall(r"likely (.*)", said)).most_common(1)
+    hints = re.findall(r"likely (.*)", said)
     if not hints:
         return None
-    hint = hints[0][0]
+    hint = Counter(re.sub(r"[\d.]+ times", "times", each) for each in hints).most_common(1)[0][0]
     if "P_D is" in hint:
         rows = [
             float(share)
             for share in re.findall(r"^ship .* (\d\.\d+) +[\d.]+ +[+-][\d.]+ +(?:-|[\d.]+ \w+)$", said, re.MULTILINE)
         ]
         radar["detection_probability"] = min(radar["detection_probability"] * float(np.mean(rows)), 0.99)
-    elif alike := re.match(r"R, or R and Q alike, ([\d.]+) times too (small|large)", hint):
-        factor = np.sqrt(float(alike[1])) ** (1 if alike[2] == "small" else -1)
+    elif alike := re.match(r"R, or R and Q alike, times too (small|large)", hint):
+        sizes = re.findall(rf"likely R, or R and Q alike, ([\d.]+) times too {alike[1]}", said)
+        factor = np.sqrt(np.median(np.array(sizes, dtype=float))) ** (1 if alike[1] == "small" else -1)
         motion["sigma_accel"] *= factor
         radar |= {key: radar[key] * factor for key in noises}
     elif hint.startswith("Q is"):
