@@ -15,6 +15,8 @@ _DATE = re.compile(
 _DAY = re.compile(r"\d{1,4}(?P<between>[./-])(\d{1,2}|[A-Za-z]{3})(?P=between)\d{1,4}(T00:00:00)?")
 _OF_DAY = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?( ?[APap][Mm])?Z?")
 
+_HOURS_AND_MINUTES = re.compile(r"\d\d:\d\d")
+
 ENOUGH = 0.9
 """Such a part of the cells are read by a pattern that counts."""
 
@@ -30,12 +32,14 @@ def is_time_of_day(cell: str) -> bool:
 
 
 def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
-    """Return the pattern of dates and what was assumed of it; twice "" if the cells are no dates, or by ISO 8601.
+    """Return the pattern of dates and what was assumed of it; "" if the cells are no dates, or by ISO 8601.
 
     Of day and month, the day comes first, beside AM and PM the month, unless its place holds numbers above 12, or times then
     go back more often or span more: rows stand in the order of time, within days rather than months.
     """
     given = [cell.strip() for cell in cells if cell.strip()]
+    if given and all(_HOURS_AND_MINUTES.fullmatch(cell) for cell in given):
+        return "", "times are hours and minutes; write minutes and seconds as 00:59:59"
     if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
         return "", ""
     between, whole = parts["between"], len(parts["first"]) == 4

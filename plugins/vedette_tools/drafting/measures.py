@@ -15,6 +15,9 @@ from vedette_tools.drafting.titles import Meaning
 MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons; so many that are equal are none."""
 
+DAYS = ((2e4, 8e4), (7.1e5, 7.7e5), (2.43e6, 2.49e6))
+"""Days of 1945 to 2106 as spreadsheets count them or modified Julian dates, as MATLAB does, and Julian dates."""
+
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
 
@@ -77,8 +80,8 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
             assumed.append(f"{time.title} counts {unit} since 1970")
             return unit
     apart = np.diff(np.unique(values))
-    if 2e4 < size < 8e4 and len(apart) and float(np.median(apart)) < 1e-3:
-        assumed.append(f"{time.title} counts days, as spreadsheets do")
+    if any(least < size < most for least, most in DAYS) and len(apart) and float(np.median(apart)) < 1e-3:
+        assumed.append(f"{time.title} counts days")
         return "86400 s"
     if np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
         assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")

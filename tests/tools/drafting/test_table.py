@@ -108,11 +108,23 @@ def test_heights_that_hardly_anything_reaches_in_metres_are_in_feet(tmp_path, ti
         ("1700000000000", "1700000000500", "ms"),
         ("1700000000000000", "1700000000500000", "us"),
         ("1700000000000000000", "1700000000500000000", "ns"),
+        ("46082.5", "46082.50002", "86400 s"),
+        ("61100.5", "61100.50002", "86400 s"),
+        ("740042.5", "740042.50002", "86400 s"),
+        ("2461101.0", "2461101.00002", "86400 s"),
+        ("740042.5", "740043.5", ""),
         ("08:00:00", "08:00:01", ""),
     ],
 )
 def test_the_unit_of_times_by_their_size(tmp_path, first, second, unit):
     assert table(tmp_path, f"t;x;y\n{first};1;2\n{second};1;2\n").time_unit == unit
+
+
+def test_minutes_and_seconds_are_told_from_hours_and_minutes(tmp_path):
+    """They are the same to the eye: 59:58 is an error, 09:54 was ten hours of a run of ten minutes, in silence."""
+    (said, *_) = table(tmp_path, "time,x,y\n09:52,1,2\n09:54,1,2\n").said
+    assert said == "times are hours and minutes; write minutes and seconds as 00:59:59"
+    assert not any("minutes" in each for each in table(tmp_path, "time,x,y\n00:09:52,1,2\n00:09:54,1,2\n").said)
 
 
 def test_several_sensors_are_told_apart(tmp_path):
