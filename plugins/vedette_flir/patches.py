@@ -87,12 +87,16 @@ def similarity(image: Array, patch: Array, mask: Array) -> Array:
     from scipy.fft import irfft2, next_fast_len, rfft2
 
     (n, m), p = image.shape, patch.shape[-1]
-    count, size = mask.sum(), tuple(next_fast_len(side, real=True) for side in (n, m))
+    count = mask.sum()
     kernel = mask * (patch - (mask * patch).sum(axis=(-1, -2), keepdims=True) / count)
-    near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
-    rows, columns = slice(0, n - p + 1), slice(0, m - p + 1)
-    total, square = irfft2(near * seen, size)[:, rows, columns]
-    product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., rows, columns]
+    if n == m == p:  # one place
+        total, square, product = ((each * image).sum(axis=(-1, -2), keepdims=True) for each in (mask, mask * image, kernel))
+    else:
+        size = tuple(next_fast_len(side, real=True) for side in (n, m))
+        near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
+        rows, columns = slice(0, n - p + 1), slice(0, m - p + 1)
+        total, square = irfft2(near * seen, size)[:, rows, columns]
+        product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., rows, columns]
     energy = np.maximum(square - total * total / count, 0.0)
     energy_of_patch = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
     found: Array = 2.0 * product / np.maximum(energy + energy_of_patch, 1e-12)

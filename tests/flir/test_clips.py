@@ -234,6 +234,7 @@ def test_patches():
     centred_patch, centred_window = (a - np.sum(mask * a) / mask.sum() for a in (patch, window))
     parts = np.sum(mask * centred_patch**2) + np.sum(mask * centred_window**2)
     assert likeness[2, 3] == pytest.approx(2 * np.sum(mask * centred_patch * centred_window) / parts, abs=1e-9)
+    np.testing.assert_allclose(similarity(window, patch, mask), likeness[2:3, 3:4], atol=1e-12)  # of one place alone
     assert likeness[5, 7] == pytest.approx(2 * 3 / (1 + 9), abs=1e-9)  # the same shape, three times as strong
     assert similarity(image, image[5:13, 7:15] + 2.0, mask)[5, 7] == pytest.approx(1.0, abs=1e-9)
     assert peak(likeness)[:2] == (5, 7)
