@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.table import digits, grid, quotient, verdict
+from benchmarks.table import digits, grid, quotient, verdict, write
 from benchmarks.whole_jobs import EKF, IMM, UKF, Run, five_vessels, one_object, one_track
 from benchmarks.whole_jobs.five_vessels import SCANS, watch
 
@@ -205,18 +205,12 @@ def report(found: list[Found]) -> str:
     return "\n\n".join(part for part in parts if part)
 
 
-def write(text: str, page: Path) -> None:
-    """Put `text` between the markers of a page."""
-    before, _, rest = page.read_text().partition(BEGIN)
-    page.write_text(f"{before}{BEGIN}\n\n{text}\n\n{END}{rest.partition(END)[2]}")
-
-
 def table(words: str = "", rounds: int = 7, to: Path | None = None) -> str:
     """Measure the jobs whose title has these words; return the tables, and write them into a page if one is given."""
     chosen = [job for job in JOBS if words.lower() in job.title.lower()]
     text = report([measure(job, rounds) for job in chosen]) if chosen else ""
     if to is not None and text:
-        write(text, to)
+        write(text, to, BEGIN, END)
     return text
 
 
