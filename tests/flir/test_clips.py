@@ -83,6 +83,7 @@ def test_the_command_leaves_figures_a_track_and_pictures(tmp_path, capsys):
     assert found["lost"] == 0.0
     assert found["centre_error_median_px"] <= found["centre_error_p90_px"] < 1.5
     assert found["ms_per_frame"] > 0
+    assert f"overlap            {found['overlap']:.3g}: " in (tmp_path / "out" / "summary.txt").read_text()
     rows = (tmp_path / "out" / "tracks.csv").read_text().splitlines()
     assert len(rows) == 21
     assert (tmp_path / "out" / "strip.png").stat().st_size > 10_000

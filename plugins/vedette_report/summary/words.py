@@ -13,6 +13,7 @@ from vedette.units import say
 from vedette_files import Terms, utc
 from vedette_report.columns import rows
 from vedette_report.figures import count, length_unit, unused
+from vedette_report.pixels import pixel_figures
 from vedette_report.registration import registered
 from vedette_report.series.traces import Bands, Judged
 from vedette_report.summary.ratios import RATIO, ratios
@@ -45,7 +46,9 @@ def summary(experiment: Experiment, result: Result, score: Score, bands: Bands |
         few = ", too few for parts in % to say much" if score.scans < ENOUGH else ""
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
-        told = ((name, text) for name, text in against_truth(experiment, score, unit) if not (brief and name in _MORE))
+        told = [(name, text) for name, text in against_truth(experiment, score, unit) if not (brief and name in _MORE)]
+        if (overlap := pixel_figures(result.tracks, result.recording.truth).get("overlap")) is not None:
+            told.append(("overlap", f"{overlap:.3g}: intersection over union of the track's and the true box"))
         lines += [*rows(told), "", *objects(score, unit, FEW if brief else MOST_OBJECTS)]
     elif score.false_tracks is not None:
         told_false = rows([("false tracks", f"{score.false_tracks:.3g} at a time")])
