@@ -86,7 +86,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     recording = opened(table)
     late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
     if late:
-        told = f"no clock was set back, rows are to be sorted: {late}"
+        told = f"rows go back in time and are sorted, no clock was set back: {late}"
         table = evolve(table, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
     rows = recording.rows["detections"]
