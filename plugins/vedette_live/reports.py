@@ -12,11 +12,10 @@ from vedette.tracking import State
 from vedette_live.config import Service
 
 
-def report_of(service: Service, state: State, time: float | None = None) -> TrackReport:
-    """Return the tracks of a state, predicted to `time` if that is given."""
+def report_of(service: Service, state: State) -> TrackReport:
+    """Return the tracks of a state."""
     tracker, origin = service.experiment.tracker, service.parts.service.origin
-    at = state.time if time is None else max(time, state.time)
-    estimate = tracker.estimate(state) if at == state.time else tracker.estimate(state, at)
+    estimate = tracker.estimate(state)
     geodetic = None
     if origin is not None:
         names = [axis.name for axis in tracker.state.axes]
@@ -27,7 +26,7 @@ def report_of(service: Service, state: State, time: float | None = None) -> Trac
             return origin.from_plane(east, north, up[0] if up else None)
 
     known = (state.ids, estimate.mean, estimate.cov, state.existence, state.confirmed)
-    return TrackReport(state.steps, at, tracker.state, *known, geodetic)
+    return TrackReport(state.steps, state.time, tracker.state, *known, geodetic)
 
 
 def chosen(report: TrackReport, rows: Any) -> TrackReport:

@@ -64,7 +64,7 @@ SHIP: dict[str, Any] = {
 }
 
 
-def manoeuvres(reference: str = "truth") -> dict[str, Any]:
+def manoeuvres() -> dict[str, Any]:
     """Return a scene like MANV: two boats that manoeuvre and cross, 6 m a pixel, 1,000 frames of which 24 were lost."""
     return {
         "kind": "radar_pictures_scene",
@@ -74,7 +74,7 @@ def manoeuvres(reference: str = "truth") -> dict[str, Any]:
         "lost": 24,
         "sea": {"shape": 2.0, "level": 1.0, "seconds": 6.2},
         "buoys": [{"at": [-1000.0, 1900.0]}, {"at": [1700.0, -700.0]}],
-        "reference": reference,
+        "reference": "truth",
     }
 
 

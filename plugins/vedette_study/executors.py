@@ -19,6 +19,9 @@ from vedette_report.provenance import identity, kinds_in
 from vedette_study.execution import KEPT
 from vedette_study.plan import Plan
 
+PATIENCE = 10.0
+"""Seconds within which a scheduler must answer."""
+
 WAIT = 600.0
 """Seconds for which a study waits for workers, by default: what a queue or an adaptive cluster may take to start some."""
 
@@ -57,14 +60,14 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def cluster(plan: Plan, code: Code, scheduler: Any, seconds: float = 10.0) -> Iterator[tuple[Executor, Width]]:
+def cluster(plan: Plan, code: Code, scheduler: Any) -> Iterator[tuple[Executor, Width]]:
     """Connect to the workers of a Dask cluster, by its scheduler's address or a `distributed.Client`.
 
     Workers that are there are asked first whether they can build every point of the plan, with the same code; those that
     join later are asked with each chunk. ConfigError if the scheduler does not answer or a worker lacks something.
     """
     given = not isinstance(scheduler, str)
-    client = scheduler if given else _client(scheduler, seconds)
+    client = scheduler if given else _client(scheduler)
     address = client.scheduler.address if given else scheduler
     with _told_here():
         try:
@@ -78,16 +81,16 @@ def cluster(plan: Plan, code: Code, scheduler: Any, seconds: float = 10.0) -> It
 
 
 @contextmanager
-def dask_client(address: str, seconds: float = 10.0) -> Iterator[Executor]:
+def dask_client(address: str) -> Iterator[Executor]:
     """Give the workers of a Dask cluster by its scheduler's address; ConfigError if none answers there."""
-    client = _client(address, seconds)
+    client = _client(address)
     try:
         yield client.get_executor(pure=False)
     finally:
         client.close()
 
 
-def _client(address: str, seconds: float) -> Any:
+def _client(address: str) -> Any:
     """Return a client of the scheduler at an address; ConfigError if none answers."""
     try:
         import distributed
@@ -96,8 +99,8 @@ def _client(address: str, seconds: float) -> Any:
     dask: Any = distributed
     try:
         with ThreadPoolExecutor(1) as aside:  # this thread may run an event loop; a failed client would linger
-            aside.submit(asyncio.run, _knock(address, seconds)).result()
-        return dask.Client(address, timeout=seconds, set_as_default=False)
+            aside.submit(asyncio.run, _knock(address)).result()
+        return dask.Client(address, timeout=PATIENCE, set_as_default=False)
     except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
         raise ConfigError([Problem("--scheduler", text)]) from None
@@ -126,14 +129,14 @@ def _told_here() -> Iterator[None]:
             logger.setLevel(level)
 
 
-async def _knock(address: str, seconds: float) -> None:
+async def _knock(address: str) -> None:
     """Raise an error if no Dask process answers in time."""
     import distributed
     from distributed import comm
 
     dask: Any = comm
     options = cast(Any, distributed).Security().get_connection_args("client")  # TLS, where Dask's configuration asks for it
-    line = await asyncio.wait_for(dask.connect(address, timeout=seconds, **options), seconds)
+    line = await asyncio.wait_for(dask.connect(address, timeout=PATIENCE, **options), PATIENCE)
     line.abort()
 
 

@@ -111,10 +111,10 @@ class PpiRadar:
         power: Array = 10.0 ** (self.echo / 10.0) * (np.maximum(ranges, 10.0) / 1000.0) ** -4
         return power
 
-    def add_points(self, power: Float32, azimuths: Array, ranges: Array, strengths: Array, widen: float = 1.0) -> None:
-        """Add points' echoes (n,) to power (azimuths, range bins), with a beam `widen` times as wide."""
+    def add_points(self, power: Float32, azimuths: Array, ranges: Array, strengths: Array) -> None:
+        """Add points' echoes (n,) to power (azimuths, range bins)."""
         across, along = self.spread
-        rows, i = _window(azimuths * (self.azimuths / (2.0 * np.pi)) - 0.5, across * widen)
+        rows, i = _window(azimuths * (self.azimuths / (2.0 * np.pi)) - 0.5, across)
         columns, j = _window(ranges / self.cell - 0.5, along)
         echoes = strengths[:, None, None] * rows[:, :, None] * columns[:, None, :]
         i, j = np.broadcast_arrays((i % self.azimuths)[:, :, None], j[:, None, :])

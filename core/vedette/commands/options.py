@@ -11,11 +11,11 @@ from vedette.errors import ConfigError, Problem
 Read = TypeVar("Read")
 
 
-def add_config(parser: ArgumentParser, changed: str = "the config", *, optional: bool = False) -> None:
+def add_config(parser: ArgumentParser, *, optional: bool = False) -> None:
     """Add CONFIG, and --set for it."""
     about = "a TOML, YAML or JSON file that describes tracker and source"
     parser.add_argument("config", metavar="CONFIG", nargs="?" if optional else None, help=about)
-    add_overrides(parser, changed)
+    add_overrides(parser, "the config")
 
 
 def add_overrides(parser: ArgumentParser, changed: str) -> None:

@@ -160,7 +160,6 @@ def is_derivative(
     stated: Array,
     x: Array,
     step: Array,
-    what: str = "jacobian",
 ) -> None:
     """Raise Broken unless `stated` (m, n) is the derivative of `function` at x (n,); not judged where there is none.
 
@@ -180,7 +179,7 @@ def is_derivative(
         if not np.any(bad):
             return
     i, j = np.argwhere(bad)[0]
-    raise Broken(f"{what}[{i}, {j}]: must be the derivative {slope[i, j]:.9g}, got {stated[i, j]:.9g}")
+    raise Broken(f"jacobian[{i}, {j}]: must be the derivative {slope[i, j]:.9g}, got {stated[i, j]:.9g}")
 
 
 def _short(values: Array) -> str:

@@ -71,7 +71,7 @@ def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, 
     return kernels.symmetric(cov)
 
 
-def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = (), scale: float = 0.02) -> Gaussian:
+def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = ()) -> Gaussian:
     """Draw beliefs around states of a quarter of the usual size: mean (*batch, n), cov (*batch, n, n)."""
     mean = space.canonical(0.25 * sizes(space) * rng.standard_normal((*batch, len(space))))
-    return Gaussian(mean, random_covariance(space, rng, batch, scale))
+    return Gaussian(mean, random_covariance(space, rng, batch))

@@ -227,9 +227,9 @@ def _spread(times: Array, held: Mask, every: float) -> list[int]:
     return chosen
 
 
-def ellipses(mean: Array, cov: Array, corners: int = 48) -> Array:
-    """Return the lines that hold 95 % of Gaussians in the plane: (t, 2), (t, 2, 2) -> (t, corners, 2)."""
-    angle = np.linspace(0.0, 2.0 * np.pi, corners)
+def ellipses(mean: Array, cov: Array) -> Array:
+    """Return the lines that hold 95 % of Gaussians in the plane: (t, 2), (t, 2, 2) -> (t, 48, 2)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, 48)
     circle = np.sqrt(ELLIPSE) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     size, axis = np.linalg.eigh(cov)
     root = axis * np.sqrt(np.maximum(size, 0.0))[..., None, :]

@@ -52,7 +52,6 @@ def stream(
     experiment: Experiment,
     folder: Path,
     *,
-    strict: bool = False,
     progress: Progress = silent,
     steps: Steps | None = None,
     shown: Shown | None = None,
@@ -74,7 +73,7 @@ def stream(
     replaces = () if former is None else (former.place, *former.beside)
     with results_in(folder, reads, NAMES, replaces) as results:
         write_config(results.place, experiment)
-        steps = experiment.steps(strict=strict, progress=progress) if steps is None else steps
+        steps = experiment.steps(strict=False, progress=progress) if steps is None else steps
         return _written(experiment, results, steps, shown, former, lag)
 
 

@@ -47,9 +47,9 @@ class Fit:
         rest = self.mean + D @ turns
         return float(np.sum(weight * rest**2)), turns, np.sqrt(np.diagonal(back @ self.noise @ back.T))
 
-    def small(self, mean: Array | None = None) -> bool:
+    def small(self) -> bool:
         """Whether nothing is off by more than chance."""
-        return bool(np.all(np.abs(self.mean if mean is None else mean) <= self.doubt))
+        return bool(np.all(np.abs(self.mean) <= self.doubt))
 
 
 def _moments(played: Runs) -> tuple[Array, list[str]]:
