@@ -10,6 +10,7 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
+from vedette_flir.annotation import _enlarged
 from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity
 from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
@@ -266,6 +267,11 @@ def test_pixel_figures():
     small = Trajectory("t", BOX, times, np.column_stack([true[:, :2], np.full((20, 2), 20.0)]))
     assert pixel_figures([track], [small])["lost"] == 1.0
     assert pixel_figures([], [truth]) == {}
+
+
+@pytest.mark.parametrize(("shape", "side"), [((256, 320), 120), ((1024, 1280), 320), ((2160, 3840), 720)])
+def test_a_small_target_is_enlarged_by_what_the_frame_has_room_for(shape, side):
+    assert _enlarged(np.zeros((*shape, 3), np.uint8), 1, np.array([50.0, 60.0])).shape == (side, side, 3)
 
 
 @pytest.mark.costly
