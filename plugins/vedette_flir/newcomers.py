@@ -22,7 +22,7 @@ UNKNOWN = 3.0
 
 UNMOVED = 0.15
 """What it says in a frame against a thing that was never taken for a target that it still is where it was first seen, in
-logarithms: it is given up after about a second.
+logarithms.
 """
 
 SURE = 0.83

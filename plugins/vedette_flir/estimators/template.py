@@ -57,7 +57,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     distance from the prediction, s = 2 cov / (var + var) the similarity of contrast to template and first template: it falls
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
     log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 40 (s / limit - 1) below the limit: a weak match
-    is a miss, and the track coasts while its covariance, and so the area searched, grows.
+    is a miss, and the track coasts while its covariance, and so the area searched, grows. Where a held target is, `margin`
+    sizes around it say, as what stands beside a slow one holds its template; whether it is there, more.
     Whether the target is there at all is judged for itself, by what stands out (`vedette_flir.evidence`). While existence is
     below one half, and where the scene changes, the whole frame is searched, at other sizes too.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
@@ -100,7 +101,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     )
     cells: int = fields.integer("side of the template's grid", default=36, at_least=8, at_most=128)
     search: int = fields.integer("cells searched to each side, at most", default=40, at_least=3, at_most=128)
-    margin: float = fields.quantity("1", "side of the template over that of the target", default=1.6, at_least=0.5)
+    margin: float = fields.quantity("1", "side of what says where a held target is over its own", default=1.3, at_least=0.5)
     opening: float = fields.quantity(
         "1", "side of the structures that are taken out over that of the target", default=2.5, at_least=1
     )
@@ -173,12 +174,15 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         past: Array,
     ) -> Match[TemplateAppearance]:
         """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
-        by, box_at, where = self._matcher, where, where + appearance.offset
+        by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         appearance, cut = self._with_scene(appearance, pixels)
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
-        here = by.look(pixels, np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0), near, appearance, where, W)
+        at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
+        here = (self._matcher if existence > LOST else by).look(pixels, at, near, appearance, where, W)
+        if existence > LOST:
+            here = evolve(by.look(pixels, here.place, 0, appearance), place=here.place, shown=here.shown)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
         ratio = held_ratio(here.likeness, here.margin) + standing

@@ -17,6 +17,11 @@ from vedette_flir.spots_in_frame import spots
 BRIGHTEST = 1.5
 """Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
 
+WIDE = 1.6
+"""Side of the template over that of the target, at least, where it says whether the target is there, or where a lost one is:
+more of what is around tells places apart.
+"""
+
 BESIDE = 1.5
 """How far around the expected place other places are looked at, over the target's size."""
 
@@ -94,11 +99,15 @@ class Matcher:
     opening: float
     small: float
 
+    def widened(self) -> Matcher:
+        """Return the matcher that compares all that the grid holds."""
+        return evolve(self, margin=max(self.margin, WIDE))
+
     def grid(self, size: Array) -> tuple[float, Array, Array]:
         """Return the step in px, the target's size in cells, and the template's mask."""
-        wide = self.margin * np.maximum(size, 3.0) + 2.0
-        step = max(1.0, float(np.max(wide)) / self.cells)
-        return step, size / step, mask_of(wide / step, self.cells)
+        sides = np.maximum(size, 3.0)
+        step = max(1.0, float(np.max(max(self.margin, WIDE) * sides + 2.0)) / self.cells)
+        return step, size / step, mask_of((self.margin * sides + 2.0) / step, self.cells)
 
     def apart(
         self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], sign: float
