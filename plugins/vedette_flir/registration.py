@@ -13,10 +13,12 @@ from vedette import Array, Mask
 from vedette_flir.sources.images import one_thread, opencv
 
 REACH = 0.25
-"""Largest shift that is believed, as a part of each side: beyond it two frames have too little in common."""
+"""Largest shift of an edge of the frame that is believed, as a part of each side: beyond it two frames have too little in
+common.
+"""
 
 NEAR = 0.5
-"""Part of REACH up to which a shift is measured against the same frame, so that the errors of slow turns do not add up."""
+"""Part of REACH up to which a turn is measured against the same frame, so that the errors of slow turns do not add up."""
 
 BLUR = 1.5
 """Pixels over which frames are smoothed: noise makes shifts too small, and a camera's fixed pattern none."""
@@ -24,9 +26,10 @@ BLUR = 1.5
 BLOCKS, STRONG = 8, 0.05
 """Blocks along each side, one corner of each is followed; how strong it is at least, over the eighth strongest."""
 
-AGREE, UNEVEN, FEWEST, SHARE, SPREAD = 1.0, 0.1, 5, 0.3, 0.4
-"""Pixels within which corners agree, and the part of their shift, which roll and zoom make uneven; how many must, and which
-share of all; the part of a side over which they are spread, so that they are no target's. By hand.
+AGREE, UNEVEN, MORE, FEWEST, SHARE, SPREAD = 1.0, 0.1, 1.2, 5, 0.3, 0.4
+"""Pixels within which corners agree, and the part of their shift, as what is near shifts more; how many times as many must
+agree on a roll or a zoom as on a shift: else errors would roll the camera, little by little; how many must at least, and
+which share of all; the part of a side over which they are spread, so that they are no target's. By hand.
 """
 
 STANDS, TURNS, UNLIKE, CLEAR = 0.5, 2.0, 3.0, 9.0
@@ -49,45 +52,48 @@ class Registration:
 
     Corners spread over a frame before it, one of each block, are found again (Lucas, Kanade, An iterative image registration
     technique, IJCAI 1981; Shi, Tomasi, Good features to track, CVPR 1994); the camera has turned as most of them say that
-    agree, so that a target is outvoted. What is written into the frames, text or a cross-hair, stands in them however the
-    camera turns: where corners stand and others agree on a turn, faint ones too, pixels tell which is the scene (`written`).
-    Where too few agree, as over plain sky or after a cut, the camera counts as standing still. `agreed`: the share of
-    corners that did, last time; where they are noise's, few do.
+    agree, so that a target is outvoted: on a shift or, where far more do, on a roll and zoom, too (RANSAC: Fischler, Bolles,
+    CACM 24, 1981). These leave the frame's middle where it is, whose place counts. What is written into the frames, text or
+    a cross-hair, stands in them however the camera turns: where corners stand and others agree on a turn, faint ones too,
+    pixels tell which is the scene (`written`). Where too few agree, as over plain sky or after a cut, the camera counts as
+    standing still. `agreed`: the share of corners that did, last time; where they are noise's, few do.
     """
 
     agreed: float = 0.0
-    _corner: Array = field(factory=lambda: np.zeros(2))
     _past: NDArray[np.uint8] | None = None
     _levels: tuple[float, float] = (0.0, 1.0)
     _points: NDArray[np.float32] = field(factory=lambda: np.zeros((0, 2), np.float32))
-    _at: Array = field(factory=lambda: np.zeros(2))
+    _at: Array = field(factory=lambda: np.eye(3))  # from pixels of the frame that is followed to those of the first
+    _turn: Array = field(factory=lambda: np.eye(3))  # from pixels of the frame that is followed to those of the last
     _strong: int = 0
     _text: Mask = field(factory=lambda: np.zeros((1, 1), dtype=bool))
     _written: Mask = field(factory=lambda: np.zeros((1, 1), dtype=bool))
 
     def take(self, pixels: NDArray[Any]) -> Array:
         """Return the place of the first pixel (2,) of the next frame (h, w), x and y in px."""
-        if not np.isfinite(pixels).all():  # a frame that could not be read
-            return self._corner
-        with one_thread():
-            image = opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR)
-            if self._past is not None and self._past.shape != image.shape:
-                raise ValueError(f"frame: {image.shape} px, but the frames before have {self._past.shape}")
-            moved = self._moved(image)
-            if moved is not None:
-                self._corner = self._at - moved
-            if moved is None or np.max(np.abs(moved) / np.array(image.shape[::-1])) > NEAR * REACH:
-                if moved is not None and self._past is not None and self._text.any():
-                    self._text &= ~written(self._past, self._shown(image), np.rint(moved).astype(int))[1]
-                    self._written = around(self._text)
-                self._follow(image)
-        return self._corner
+        middle = 0.5 * (np.array(pixels.shape[::-1]) - 1.0)
+        if np.isfinite(pixels).all():  # else it could not be read
+            with one_thread():
+                self._register(opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR))
+        return np.asarray(applied(self._at @ np.linalg.inv(self._turn), middle) - middle)
+
+    def _register(self, image: NDArray[np.float32]) -> None:
+        if self._past is not None and self._past.shape != image.shape:
+            raise ValueError(f"frame: {image.shape} px, but the frames before have {self._past.shape}")
+        turn = self._turned(image)
+        if turn is not None:
+            self._turn = turn
+        if turn is None or shift(turn, image.shape) > NEAR * REACH:
+            if turn is not None and self._past is not None and self._text.any():
+                self._text &= ~written(self._past, self._shown(image), turn)[1]
+                self._written = around(self._text)
+            self._follow(image)
 
     def _follow(self, image: NDArray[np.float32]) -> None:
-        """Follow the corners of a frame, whose first pixel lies at the last place, from now on."""
+        """Follow the corners of a frame, the last, from now on."""
         low, high = np.percentile(image[::4, ::4], (1, 99))  # smoothed: by noise a slope's level would move
         self._levels = float(low), max(float(high - low), 1e-9)
-        self._past, self._at = self._shown(image), self._corner
+        self._past, self._at, self._turn = self._shown(image), self._at @ np.linalg.inv(self._turn), np.eye(3)
         self._text, self._written = (mask | np.zeros(image.shape, dtype=bool) for mask in (self._text, self._written))
         strong, faint = corners(self._past, self._written)
         self._points, self._strong = np.concatenate([strong, faint]), len(strong)
@@ -97,62 +103,87 @@ class Registration:
         low, span = self._levels
         return np.asarray(np.clip((image - low) * (255.0 / span), 0.0, 255.0).astype(np.uint8))
 
-    def _moved(self, image: NDArray[np.float32]) -> Array | None:
-        """Return by how much the picture has moved (2,) since the frame that is followed; None if too few corners agree."""
+    def _turned(self, image: NDArray[np.float32]) -> Array | None:
+        """Return how the picture has turned (3, 3) since the frame that is followed; None if too few corners agree."""
         self.agreed, past = 0.0, self._past
         if past is None or self._strong < FEWEST:
             return None
         now = self._shown(image)
-        guess = self._points + (self._at - self._corner).astype(np.float32)
+        guess = applied(self._turn, self._points).astype(np.float32)
         found, good, _ = opencv().calcOpticalFlowPyrLK(past, now, self._points, guess, **FLOW)
-        good, shifts = good.ravel() > 0, (found - self._points).astype(float)
-        stands = good & (np.max(np.abs(shifts), axis=1) < STANDS)
-        side = np.array(now.shape[::-1])
-        if stands.sum() >= FEWEST and (turns := agreeing(self._points, shifts, good & ~stands, side)) is not None:
-            stays, goes = written(past, now, np.rint(np.median(shifts[turns], axis=0)).astype(int))
+        good, side = good.ravel() > 0, np.array(now.shape[::-1])
+        stands = good & (np.max(np.abs(found - self._points), axis=1) < STANDS)
+        others = similarity(self._points, found, good & ~stands, side) if stands.sum() >= FEWEST else None
+        if others is not None:
+            stays, goes = written(past, now, others[0])
             self._text = self._text & ~goes | stays
             self._written = around(self._text)
             free = ~self._written[tuple(self._points.astype(int).T[::-1])]
             if stays.any():
-                self._points, shifts, good, self._strong = self._points[free], shifts[free], good[free], int(free.sum())
+                self._points, found, good, self._strong = self._points[free], found[free], good[free], int(free.sum())
         first = np.arange(len(good)) < self._strong
-        agree = agreeing(self._points, shifts, good & first, side, self._strong)
-        if agree is None:
+        told = similarity(self._points, found, good & first, side, self._strong)
+        if told is None:
             return None
+        turn, agree = told
         self.agreed = float(agree.sum() / self._strong)
-        moved = refined(past, now, self._points[agree], np.rint(np.median(shifts[agree], axis=0)).astype(int), self._written)
-        return moved if np.max(np.abs(moved) / side) <= REACH else None
+        if turn[0, 0] == 1.0:  # a shift
+            turn[:2, 2] = refined(past, now, self._points[agree], np.rint(turn[:2, 2]).astype(int), self._written)
+        return turn if shift(turn, now.shape) <= REACH else None
 
 
-def agreeing(points: NDArray[np.float32], shifts: Array, of: Mask, side: Array, count: int | None = None) -> Mask | None:
-    """Return which corners (k,) agree on a shift, None if they are too few, of so many, or too near each other."""
+def similarity(
+    points: NDArray[np.float32], found: NDArray[np.float32], of: Mask, side: Array, count: int | None = None
+) -> tuple[Array, Mask] | None:
+    """Return how `points` (k, 2) of a frame were shifted, rolled and zoomed to where they are found, as a matrix (3, 3), and
+    which agree; None if they are too few, of so many, or too near each other.
+    """
     chosen = np.flatnonzero(of)
     if len(chosen) < FEWEST:
         return None
-    tried = shifts[chosen]
-    near = np.max(np.abs(tried[:, None] - tried), axis=-1) < AGREE + UNEVEN * np.max(np.abs(tried), axis=1)[:, None]
-    agree = chosen[near[np.argmax(near.sum(axis=1))]]
-    wide = float(np.max(np.ptp(points[agree], axis=0) / side))
-    if len(agree) < FEWEST or len(agree) < SHARE * (count or len(chosen)) or wide < SPREAD:
+    here, there = points[chosen].astype(float), found[chosen].astype(float)
+    moved = there - here
+    within = AGREE + UNEVEN * np.max(np.abs(moved), axis=1)
+    near = np.max(np.abs(moved[:, None] - moved), axis=-1) < within[:, None]
+    agree, turn = near[np.argmax(near.sum(axis=1))], np.eye(3)
+    turn[:2, 2] = np.median(moved[agree], axis=0)
+    fit, _ = opencv().estimateAffinePartial2D(here, there, ransacReprojThreshold=AGREE)
+    if fit is not None:
+        rolled = np.vstack([fit, [0.0, 0.0, 1.0]])
+        more = np.max(np.abs(there - applied(rolled, here)), axis=1) < within
+        if more.sum() >= max(agree.sum() + FEWEST, MORE * agree.sum()):
+            agree, turn = more, rolled
+    wide = float(np.max(np.ptp(here[agree], axis=0) / side))
+    if agree.sum() < max(FEWEST, SHARE * (count or len(chosen))) or wide < SPREAD:
         return None
-    return np.asarray(np.isin(np.arange(len(points)), agree))
+    return turn, np.isin(np.arange(len(points)), chosen[agree])
 
 
-def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: NDArray[np.int_]) -> tuple[Mask, Mask]:
-    """Return where something is written into frames (h, w) of which corners stand, and others turn by so many px (2,),
-    and where nothing is.
+def applied(turn: Array, places: Array) -> Array:
+    """Return where a matrix (3, 3) brings places (..., 2)."""
+    return np.asarray(places @ turn[:2, :2].T + turn[:2, 2])
+
+
+def shift(turn: Array, shape: tuple[int, ...]) -> float:
+    """Return how far a matrix (3, 3) brings an edge of a frame (h, w), at most, as a part of the side."""
+    side = np.array(shape[::-1])
+    edges = np.array([[0, 0], [0, 1], [1, 0], [1, 1]]) * side
+    return float(np.max(np.abs(applied(turn, edges) - edges) / side))
+
+
+def written(past: NDArray[np.uint8], now: NDArray[np.uint8], turn: Array) -> tuple[Mask, Mask]:
+    """Return where something is written into frames (h, w) of which corners stand, and others turn (3, 3), and where nothing
+    is.
 
     What is written is like itself, and unlike what the turn brings to its place and away from it. Neither is told if more
     of the frame stands than turns.
     """
-    none, (x, y) = np.zeros(now.shape, dtype=bool), turn
-    if max(abs(x), abs(y)) < TURNS:
+    none, side, cv2 = np.zeros(now.shape, dtype=bool), now.shape[::-1], opencv()
+    if shift(turn, now.shape) * min(side) < TURNS:
         return none, none
-    cv2 = opencv()
-    side = now.shape[::-1]
     to, fro = (
-        cv2.warpAffine(image, np.array([[1.0, 0.0, i], [0.0, 1.0, j]]), side, flags=cv2.INTER_NEAREST, borderMode=1)
-        for image, i, j in ((now, -x, -y), (past, x, y))
+        cv2.warpAffine(image, matrix[:2], side, flags=cv2.INTER_NEAREST, borderMode=1)
+        for image, matrix in ((now, np.linalg.inv(turn)), (past, turn))
     )
     still = cv2.absdiff(now, past).astype(np.float32)
     turned = np.minimum(cv2.absdiff(to, past), cv2.absdiff(now, fro)).astype(np.float32)

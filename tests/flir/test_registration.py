@@ -60,19 +60,26 @@ def test_errors_add_up_where_each_frame_is_compared_with_the_one_before(monkeypa
     assert np.abs(corners(path, landscape(), noise=6.0) - (path - path[0]))[-1].max() > 2.0 * right
 
 
-@pytest.mark.parametrize(("uneven", "least", "most"), [(0.1, 0.0, 1.5), (0.0, 5.0, np.inf)])
-def test_a_camera_that_rolls_as_it_turns_is_followed(monkeypatch, uneven, least, most):
-    """Corners of such frames move by unlike shifts: most are within a tenth of each other, few within a pixel."""
-    monkeypatch.setattr(registration, "UNEVEN", uneven)
-    scene, motion, off = landscape(), Registration(), []
-    for k in range(60):
-        middle = (300.0 + 2.0 * k, 200.0)
-        move = cv2.getRotationMatrix2D(middle, np.sin(k / 3.0), 1.0)
-        move[:, 2] += np.array([100.0, 80.0]) - middle
-        frame = cv2.warpAffine(scene, move, (200, 160), flags=cv2.INTER_CUBIC)
-        found = motion.take(frame + np.random.default_rng(k).normal(0.0, 1.0, frame.shape))
-        off.append(np.abs(found - np.array([2.0 * k, 0.0])).max())
-    assert least < max(off) < most
+TURNS = {"rolls": (4.0, 0.0), "zooms in": (0.0, 0.004), "zooms out": (0.0, -0.004), "does both": (4.0, 0.004)}
+
+
+@pytest.mark.parametrize(("roll", "zoom"), TURNS.values(), ids=TURNS)
+def test_a_camera_that_rolls_and_zooms_as_it_turns_is_followed(monkeypatch, roll, zoom):
+    """Its middle is where it is, in px of the first frame; the mutant believes a shift alone."""
+    scene, off = landscape(), []
+    for more in (registration.MORE, np.inf):
+        monkeypatch.setattr(registration, "MORE", more)
+        motion, far = Registration(), []
+        for k in range(60):
+            middle = (300.0 + 0.5 * k, 200.0)
+            move = cv2.getRotationMatrix2D(middle, roll * np.sin(k / 8.0), 1.0 + zoom * k)
+            move[:, 2] += np.array([99.5, 79.5]) - middle
+            frame = cv2.warpAffine(scene, move, (200, 160), flags=cv2.INTER_CUBIC)
+            found = motion.take(frame + np.random.default_rng(k).normal(0.0, 1.0, frame.shape))
+            far.append(np.abs(found - np.array([0.5 * k, 0.0])).max())
+        off.append(max(far))
+    assert off[0] < 1.5
+    assert off[1] > 2.0 * off[0]
 
 
 def test_over_plain_sky_a_camera_stands_still():
