@@ -30,7 +30,10 @@ BIRTHS = {
 ASSOCIATORS = ["gnn", "pda", "jpda", "k_best", "lmb", "n_scan"]
 """`variational` iterates once a scan."""
 OPEN = ("from_returns", "n_scan", "existence")
-"""What a decision leaves of a track that begins in its scan may be so unlikely that the next review of any scan ends it."""
+"""What a decision leaves of a track that begins in its scan may be so unlikely that the next review of any scan ends it.
+
+Tried in vain: telling the lifecycle of the decision when the track begins; of two seeds one still differed.
+"""
 LIVES = ["existence", "m_of_n", "score", "coast_limited"]
 CASES = [(birth, by, "existence") for birth in BIRTHS for by in ASSOCIATORS if (birth, by, "existence") != OPEN]
 CASES += [(birth, "jpda", life) for birth in BIRTHS for life in LIVES[1:]]
