@@ -87,7 +87,7 @@ def test_nothing_is_enlarged_outside_the_image():
 @pytest.mark.parametrize("at", [(400, 60), (-90, -90), (150, 1), (100, 999)])
 def test_words_stay_in_the_image(at):
     image = np.zeros((120, 160, 3), np.uint8)
-    annotation._write(cv2, image, "lost", at, annotation.LOST)
+    annotation._write(cv2, image, "lost", at, annotation.LOST, 1)
     inside = np.zeros((120, 160, 3), np.uint8)
-    annotation._write(cv2, inside, "lost", (60, 60), annotation.LOST)
+    annotation._write(cv2, inside, "lost", (60, 60), annotation.LOST, 1)
     assert np.count_nonzero(image[..., 2]) == np.count_nonzero(inside[..., 2]) > 50

@@ -258,12 +258,11 @@ def test_ctrl_c_keeps_what_all_points_have(monkeypatch, undisturbed):
     ],
 )
 def test_bad_input_is_told(options, said, monkeypatch):
-    from vedette_study import study
+    from vedette_study import executors
 
     if "scheduler" in options:
         pytest.importorskip("distributed")
-        own = study.cluster
-        monkeypatch.setattr(study, "cluster", lambda plan, code, address: own(plan, code, address, 0.5))
+        monkeypatch.setattr(executors, "PATIENCE", 0.5)
     with pytest.raises(vedette.ConfigError) as caught:
         vedette.monte_carlo(config(), **{"runs": 5} | options)
     assert said in str(caught.value)

@@ -180,9 +180,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
-        here = (self._matcher if existence > LOST else by).look(pixels, at, near, appearance, where, W)
-        if existence > LOST:
-            here = evolve(by.look(pixels, here.place, 0, appearance), place=here.place, shown=here.shown)
+        here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
         ratio = held_ratio(here.likeness, here.margin) + standing
