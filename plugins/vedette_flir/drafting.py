@@ -162,11 +162,15 @@ def _stated(given: Sequence[str], shape: tuple[int, ...]) -> list[list[float]]:
     boxes, problems = [], []
     for text in given:
         try:
-            boxes.append([float(part) for part in text.split(",")])
-            within(centred(boxes[-1], 1.0), shape)
+            box = [float(part) for part in text.split(",")]
+        except ValueError:
+            problems.append(Problem("--box", f"must be X,Y,W,H in px, got {text!r}"))
+            continue
+        try:
+            within(centred(box, 1.0), shape)
         except ValueError as error:
-            told = str(error) if str(error).startswith("must") else f"must be X,Y,W,H in px, got {text!r}"
-            problems.append(Problem("--box", told))
+            problems.append(Problem("--box", str(error)))
+        boxes.append(box)
     if problems:
         raise ConfigError(problems)
     return boxes

@@ -144,11 +144,8 @@ class Matcher:
         step, inner, _ = self.grid(appearance.size)
         sign, reach = float(np.sign(appearance.amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
         plain, likeness, first = self.compared(pixels, centre, reach, appearance)
-        placed, inside = likeness, slice(reach - near, reach + near + 1)
-        if close is not None:
-            patches = np.stack([appearance.patch, appearance.first_patch])
-            mask = close.grid(appearance.size)[2]
-            placed = self.likeness(kept(plain, float(appearance.amplitude)), patches, mask)[0]
+        placed = likeness if close is None else close.alike(plain, appearance)[0]
+        inside = slice(reach - near, reach + near + 1)
         score = placed[inside, inside]
         if where is not None and W is not None:
             off = step * np.arange(-near, near + 1)
@@ -170,11 +167,14 @@ class Matcher:
 
     def compared(self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance) -> tuple[Array, ...]:
         """Return the contrast around `centre`, and the likeness of places within `reach` cells, to both and the first."""
-        step, _, mask = self.grid(appearance.size)
-        amplitude = float(appearance.amplitude)
-        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, float(np.sign(amplitude)))
+        step, sign = self.grid(appearance.size)[0], float(np.sign(appearance.amplitude))
+        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
+        return plain, *self.alike(plain, appearance)
+
+    def alike(self, plain: Array, appearance: TemplateAppearance) -> tuple[Array, Array]:
+        """Return the likeness of each place of a contrast to both templates, and to the first."""
         patches = np.stack([appearance.patch, appearance.first_patch])
-        return plain, *self.likeness(kept(plain, amplitude), patches, mask)
+        return self.likeness(kept(plain, float(appearance.amplitude)), patches, self.grid(appearance.size)[2])
 
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
