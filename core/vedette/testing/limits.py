@@ -17,16 +17,18 @@ class TooLong(BaseException):
 def at_most(seconds: float) -> Iterator[None]:
     """Raise TooLong after so many s of CPU time; only in a main thread of a system that has such timers.
 
-    It is raised again as long as it is swallowed, as by whatever collects garbage just then.
+    It is raised again where it is swallowed, as by whatever collects garbage just then, and at the end at the latest.
     """
     if not hasattr(signal, "setitimer") or threading.current_thread() is not threading.main_thread():
         yield
         return
 
-    runs = True
+    runs, late = True, False
 
     def stop(number: int, frame: Any) -> None:
+        nonlocal late
         if runs:
+            late = True
             raise TooLong
 
     before = signal.signal(signal.SIGPROF, stop)
@@ -37,3 +39,5 @@ def at_most(seconds: float) -> Iterator[None]:
         runs = False
         signal.setitimer(signal.ITIMER_PROF, left)  # of a limit around this one
         signal.signal(signal.SIGPROF, before)
+    if late:
+        raise TooLong
