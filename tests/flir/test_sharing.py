@@ -86,9 +86,12 @@ def test_ids_that_nothing_tells_apart_are_told_as_possibly_exchanged():
 
 
 def test_likeness_tells_apart_what_motion_does_not():
-    frames, true = crossing(0, 1.0, 60, peaks=(60.0, 30.0))
-    place, _, _ = followed(frames, true[0])
-    assert kept(place, true)
+    """The scene that changes while both coast in one place is no new one; it was taken for one in 11 of 20 such runs."""
+    for run in range(3):
+        frames, true = crossing(run, 1.0, 60, peaks=(60.0, 30.0))
+        place, _, existence = followed(frames, true[0])
+        assert kept(place, true)
+        assert existence.min() > 0.5
 
 
 def test_each_on_its_own_takes_the_others_target(monkeypatch):

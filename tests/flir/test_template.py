@@ -7,9 +7,9 @@ import vedette
 from vedette import Frame, Scan
 from vedette_flir.estimators import matches, template
 from vedette_flir.estimators.matches import match_ratio
-from vedette_flir.estimators.template_search import Matcher
+from vedette_flir.estimators.template_search import Matcher, kept
 from vedette_flir.initial_box import target_in
-from vedette_flir.patches import similarity
+from vedette_flir.patches import blurred, contrast, isolated, sample, similarity
 
 TRACKER = {
     "estimator": {
@@ -115,6 +115,37 @@ def test_a_drifting_template_is_held_by_its_centroid():
     held, _ = follow(tracker(smoothing=1.0, anchor=0.0, recentre=0.3), frames)
     assert np.abs(free - true)[60:].mean() > 2.5 * np.abs(held - true)[60:].mean()
     assert np.abs(held - true)[60:].mean() < 0.3
+
+
+@pytest.mark.parametrize("level", [True, False], ids=["level", "as opened"])
+def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, level):
+    """As a codec repeats it. A grey opening leaves contrast in noise everywhere, by which where it was is more like it."""
+    if not level:
+        monkeypatch.setattr(Matcher, "apart", opened)
+    by, size, (y, x) = Matcher(36, 0.3, 1.3, 2.5, 40.0), np.array([24.0, 18.0]), np.mgrid[:120, :160]
+    step, inner, mask = by.grid(size)
+    for seed in range(6):
+        noise = np.random.default_rng(seed).normal(60.0, 20.0, x.shape)
+        before, now = (
+            by.apart(
+                noise + 60.0 * np.exp(-0.5 * ((x - 80.0 - off) ** 2 + (y - 60.0) ** 2) / 1.8**2),
+                np.array([80.0, 60.0]),
+                size,
+                step,
+                72,
+                1.0,
+            )
+            for off in (0.0, 4.0 * step)
+        )
+        amplitude = contrast(before, inner)
+        there = similarity(kept(now, amplitude), kept(before, amplitude)[18:54, 18:54], mask)
+        assert (there[18, 22] > there[18, 18]) == level
+
+
+def opened(by, pixels, centre, size, step, cells, sign):
+    """The mutant: contrast above the opening, not above what the opening of noise leaves."""
+    image = blurred(sample(pixels, centre, step, cells))
+    return sign * isolated(sign * image, by.opening * float(np.max(size)) / step)
 
 
 def test_the_amplitude_follows_a_target_that_brightens(monkeypatch):

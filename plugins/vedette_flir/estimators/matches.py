@@ -37,6 +37,7 @@ class Match(Generic[L]):
     learned   which part of its appearance there is taken; None: as likely as the frame shows the target
     likeness  to the target as it is known, 1 at most
     odds      log-odds that it is a target at all, by what it showed so far; they weigh existence in place of `presence`
+    hidden    its appearance if the frame shows nothing of it; None: as before
     """
 
     residual: Array
@@ -47,11 +48,13 @@ class Match(Generic[L]):
     learned: float | None = None
     likeness: float = 1.0
     odds: float | None = None
+    hidden: L | None = None
 
 
 def unseen(match: Match[L], before: L) -> Match[L]:
     """Return a match that says nothing: two targets are in one place, and neither can be told from the other."""
-    return evolve(match, place=-MOST, presence=0.0, odds=None, elsewhere=False, learned=1.0, appearance=before)
+    hidden = before if match.hidden is None else match.hidden
+    return evolve(match, place=-MOST, presence=0.0, odds=None, elsewhere=False, learned=1.0, appearance=hidden)
 
 
 def known_pixels(pixels: Array) -> Array:

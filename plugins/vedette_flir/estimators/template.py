@@ -175,7 +175,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     ) -> Match[TemplateAppearance]:
         """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
-        appearance, cut = self._with_scene(appearance, pixels)
+        hidden, cut = self._with_scene(appearance, pixels)
+        appearance = hidden
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
@@ -222,7 +223,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
-        return Match(place - appearance.offset - box_at, likely, renewed, presence, elsewhere, 1.0, best.likeness, told)
+        residual = place - appearance.offset - box_at
+        return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
 
     def without(self, pixels: Array, where: Array, appearance: TemplateAppearance) -> Array:
         """Return the frame less the smoothed template at its place."""

@@ -112,11 +112,14 @@ class Matcher:
     def apart(
         self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], sign: float
     ) -> Array:
-        """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target."""
+        """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target.
+
+        It is that over the median, as an opening leaves half of the contrast of noise everywhere.
+        """
         image = blurred(sample(pixels, centre, step, cells))
-        if np.max(size) > self.small:
-            return image - float(np.median(image))
-        return sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
+        if np.max(size) <= self.small:
+            image = sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
+        return image - float(np.median(image))
 
     def likeness(self, image: Array, patches: Array, mask: Array) -> tuple[Array, Array]:
         """Return the likeness of each place of `image` to both `patches` (2, p, p), weighted, and to the second of them.
