@@ -22,9 +22,6 @@ V = TypeVar("V")
 OUT_OF_ORDER = "is out of order"
 OFFER = "`sort = true` in the source sorts them"
 
-LEAST, FAR_BEYOND = 10, 5.0
-"""Of so many values one that is so many times as large as any other, and stands there twice, looks like a mark: by hand."""
-
 NORTH_EAST = "x north, y east"
 FRAMES = ("x east, y north", NORTH_EAST)
 """Where the axes of the plane may point. A recording's note `frame` states it unless it is the first: maps follow it."""
@@ -155,24 +152,6 @@ def beyond_period(name: str, axis: Axis, values: Array, unit: str = "") -> str |
         other = f"is it the right column, and its unit another, as in {place} = '0.1 deg'?"
         return f"{went} {size}, {beyond}, and beyond a turn in degrees, too: {other}"
     return f"{went} {size}, {beyond}: are the values in degrees? Then state it, as in {place} = 'deg'"
-
-
-def marks_missing(name: str, axis: Axis, values: Array) -> str | None:
-    """Say that one of the `values` stands in several rows and far beyond all others, as -9999 for what is missing."""
-    sizes, counts = np.unique(np.abs(values[np.isfinite(values)]), return_counts=True)
-    if (
-        axis.period is not None
-        or len(values) < LEAST
-        or len(sizes) < 2
-        or counts[-1] < 2
-        or sizes[-1] < FAR_BEYOND * sizes[-2]
-    ):
-        return None
-    mark = values[np.abs(values) == sizes[-1]][0]
-    told = (
-        f"{name}: {axis.name} is {mark:.10g} {axis.unit} in {counts[-1]} returns, and at most {sizes[-2]:.4g} in all others"
-    )
-    return f"{told}: if that stands for what is missing, leave these cells empty"
 
 
 def _figure(value: float) -> str:

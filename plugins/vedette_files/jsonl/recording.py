@@ -17,6 +17,7 @@ from vedette_files.input_files import lines
 from vedette_files.json_values import number, parse, short, vector
 from vedette_files.jsonl.frames import FrameFiles
 from vedette_files.jsonl.scans import check_fields, one_of, scan_fields, scan_of
+from vedette_files.oddities import set_back
 from vedette_files.readers import Sample, in_time_order, offer_sorting
 from vedette_files.writing import whole_file
 
@@ -139,9 +140,10 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
     used = len(in_order) + sum(len(path.times) for path in truth)
     rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
     told = tuple(offer_sorting(refused, total))
+    odd = tuple(said for name, samples in scans.items() for said in set_back(name, samples)) if sort else ()
     detected = {name: header.sensors[name] for name in header.detected}
     in_time = tuple(scan for _, scan in in_order)
-    recording = Recording(in_time, tuple(truth), told, header.notes, rows=rows, detected=detected, nobody=header.nobody)
+    recording = Recording(in_time, tuple(truth), told, header.notes, odd, rows, detected, nobody=header.nobody)
     return recording, header.sensors
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, final
 
 import numpy as np
@@ -16,6 +16,7 @@ from vedette.supporting import ImagingSensor, Source
 from vedette.types import Recording, Scan
 from vedette_files.input_files import shown
 from vedette_files.jsonl.recording import read_recording
+from vedette_files.oddities import odd_returns
 from vedette_files.readers import find
 
 
@@ -76,7 +77,15 @@ class JsonLinesSource(Source):
                 notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
         lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
         rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
-        return evolve(recording, scans=kept, notes=notes, rows=rows)
+        odd = [said for name in spaces if name in sensors and name not in made for said in _odd(name, sensors[name], kept)]
+        return evolve(recording, scans=kept, notes=notes, rows=rows, warnings=(*recording.warnings, *odd))
+
+
+def _odd(name: str, sensor: Sensor, scans: Sequence[Scan]) -> Iterator[str]:
+    """Yield in words what looks like no returns of the sensor."""
+    seen = [scan.detections for scan in scans if scan.sensor == name and scan.frame is None]
+    named = any(each.identity is not None and np.any(each.identity >= 0) for each in seen)
+    yield from odd_returns(name, sensor.measurement, [each.z for each in seen], named=named)
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:

@@ -18,6 +18,7 @@ from vedette.space import Space, SpaceError
 from vedette_files.codes import code
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
+from vedette_files.oddities import set_back
 from vedette_files.readers import Sample, in_time_order
 from vedette_files.tables.columnar import TablePath
 from vedette_files.tables.layout import Column, Layout, with_altitude
@@ -157,9 +158,17 @@ class DetectionColumns:
         return columns
 
     def read(
-        self, path: TablePath, readings: Mapping[str, Reading], layout: Layout, refused: list[Problem]
+        self,
+        path: TablePath,
+        readings: Mapping[str, Reading],
+        layout: Layout,
+        refused: list[Problem],
+        odd: list[str],
     ) -> tuple[dict[str, list[Sample[Look]]], Counter[str]]:
-        """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out."""
+        """Return each sensor's scans in the order of time, and how many rows other sensors have, which are left out.
+
+        What was refused is added to `refused`, and to `odd` that a clock was set back where rows are sorted.
+        """
         axes = Space()
         try:
             for reading in readings.values():
@@ -193,6 +202,8 @@ class DetectionColumns:
                 refused.append(Problem(row.place, str(error)))
             else:
                 told[sensor].append(sample)
+        if layout.sort:
+            odd += [said for name, samples in told.items() for said in set_back(name, samples)]
         if self.scan:
             group = _by_row if self.scan == BY_ROW else _by_scan
         else:

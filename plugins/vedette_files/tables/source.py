@@ -18,6 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
+from vedette_files.oddities import odd_returns
 from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
@@ -26,7 +27,6 @@ from vedette_files.readers import (
     check_files,
     detections,
     find,
-    marks_missing,
     offer_sorting,
     offers_first,
     polar,
@@ -128,9 +128,10 @@ class CsvSource(Source):
             platform = self.platform.read(paths["platform"], layout, refused["platform"])
             platform.check(readings)
             rows["platform"] = _rows(platform.used, refused["platform"], platform.left_out)
-        looks, left_out = self.detections.read(path, readings, layout, refused["detections"])
+        odd = list[str]()
+        looks, left_out = self.detections.read(path, readings, layout, refused["detections"], odd)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
-        used, scans, odd = 0, [], list[str]()
+        used, scans = 0, []
         for name, reading in readings.items():
             odd += [*_odd(name, reading, looks[name], self.detections.units), *_far(name, reading, looks[name], layout)]
             placed = []
@@ -197,12 +198,12 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
 
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[str, str]) -> Iterator[str]:
-    """Yield in words the angles that are larger than a whole turn, which the scans wrap, and marks of what is missing."""
+    """Yield in words the angles that are larger than a whole turn, which the scans wrap, and what no sensor sends."""
     values = [np.array(look.value.returns).reshape(-1, len(reading.placed)) for look in looks]
     for axis, column in zip(reading.placed.axes, np.concatenate(values).T if values else (), strict=False):
-        for said in (beyond_period(name, axis, column, units.get(axis.name, "")), marks_missing(name, axis, column)):
-            if said is not None:
-                yield said
+        if (said := beyond_period(name, axis, column, units.get(axis.name, ""))) is not None:
+            yield said
+    yield from odd_returns(name, reading.placed, values, named=any(code >= 0 for look in looks for code in look.value.codes))
 
 
 def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout) -> Iterator[str]:

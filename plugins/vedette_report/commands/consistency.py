@@ -15,6 +15,7 @@ from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_track
 from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
 from vedette_report.recorded import Recorded, pooled, recorded, table
+from vedette_report.warnings.late import late
 from vedette_report.warnings.turned import turned
 from vedette_report.warnings.words import left_out
 
@@ -39,6 +40,7 @@ def run(arguments: Namespace) -> int:
                 *warnings_of(result.intake, result.recording, tracker.sensors),
                 *left_out(result.intake, result.recording),
                 *turned(tracker, result.scans, result.recording.truth),
+                *late(tracker, result.scans, result.tracks),
             )
         ]
         errors = in_tracks(experiment.tracker, result.scans, result.states)

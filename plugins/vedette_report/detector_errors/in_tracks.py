@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 from attrs import frozen
@@ -12,7 +13,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
-from vedette.types import Scan
+from vedette.types import Scan, Track
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
 
@@ -52,6 +53,27 @@ class Told:
 NIS_IS_NOT_ENOUGH = (
     "a NIS near 1 does not show that R is right: a filter takes errors that go on from scan to scan for motion"
 )
+
+
+def scans_at(scans: Iterable[Scan]) -> Mapping[float, Sequence[int]]:
+    """Return which scans there are of each time, in their order."""
+    found: dict[float, list[int]] = {}
+    for i, scan in enumerate(scans):
+        found.setdefault(scan.time, []).append(i)
+    return found
+
+
+def taken(track: Track, at: Mapping[float, Sequence[int]]) -> Iterator[tuple[int, int, int]]:
+    """Yield what a track took, in the order of time: its row, the scan, and the number of the return; at: as `scans_at`."""
+    later: Counter[float] = Counter()
+    found = []
+    for row in reversed(range(len(track.times))):
+        time, listed = float(track.times[row]), None if track.returns is None else track.returns[row]
+        later[time] += 1  # a track may begin with the second of two scans of one time
+        if track.hit[row] > SURELY and time in at:
+            column = int(np.argmax(track.weights[row][1:]))
+            found.append((row, at[time][-later[time]], column if listed is None else int(listed[column])))
+    yield from reversed(found)
 
 
 def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) -> tuple[Told, ...]:

@@ -19,6 +19,7 @@ from vedette.types import LazyScans, Recording
 from vedette_files import beyond_period
 from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
+from vedette_report.warnings.late import late
 from vedette_report.warnings.rehearsal import rehearsed
 from vedette_report.warnings.turned import turned
 
@@ -60,6 +61,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
                 "places them best; if yours are farther apart, take 'jpda_star'"
             )
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
+    yield from late(experiment.tracker, result.scans, result.tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "

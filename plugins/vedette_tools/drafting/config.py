@@ -151,9 +151,8 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     lost = lost or best.table.unknown or _held(best) or _cut(best) or _too_fast(best.table, speed)
     if not (lost or proof.failure or proof.trial is None or first.sure or table.third == "range_rate"):
         lost = doubt(text(proof.design), some)
-    if lost:
-        return Draft(text(proof.design, (lost, *proof.said)), lost)
-    return Draft(text(proof.design, proof.said), proof.failure)
+    odd = tuple(f"looks wrong: {said}" for said in best.recording.warnings)
+    return Draft(text(proof.design, (*((lost,) if lost else ()), *odd, *proof.said)), lost or proof.failure)
 
 
 def _held(best: Reading) -> str:

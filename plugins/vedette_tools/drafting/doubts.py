@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from itertools import accumulate, pairwise
 
@@ -11,7 +10,8 @@ from attrs import evolve
 
 from vedette.errors import VedetteError
 from vedette.tracking import History, Tracker
-from vedette.types import Scan, Track
+from vedette.types import Scan
+from vedette_report.detector_errors.in_tracks import scans_at, taken
 from vedette_tools.drafting.trial import tracker_of
 
 SAME = 0.75
@@ -53,29 +53,15 @@ def _joined(tracker: Tracker, scans: Sequence[tuple[Scan, int]]) -> tuple[set[fr
     scans: each with the number of its first return.
     """
     state, history = tracker.start(time=scans[0][0].time), History(tracker)
-    firsts: dict[float, list[int]] = {}
-    for scan, first in scans:
+    for scan, _ in scans:
         state = tracker.step(state, scan)
         history.add(state)
-        firsts.setdefault(state.time, []).append(first)
-    tracks = history.tracks()
-    links = {frozenset(pair) for track in tracks for pair in pairwise(_taken(track, firsts))}
+    tracks, at = history.tracks(), scans_at(scan for scan, _ in scans)
+    numbers = [[scans[i][1] + column for _, i, column in taken(track, at)] for track in tracks]
+    links = {frozenset(pair) for each in numbers for pair in pairwise(each)}
     likeliest = sum(float(np.max(weights[1:], initial=0.0)) for track in tracks for weights in track.weights)
     every = sum(float(np.sum(track.hit)) for track in tracks)
     return links, likeliest / every if every else 1.0
-
-
-def _taken(track: Track, firsts: dict[float, list[int]]) -> list[int]:
-    """Return the numbers of the returns that a track took; firsts: of each time, those of its scans' first returns."""
-    later: Counter[float] = Counter()
-    numbers = []
-    for row in reversed(range(len(track.times))):
-        time, listed = float(track.times[row]), None if track.returns is None else track.returns[row]
-        later[time] += 1  # a track may begin with the second of two scans of one time
-        if track.hit[row] > 0.5:
-            column = int(np.argmax(track.weights[row][1:]))
-            numbers.append(firsts[time][-later[time]] + (column if listed is None else int(listed[column])))
-    return numbers
 
 
 def _turned(scan: Scan) -> Scan:

@@ -36,7 +36,7 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("ns", "nsec", "nanoseconds"), "ns"),
         **dict.fromkeys(("min", "mins", "minutes"), "min"),
         **dict.fromkeys(("h", "hr", "hrs", "hours"), "h"),
-        **dict.fromkeys(("d", "day", "days"), "86400 s"),
+        **dict.fromkeys(("d", "day", "days", "datenum", "mjd", "jd"), "86400 s"),
     },
     "m/s": {
         **dict.fromkeys(("kn", "kt", "kts", "knot", "knots"), "kn"),
@@ -91,7 +91,7 @@ AXES: dict[str, tuple[str, ...]] = {
         for axis, words in {
             "time": "time timestamp t utc datetime date ts epoch stamp tstamp tod to_d when clock zeitstempel zeitpunkt "
             "zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd tidspunkt tid now position_t "
-            "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at",
+            "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at datenum mjd jd",
             "scan": "scan sweep turn frame umlauf umdrehung",
             "sensor": "sensor source device station",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr",
@@ -162,7 +162,7 @@ def meaning(title: str, below: str = "") -> Meaning:
     plain = (title.replace(bracket[0], " ") if bracket else title).removeprefix(PROPERTIES)
     words = words_of(plain)
     axis, own, sure = _axis(words)
-    unit = _unit(stated, axis)
+    unit = _unit(stated or "_".join(words), axis)
     if not unit and len(words) > 1:
         shorter = _axis(words[:-1])
         if last := _unit(words[-1], shorter[0]):

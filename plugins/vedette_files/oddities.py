@@ -1,0 +1,83 @@
+"""What recordings hold that no sensor sends: marks of what is missing, rows written twice, clocks set back."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from vedette.space import Array, Axis, Space
+from vedette_files.readers import Sample
+
+LEAST, FAR_BEYOND = 10, 5.0
+"""Of so many values one that is so many times as large as any other, and stands there twice, looks like a mark: by hand.
+
+So does a row that comes so often, and so many times as often as any other; and so many rows after a leap back in time are
+no rows out of order.
+"""
+
+COPIED = 0.05
+"""Such a part of the returns that repeats another of the same scan to the last digit was written twice: by hand."""
+
+
+def odd_returns(name: str, space: Space, scans: Sequence[Array], *, named: bool) -> Iterator[str]:
+    """Yield in words what looks like no returns of a sensor; scans: of each, its returns (k, m) over `space`, as read.
+
+    named: whether returns name their objects: these may stay where they are, and are told once.
+    """
+    z = np.concatenate(scans) if len(scans) else np.zeros((0, len(space)))
+    for axis, column in zip(space.axes, z.T, strict=True):
+        yield from _far_mark(name, axis, column)
+    if named or len(z) < LEAST:
+        return
+    yield from _standing_mark(name, space, z)
+    of = np.repeat(np.arange(len(scans)), [len(each) for each in scans])
+    copies = len(z) - len(np.unique(np.column_stack([of, z]), axis=0))
+    if copies >= max(LEAST, COPIED * len(z)):
+        told = f"{name}: {copies:,} of {len(z):,} returns repeat another of their scan to the last digit"
+        yield f"{told}: each counts as one more; if they were written twice, delete the copies"
+
+
+def _far_mark(name: str, axis: Axis, values: Array) -> Iterator[str]:
+    """Yield that one of the values stands in several rows and far beyond all others, as -9999 does."""
+    sizes, counts = np.unique(np.abs(values[np.isfinite(values)]), return_counts=True)
+    enough = axis.period is None and len(values) >= LEAST and len(sizes) > 1
+    if enough and counts[-1] > 1 and sizes[-1] >= FAR_BEYOND * sizes[-2]:
+        mark = values[np.abs(values) == sizes[-1]][0]
+        least = f"and at most {sizes[-2]:.4g} in all others"
+        yield f"{name}: {axis.name} is {mark:.10g} {axis.unit} in {counts[-1]} returns, {least}: {CURE}"
+
+
+def _standing_mark(name: str, space: Space, z: Array) -> Iterator[str]:
+    """Yield that one row comes again and again, as no other does: the same number along all axes, but angles."""
+    rows, counts = np.unique(z[np.isfinite(z).all(axis=-1)], axis=0, return_counts=True)
+    if not len(rows):
+        return
+    mark, count = rows[np.argmax(counts)], int(np.max(counts))
+    flat = mark[[axis.period is None for axis in space.axes]]
+    alike = len(flat) > 0 and np.ptp(flat) == 0 and (len(flat) > 1 or flat[0] == 0)
+    if alike and count >= max(LEAST, FAR_BEYOND * np.max(np.delete(counts, np.argmax(counts)), initial=0)):
+        value = ", ".join(f"{axis.name} = {each:.10g} {axis.unit}" for axis, each in zip(space.axes, mark, strict=True))
+        yield f"{name}: {count:,} returns are {value} to the last digit, and no other comes so often: {CURE}"
+
+
+CURE = "if that stands for what is missing, leave these cells empty"
+
+
+def set_back(name: str, samples: Sequence[Sample[Any]]) -> Iterator[str]:
+    """Yield that many samples in the order of time go back to among many others in order: sorted, they look as if at once.
+
+    samples: as they stand in the file.
+    """
+    times = np.array([sample.time for sample in samples])
+    leaps = np.flatnonzero(np.diff(times) < 0) + 1
+    begins, ends = np.concatenate([[0], leaps]), np.concatenate([leaps, [len(times)]])
+    for a, b, c in zip(begins.tolist(), leaps.tolist(), ends[1:].tolist(), strict=False):
+        low, high = max(times[a], times[b]), min(times[b - 1], times[c - 1])
+        among = [len(np.unique(part[(part >= low) & (part <= high)])) for part in (times[a:b], times[b:c])]
+        if min(among) >= LEAST:
+            told = f"{samples[b].place}: {name}: times go back by {times[b - 1] - times[b]:.6g} s and on in order"
+            cure = "was a clock set back? Then read the parts apart"
+            yield f"{told}: sorted, {among[1]:,} times lie among those before; {cure}"
+            return

@@ -1,0 +1,111 @@
+"""What no sensor sends is told, in tables and JSON lines alike, and nothing is told of sound recordings."""
+
+import json
+
+import numpy as np
+import pytest
+
+from vedette_files import CsvSource, JsonLinesSource
+from vedette_files.tables.returns import DetectionColumns
+from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.range_bearing import RangeBearing
+
+RNG = np.random.default_rng(0)
+
+
+def scene(extra=lambda time, z: [], count=60, round_to=2):
+    """Scans (time, [[x, y], ..]) of two targets and false returns, with what else each holds."""
+    rng, scans = np.random.default_rng(1), []
+    for k in range(count):
+        z = [[300 + 4 * k, -200 + k], [50.0 - 3 * k, 400.0], *rng.uniform(-500, 500, (3, 2)).tolist()]
+        z = np.round(z + rng.normal(0, 5, (5, 2)), round_to).tolist()
+        scans.append((float(k), z + extra(k, z)))
+    return scans
+
+
+def table(folder, scans, **more):
+    lines = ["t,x,y", *(f"{time},{x},{y}" for time, z in scans for x, y in z)]
+    (folder / "d.csv").write_text("\n".join(lines) + "\n")
+    columns = DetectionColumns(time="t", columns={"x": "x", "y": "y"}, **more.pop("columns", {}))
+    return CsvSource(columns, str(folder / "d.csv"), **more).open({"radar": CartesianPosition(sigma=5.0)}, RNG).warnings
+
+
+def lines(folder, scans, **more):
+    head = {"format": "vedette", "version": 1, "sensors": {"radar": {"x": "m", "y": "m"}}}
+    rows = [{"time": time, "sensor": "radar", "z": z} for time, z in scans]
+    (folder / "d.jsonl").write_text("\n".join(map(json.dumps, [head, *rows])) + "\n")
+    return JsonLinesSource(str(folder / "d.jsonl"), **more).open({"radar": CartesianPosition(sigma=5.0)}, RNG).warnings
+
+
+WRITTEN = pytest.mark.parametrize("written", [table, lines])
+
+
+@WRITTEN
+@pytest.mark.parametrize("mark", [[-999.0, -999.0], [0.0, 0.0], [-9999.0, -9999.0]])
+@pytest.mark.parametrize("often", [1, 3])
+def test_one_row_that_comes_again_and_again_is_told(tmp_path, written, mark, often):
+    told = written(tmp_path, scene(lambda k, z: [mark] * (k % often == 0)))
+    assert all("stands for what is missing" in one for one in told)
+    assert f"{60 // often} returns are x = {mark[0]:.10g} m, y = {mark[1]:.10g} m" in told[-1]
+
+
+@WRITTEN
+def test_rows_written_twice_are_told(tmp_path, written):
+    rng = np.random.default_rng(5)
+    (told,) = written(tmp_path, scene(lambda k, z: [one for one in z if rng.random() < 0.3]))
+    assert "returns repeat another of their scan" in told
+
+
+@WRITTEN
+@pytest.mark.parametrize(
+    "extra",
+    [
+        lambda k, z: [],
+        lambda k, z: [[120.5, -30.25]],  # what stands there
+        lambda k, z: [[120.0, 120.0], [-40.0, -40.0]],  # two that do
+        lambda k, z: [[7.0, 7.0]] * (k % 20 == 0),
+    ],
+)
+@pytest.mark.parametrize("round_to", [0, 2])
+def test_nothing_is_told_of_what_a_sensor_sends(tmp_path, written, extra, round_to):
+    assert written(tmp_path, scene(extra, round_to=round_to)) == ()
+
+
+def test_objects_of_a_name_may_stand_still(tmp_path):
+    scans = scene(lambda k, z: [[0.0, 0.0]])
+    lines = ["t,x,y,id", *(f"{time},{x},{y},{i}" for time, z in scans for i, (x, y) in enumerate(z))]
+    (tmp_path / "d.csv").write_text("\n".join(lines) + "\n")
+    columns = DetectionColumns(time="t", columns={"x": "x", "y": "y"}, identity="id")
+    recording = CsvSource(columns, str(tmp_path / "d.csv")).open({"radar": CartesianPosition(sigma=5.0)}, RNG)
+    assert recording.warnings == ()
+
+
+def test_a_range_of_zero_is_told_and_a_fixed_echo_is_not(tmp_path):
+    radar = {"radar": RangeBearing(sigma_range=5.0, sigma_bearing=0.01)}
+    for r, told in ((0, 1), (850, 0)):
+        rows = [f"{k},{300 + k + i},{0.01 * k + i}" for k in range(40) for i in range(3)] + [
+            f"{k},{r},0.5" for k in range(40)
+        ]
+        (tmp_path / "d.csv").write_text("\n".join(["t,r,b", *sorted(rows, key=lambda row: float(row.split(",")[0]))]))
+        columns = DetectionColumns(time="t", columns={"range": "r", "bearing": "b"})
+        assert len(CsvSource(columns, str(tmp_path / "d.csv")).open(radar, RNG).warnings) == told
+
+
+@WRITTEN
+def test_a_clock_set_back_is_told_where_lines_are_sorted(tmp_path, written):
+    scans = [(time if time < 35 else time - 20, z) for time, z in scene()]
+    (told,) = written(tmp_path, scans, sort=True)
+    assert "times go back by 19 s and on in order: sorted, 20 times lie among those before" in told
+    assert ":177: radar" in told if written is table else ":37: radar" in told
+
+
+@WRITTEN
+@pytest.mark.parametrize("order", ["shuffled", "late", "parts"])
+def test_lines_out_of_order_are_sorted_without_a_word(tmp_path, written, order):
+    scans, rng = scene(), np.random.default_rng(2)
+    by = {
+        "shuffled": rng.permutation(60),
+        "late": np.argsort(np.arange(60) + rng.uniform(0, 4, 60)),
+        "parts": np.roll(range(60), 30),
+    }
+    assert written(tmp_path, [scans[i] for i in by[order]], sort=True) == ()

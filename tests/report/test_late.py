@@ -1,0 +1,81 @@
+"""A sensor that sees all targets where they were is told, with the lag; one that is displaced, noisier or slower is not."""
+
+import re
+
+import pytest
+
+import vedette
+from vedette_report.warnings.late import late
+
+POSITION = {"kind": "cartesian_position", "sigma": 15.0, "detection_probability": 0.9}
+POLAR = {
+    "kind": "range_bearing",
+    "sigma_range": 10.0,
+    "sigma_bearing": "0.3 deg",
+    "x": -3000.0,
+    "detection_probability": 0.9,
+}
+LEGS = [{"do": "straight", "seconds": 80}, {"do": "turn", "seconds": 60, "rate": "1 deg/s"}]
+
+
+def told(seed, other=POSITION, between=(2.0, 3.1), ships=3, **wrong):
+    """Return what is said of a scene of ships that two sensors see, one of them not as the tracker believes."""
+    courses = ["10 deg", "130 deg", "250 deg"][:ships]
+    starts = [[-1500.0, 900.0], [1200.0, -1400.0], [500.0, 1800.0]]
+    sensors = {"one": {**POSITION, "sigma": 8.0}, "other": other}
+    source = {
+        "kind": "simulation",
+        "duration": 240.0,
+        "ships": {
+            f"ship {i}": {"start": starts[i], "course": course, "speed": 7.0 + i, "legs": LEGS}
+            for i, course in enumerate(courses)
+        },
+        "looks": {name: {"interval": dt, "jitter": 0.2} for name, dt in zip(sensors, between, strict=True)},
+    }
+    source |= {"sensors": {"other": {"kind": "displaced", **wrong, "of": other}}} if wrong else {}
+    experiment = vedette.load(
+        {
+            "seed": seed,
+            "source": source,
+            "sensors": sensors,
+            "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
+            "associator": {"kind": "jpda"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 8, "vy": 8}},
+            "lifecycle": {"kind": "m_of_n"},
+        }
+    )
+    result = experiment.run()
+    return list(late(experiment.tracker, result.scans, result.tracks))
+
+
+@pytest.mark.parametrize("other", [POSITION, POLAR], ids=lambda one: one["kind"])
+@pytest.mark.parametrize("lag", [4.0, 8.0])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_lag_is_told_within_its_deviations(other, lag, seed):
+    (said,) = told(seed, other, lag=lag)
+    found, deviation = map(float, re.search(r"were ([\d.]+) \+- ([\d.]+) s earlier", said).groups())
+    assert said.startswith("other: its returns lie where the targets of one were")
+    assert abs(found - lag) < 4.0 * deviation + 0.05 < 1.5
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    "scene",
+    [
+        {},
+        {"other": POLAR},
+        {"other": {**POSITION, "sigma": 60.0}},
+        {"between": (2.0, 11.0)},
+        {"offset": {"x": 40.0, "y": -25.0}},
+        {"other": POLAR, "add": {"range": 40.0}},
+        {"ships": 1},
+    ],
+    ids=str,
+)
+def test_nothing_is_told_where_no_sensor_is_late(scene, seed):
+    assert told(seed, **scene) == []
+
+
+def test_one_target_on_one_course_tells_no_lag_from_an_offset(monkeypatch):
+    monkeypatch.setitem(globals(), "LEGS", [])
+    assert told(0, ships=1, lag=6.0) == []
