@@ -13,7 +13,7 @@ from attrs import evolve, field, frozen
 from vedette.config import warnings_of
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics import free_axes, nees
+from vedette.metrics import chi_square_band, free_axes, nees
 from vedette.progress import Progress, silent
 from vedette.space import Array, Mask, Space
 from vedette.tracking import Tracker
@@ -29,6 +29,9 @@ from vedette_report.recorded.used import Entry, Innovations, entries_of, gathere
 
 TITLES = ("object", "track", "scans", "ANEES", "NIS", "correlation", "detected", "noncr. [dB]", "incl. [dB]", "lost at")
 HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation of innovations and inclination: 0"
+FEW, UNEVEN = 5, 2.0
+"""Of twice so many scans the first is told from later ones; and axes are not wrong alike where they differ so: by hand."""
+
 SIGMAS, OFF, LARGE = 4.0, 0.15, 1.1
 """Detections tell of P_D if they are off by so many deviations of their number and by such a part, and before they do,
 innovations so large tell of Q and R: by hand.
@@ -38,7 +41,24 @@ innovations so large tell of Q and R: by hand.
 def table(told: Sequence[Recorded]) -> list[str]:
     """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
     lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
-    return lines + [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint]
+    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint]
+    return lines + _uneven([one.innovations for one in told])
+
+
+def _uneven(told: Sequence[Innovations]) -> list[str]:
+    """Return a line if squared innovations are not alike, over what is stated, along all axes of all sensors."""
+    sizes: dict[tuple[str, str], Array] = {}
+    for one in told:
+        for key, size in one.sizes.items():
+            sizes[key] = sizes.get(key, np.zeros(2)) + size
+    ratios = {key: float(total / count) for key, (total, count) in sizes.items() if count}
+    bands = {key: chi_square_band(float(sizes[key][1]), 1e-3) for key in ratios}
+    right = all(low < ratios[key] < high for key, (low, high) in bands.items())
+    if right or max(ratios.values()) < UNEVEN * min(ratios.values()):
+        return []
+    listed = ", ".join(f"{sensor} {axis} {ratio:.2g}" for (sensor, axis), ratio in ratios.items())
+    said = f"squared innovations over what is stated are not off alike: {listed}"
+    return [f"{said}: likely R of one of them, or Q, which shows most where R is small"]
 
 
 @frozen(eq=False)
@@ -102,7 +122,17 @@ class Recorded:
         fault = at_fault(self.nis or 1.0, self.whiteness or 0.0, dof, float(seen.pairs[0])) if told else ""
         if fault and (self.nis or 1.0) > LARGE:
             return fault  # its gate may be what shuts returns out
-        return self._seldom_or_often() or fault
+        return self._seldom_or_often() or fault or self._too_sure_at_first()
+
+    def _too_sure_at_first(self) -> str:
+        """Return that only its first error is larger than is stated; "" if it is not, or later ones are, too."""
+        if self.nees is None or len(self.nees) < 2 * FEW:
+            return ""
+        high = chi_square_band(self.axes, 1e-4)[1]
+        if self.nees[0] <= high or np.median(self.nees[len(self.nees) // 2 :]) > high / 2:
+            return ""
+        told = f"its first squared error is {self.nees[0]:.2g} times as large as stated, later ones are not"
+        return f"{told}: likely the start is wrong, or stated too exactly"
 
     def _seldom_or_often(self) -> str:
         """Return what the number of detections says of P_D; "" if nothing beyond chance, or too little to count."""
@@ -112,6 +142,8 @@ class Recorded:
         chance = np.sqrt(max(len(hit) * rate * (1.0 - rate), float(np.sum(declared * (1.0 - declared)))))
         if self.hits is None or abs(off) <= SIGMAS * float(chance) or abs(self.hits - 1.0) < OFF:
             return ""
+        if not np.any(hit):
+            return "it never takes a return: likely it starts elsewhere than stated, or P_D, Q or R are far too small"
         if off > 0:
             return f"it is detected {self.hits:.2f} times as often as stated: likely P_D is higher"
         return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
-from attrs import frozen
+from attrs import field, frozen
 
 from vedette.experiment import Result
 from vedette.metrics import autocorrelation
@@ -17,6 +17,9 @@ from vedette.types import Gaussian
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
 
+SURELY = 0.99
+"""So probably detected, a target's innovations are of one return: a mean of several would be smaller."""
+
 LAGS = 10
 """Number of scans over which innovations are correlated."""
 
@@ -27,7 +30,8 @@ class Innovations:
 
     nis (s,) weighted squared distances, hit (s,) the probability of having been detected and `declared` (s,) what it was to
     be, axes (s,) that were measured; `correlation` (l,) of the innovations of its most used sensor at lag 1 ..., from
-    `pairs` (l,) of numbers: none if they are fewer than three scans.
+    `pairs` (l,) of numbers: none if they are fewer than three scans. `sizes`: of each sensor and measured axis, the sum of
+    its squared innovations over their variances, and of how many: where it was surely detected.
     """
 
     times: Array
@@ -37,6 +41,7 @@ class Innovations:
     axes: Array
     correlation: Array
     pairs: Array
+    sizes: Mapping[tuple[str, str], Array] = field(factory=dict)
 
 
 def entries_of(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
@@ -92,4 +97,9 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
         correlation, pairs = autocorrelation(np.array([e[5] for e in alike]), np.array([e[6] for e in alike]), lags, valid)
     times, nis, hit, declared = (np.array([entry[i] for entry in entries], dtype=float) for i in range(1, 5))
     axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
-    return Innovations(times, nis, hit, declared, axes, correlation, pairs)
+    sizes = {}
+    for name in dict.fromkeys(names):
+        sure = [e[5] ** 2 / np.diagonal(e[6]) for e in entries if e[0] == name and e[3] > SURELY]
+        for axis, each in zip(tracker.sensors[name].measurement.names, np.array(sure).T, strict=False):
+            sizes[name, axis] = np.array([np.sum(each), len(each)])
+    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes)

@@ -91,7 +91,8 @@ def _lag(pairs: Sequence[tuple[Seen, Seen]]) -> tuple[float, float, float]:
 
     A return that is late by l lies at d = o - l v from where the target is, with an offset o that is the same for all.
     """
-    A, d, times, moved = [np.zeros((0, 2, 3))], [np.zeros((0, 2))], [np.zeros(0)], [np.zeros(0)]
+    A, d = list[Array]([np.zeros((0, 2, 3))]), list[Array]([np.zeros((0, 2))])
+    times, moved = list[Array]([np.zeros(0)]), list[Array]([np.zeros(0)])
     for first, then in pairs:
         after = np.clip(np.searchsorted(first.times, then.times), 1, max(len(first.times) - 1, 1))
         if len(first.times) < 2:

@@ -172,6 +172,51 @@ def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
     assert told.hint.startswith("returns are missed")
 
 
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        ({}, ""),
+        ({"x": "[150, 1]"}, "likely the start is wrong, or stated too exactly"),
+        ({"x": "[-90000, 1]"}, "it never takes a return: likely it starts elsewhere"),
+        ({"vx": "[90, 0.1]"}, "it never takes a return"),
+    ],
+)
+def test_a_wrong_start_is_told_from_wrong_noises(scene, start, words):
+    changed = [f"birth.start.{axis}={value}" for axis, value in start.items()]
+    (told,) = recorded_consistency(load(scene, overrides=[*changed, "seed=5"]))
+    assert words in told.hint if words else told.hint == ""
+
+
+RIGHT = """
+[source.sensors.radar]
+kind = "range_bearing"
+sigma_range = 10.0
+sigma_bearing = 0.01
+x = -3000
+detection_probability = 0.9
+"""
+BELIEVED = {"sigma_range": 10.0, "sigma_bearing": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("believed", "words"),
+    [
+        ({}, ""),
+        ({"sigma_range": 3.0, "sigma_bearing": 0.003}, ""),
+        ({"sigma_bearing": 0.05}, "radar bearing 0.0"),
+        ({"sigma_range": 40.0}, "radar bearing 1"),
+    ],
+)
+def test_an_axis_that_errs_otherwise_than_stated_is_told(scene, believed, words, capsys):
+    text = scene.read_text().replace('kind = "cartesian_position"\nsigma = 10.0', 'kind = "range_bearing"\nx = -3000')
+    radar = "\n".join(f"{name} = {value}" for name, value in (BELIEVED | believed).items())
+    scene.write_text(text.replace("detection_probability = 0.9", f"detection_probability = 0.9\n{radar}") + RIGHT)
+    assert main(["consistency", str(scene), "--set", "estimator.kind=ekf", "--set", "gate.probability=0.99999999"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("squared innovations")]
+    assert len(told) == (words != "")
+    assert all(words in line for line in told)
+
+
 def test_a_recording_of_no_track_is_wrong_use(scene, capsys):
     assert main(["consistency", str(scene), "--set", "source.duration=1"]) == 2
     assert "gives no track with enough" in capsys.readouterr().err
