@@ -199,11 +199,22 @@ def test_the_ring_is_robust_to_what_stands_on_one_side():
     assert ring_spread(image, np.array([40.0, 40.0]), np.array([8.0, 8.0]))[1] < 1.5 * spread
 
 
+def test_a_box_that_shows_nothing_is_told():
+    """Along a dark band all places are like each other: a track slides along it. A spot beside its twin is one."""
+    band = -35.0 * np.exp(-0.5 * ((np.mgrid[: SKY[0], : SKY[1]][0] - 40.0) / 14.0) ** 2)
+    existence, place = followed([60.0 + band + 0.2 * (sky(k) - 60.0) for k in range(60)], [path(0)])
+    assert abs(place[-1, 0, 0] - 40.0) > 10.0
+    assert existence[30:].max() < 0.5
+    twins = [sky(k) + spot(path(k), 40.0) + spot(path(k) + [0.0, 14.0], 40.0) for k in range(40)]
+    assert followed(twins, [path(0)])[0].min() > 0.9
+
+
 def test_evidence_rises_with_each_of_its_parts():
     grid = np.linspace(0.0, 1.0, 11)
     for rising in (
-        [held_ratio(0.8, margin) for margin in grid],
-        [held_ratio(likeness, 0.4) for likeness in grid],
+        [held_ratio(0.8, margin, 0.5) for margin in grid],
+        [held_ratio(likeness, 0.4, 9.0) for likeness in grid],
+        [held_ratio(0.9, 0.05, clear) for clear in 5.0 * grid],
         [found_ratio(likeness, 0.4, 10.0, 1.0, 1.0, 1.0) for likeness in grid],
         [found_ratio(0.8, margin, 10.0, 1.0, 1.0, 1.0) for margin in grid],
         [found_ratio(0.8, 0.4, clear, 1.0, 1.0, 1.0) for clear in 3.0 + 20.0 * grid],
@@ -213,15 +224,15 @@ def test_evidence_rises_with_each_of_its_parts():
     ):
         assert np.all(np.diff(rising) >= 0)
         assert rising[-1] > rising[0]
-    assert held_ratio(0.9, 0.6) > 0 > held_ratio(0.5, 0.05)
+    assert held_ratio(0.9, 0.6, 9.0) > 0 > held_ratio(0.5, 0.05, 9.0)
 
 
 def test_ratios_are_those_of_the_page():
     """The equations of docs/measured/flir.md, written again."""
     for m, usual, c, f, d, e, a, z in np.random.default_rng(5).uniform(0.0, 1.0, (200, 8)):
         m, c, d, a, z = 1.4 * m - 0.2, 3.0 * c, 20.0 * d, 0.25 + 2.0 * a, 0.3 + 2.0 * z
-        held = 10.2 * f + 2.5 * m - 7.2
-        assert held_ratio(f, m) == pytest.approx(held)
+        held = min(10.2 * f + 2.5 * m - 7.2, 20.0 * m + c - 2.0)
+        assert held_ratio(f, m, c) == pytest.approx(held)
         found = 3.3 * f + 3.5 * m + 1.2 * np.log(max(d, 3.0) / 3.0) + 2.5 * min(max(np.log(2.0 * c), -2.0), 0.0) - 4.9
         found += 1.6 * min(np.log(a), 0.0) - 0.5 * abs(np.log(z))
         assert found_ratio(f, m, d, c, a, z) == pytest.approx(found)

@@ -184,7 +184,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
-        ratio = held_ratio(here.likeness, here.margin) + standing
+        ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
         if new:
