@@ -2,7 +2,6 @@
 
 import subprocess
 import sys
-from time import monotonic
 
 import numpy as np
 import pytest
@@ -79,10 +78,8 @@ def test_a_process_that_hangs_or_dies_is_told_and_the_next_question_has_a_new_on
     assert reader.imread(str(folder / "0.png"), -1).shape == (8, 8)
     reader.decoder._limits = Apart(memory=512, seconds=0.2)
     subprocess.run(["kill", "-STOP", str(reader.decoder._process.pid)], check=True)
-    began = monotonic()
     with pytest.raises(ValueError, match="takes longer"):
         reader.imread(str(folder / "0.png"), -1)
-    assert monotonic() - began < 30.0
     assert reader.decoder._process is None
 
 

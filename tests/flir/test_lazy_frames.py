@@ -1,5 +1,6 @@
 """A clip is decoded frame by frame: neither the source nor the run holds it in memory."""
 
+import gc
 import tracemalloc
 from pathlib import Path
 
@@ -50,6 +51,7 @@ def test_a_run_holds_few_frames(clip):
         experiment(clip).run()
     tracemalloc.start()
     result = experiment(clip).run()
+    gc.collect()
     held = tracemalloc.get_traced_memory()[0]
     tracemalloc.stop()
     assert len(result.scans) == len(result.framed) == FRAMES

@@ -223,11 +223,12 @@ def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
     assert files(ran) == before
 
 
-def started(folder, *more, pause=0.02):
-    """A streamed run of small blocks in a process of its own, which pauses after each scan."""
+def started(folder, *more, pause=0.0, stays=99):
+    """A streamed run of small blocks in a process of its own, which pauses at each scan, and `stays` at one to be killed."""
     code = "import sys; from time import sleep; from vedette_report.series import recorder; recorder.SCANS = 2\n"
     code += "import vedette_report.running.growing as s; s.BLOCKS = 1; old = s.scan_line\n"
-    code += f"s.scan_line = lambda *given: (sleep({pause}), old(*given))[1]\n"
+    code += "from itertools import count; scan = count(1)\n"
+    code += f"s.scan_line = lambda *given: (sleep({pause} if next(scan) < {stays} else 600.0), old(*given))[1]\n"
     code += "from vedette.cli import main; sys.exit(main(sys.argv[1:]))"
     line = [sys.executable, "-c", code, "run", "config.json", "--out", "out", "--stream", *more]
     return subprocess.Popen(line, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
@@ -249,8 +250,9 @@ def assert_killed_run_is_seen(out, before, capsys):
 
 def test_a_killed_run_leaves_former_results_and_is_shown(ran, capsys):
     before = files(ran)
-    with started(ran.parent) as run:
+    with started(ran.parent, stays=40) as run:
         while not any(path.stat().st_size > 40_000 for path in ran.glob(f"{UNFINISHED}*/series.npz")):
+            assert run.poll() is None
             sleep(0.01)
         run.kill()
     assert_killed_run_is_seen(ran, before, capsys)

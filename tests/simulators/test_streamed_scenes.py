@@ -1,5 +1,6 @@
 """A long scene is drawn as it is asked for, in whatever order: the very scans of one drawn whole."""
 
+import gc
 import tracemalloc
 
 import numpy as np
@@ -108,6 +109,7 @@ def test_memory_does_not_grow_with_the_scans(monkeypatch):
         for i, scan in enumerate(recording.scans):
             kept.append(scan) if i < 1000 else kept.clear()
             if i in (999, 1500, 5900):
+                gc.collect()
                 used.append(tracemalloc.get_traced_memory()[0])
     finally:
         tracemalloc.stop()

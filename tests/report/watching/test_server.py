@@ -3,7 +3,6 @@
 import socket
 from http.client import HTTPConnection
 from threading import active_count
-from time import monotonic, sleep
 
 import numpy as np
 import pytest
@@ -133,10 +132,9 @@ def test_a_reader_that_lost_its_connection_goes_on_where_it_was(server, journal,
 def test_a_reader_that_does_not_read_holds_nobody_up_and_gets_all_later(server, journal):
     with socket.create_connection(("127.0.0.1", server._local.port)) as lazy:
         lazy.sendall(f"GET /{server._local.token}/events HTTP/1.1\r\nHost: {server._local.hosts[0]}\r\n\r\n".encode())
-        begin, record = monotonic(), b"A" * 240_000
-        for _ in range(100):
+        record = b"A" * 240_000
+        for _ in range(100):  # it would not come to their end if it waited for the one that does not read
             journal.add(record, 1)
-        took = monotonic() - begin
         quick = ask(server, "events")
         size = 0
         while size < 100 * len(record):
@@ -146,7 +144,6 @@ def test_a_reader_that_does_not_read_holds_nobody_up_and_gets_all_later(server, 
         got = 0
         while part := lazy.recv(1 << 20):
             got += part.count(b"A")
-    assert took < 5.0
     assert got == 100 * len(record)
 
 
@@ -167,9 +164,6 @@ def test_closing_lets_readers_take_what_is_left_and_waits_for_no_one_for_ever(jo
     assert answer.read().endswith(b"event: ended\ndata: ended\n\n")
     stuck = Server("", Journal(), lambda frame: {})
     ask(stuck, "events")
-    sleep(0.05)
-    begin = monotonic()
     stuck.close(0.2)
-    assert monotonic() - begin < 3.0
     with pytest.raises(OSError, match="refused"):
         socket.create_connection(("127.0.0.1", stuck._local.port), timeout=1)
