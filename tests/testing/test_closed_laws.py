@@ -5,7 +5,7 @@ import pytest
 from attrs import frozen
 from hypothesis import strategies as st
 
-from vedette import Sensor, WrappedSensor, fields
+from vedette import Associator, Sensor, WrappedSensor, fields, kernels
 from vedette.testing import FAST, examine, laws_of
 from vedette.testing.comparisons import Broken, Closed
 from vedette.testing.law import Law
@@ -44,3 +44,22 @@ def test_a_wrapper_that_forgets_where_it_stands_is_found_whatever_it_is_drawn_ar
     outcome = examine(Fading, law, components(Fading), type(FAST).named("fast", seed))
     assert outcome.verdict == "failed"
     assert outcome.text.startswith("detects, placed[")
+
+
+@frozen
+class Enumerating(Associator):
+    """Right, but it has no room for many returns."""
+
+    kind = "test_enumerating"
+
+    def associate(self, scores, evidence):
+        if scores.shape[-1] > 20:
+            raise MemoryError
+        return kernels.softmax(scores)
+
+
+def test_an_associator_that_enumerates_beyond_the_memory_is_told_so_and_not_failed():
+    law = next(law for law in laws_of(Enumerating) if law.name == "every_return_counts")
+    outcome = examine(Enumerating, law, components(Enumerating), FAST)
+    assert outcome.verdict == "skipped"
+    assert "more memory than there is" in outcome.text

@@ -187,8 +187,9 @@ def every_return_counts(associator: Associator, drawn: Scores) -> None:
     try:
         with at_most(CROWDED):
             _weights(associator, rng.standard_normal((1, 8, 31)), np.zeros((1, 1, 30)))
-    except TooLong:
-        raise Closed(f"it takes longer than {CROWDED:g} s of CPU time for 8 tracks and 30 returns") from None
+    except (TooLong, MemoryError):
+        told = f"it takes more memory than there is, or longer than {CROWDED:g} s of CPU time"
+        raise Closed(f"{told}, for 8 tracks and 30 returns") from None
 
 
 def one_track_is_a_softmax(associator: Associator, drawn: Scores) -> None:
