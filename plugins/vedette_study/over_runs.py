@@ -4,8 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.metrics import Estimate, Verdict, chi_square_verdict, mean_over_runs, normalised_error, run_mean_verdict
 from vedette.space import Array
+from vedette_report.consistency import (
+    Estimate,
+    Verdict,
+    chi_square_verdict,
+    mean_over_runs,
+    normalised_error,
+    run_mean_verdict,
+)
 
 
 def rmse_over_runs(error: Array) -> Estimate:

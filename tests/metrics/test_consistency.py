@@ -11,6 +11,7 @@ from scipy.special import chdtr, stdtr
 
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
+from vedette_report import consistency as verdicts
 from vedette_report.recorded.credibility import noncredibility
 from vedette_study.over_runs import calibration_verdicts, equivalence_verdict
 
@@ -45,7 +46,7 @@ def test_axes_without_variance_are_skipped():
     cov[np.ix_([0, 2], [0, 2])] = small
     assert c.nees(error, cov) == pytest.approx(c.nees(error[[0, 2]], small), rel=1e-12)
     assert c.free_axes(cov) == 2
-    assert c.normalised_error(error, cov)[1] == 0
+    assert verdicts.normalised_error(error, cov)[1] == 0
     assert c.nees(error, np.zeros((3, 3))) == 0
 
 
@@ -89,10 +90,10 @@ def test_sizes_of_the_exact_verdicts():
     nees, bias, axis, mean = [], [], [], []
     for _ in range(2000):
         error = draw(rng, cov, 30)
-        nees.append(not c.chi_square_verdict("NEES", c.nees(error, cov), 3, 0.05).inside)
-        bias.append(not c.bias_verdict(error[:, :1], cov[:1, :1], ("x",), 0.05).inside)
+        nees.append(not verdicts.chi_square_verdict("NEES", c.nees(error, cov), 3, 0.05).inside)
+        bias.append(not verdicts.bias_verdict(error[:, :1], cov[:1, :1], ("x",), 0.05).inside)
         axis.append(not calibration_verdicts(error, cov, ("x", "y", "z"), 0.15)[1].inside)
-        mean.append(not c.run_mean_verdict("mean", 1 + error[:, 0] / np.sqrt(cov[0, 0]), 1.0, 1.0, 0.05).inside)
+        mean.append(not verdicts.run_mean_verdict("mean", 1 + error[:, 0] / np.sqrt(cov[0, 0]), 1.0, 1.0, 0.05).inside)
     assert within_its_size(nees, 0.05)
     assert within_its_size(bias, 0.05)
     assert within_its_size(axis, 0.05)
@@ -104,8 +105,8 @@ def test_size_of_the_worst_of_several_axes_and_lags():
     rng = np.random.default_rng(3)
     bias, white = [], []
     for _ in range(2000):
-        bias.append(not c.bias_verdict(rng.normal(size=(30, 3)), np.eye(3), ("x", "y", "z"), 0.05).inside)
-        white.append(not c.whiteness_verdict(rng.normal(size=(4, 50, 2)), np.eye(2), 5, 0.05).inside)
+        bias.append(not verdicts.bias_verdict(rng.normal(size=(30, 3)), np.eye(3), ("x", "y", "z"), 0.05).inside)
+        white.append(not verdicts.whiteness_verdict(rng.normal(size=(4, 50, 2)), np.eye(2), 5, 0.05).inside)
     assert 0.02 < np.mean(bias) < 0.05 + Z * np.sqrt(0.05 * 0.95 / 2000)
     assert 0.02 < np.mean(white) < 0.05 + Z * np.sqrt(0.05 * 0.95 / 2000)
 
@@ -115,9 +116,9 @@ def test_a_covariance_wrong_by_half_is_found_and_told():
     rng = np.random.default_rng(4)
     cov = covariances(rng, 2)
     error = draw(rng, cov, 500)
-    assert c.chi_square_verdict("NEES", c.nees(error, cov), 2, ALPHA).inside
-    small = c.chi_square_verdict("NEES", c.nees(error, cov / 1.5), 2, ALPHA)
-    large = c.chi_square_verdict("NEES", c.nees(error, cov * 1.5), 2, ALPHA)
+    assert verdicts.chi_square_verdict("NEES", c.nees(error, cov), 2, ALPHA).inside
+    small = verdicts.chi_square_verdict("NEES", c.nees(error, cov / 1.5), 2, ALPHA)
+    large = verdicts.chi_square_verdict("NEES", c.nees(error, cov * 1.5), 2, ALPHA)
     assert not small.inside
     assert "the covariance is 1.5 times too small" in small.text
     assert not large.inside
@@ -126,7 +127,7 @@ def test_a_covariance_wrong_by_half_is_found_and_told():
 
 def test_degrees_of_freedom_may_differ_from_value_to_value():
     values, dof = np.array([1.0, 4.0, 10.0]), np.array([1.0, 2.0, 2.0])
-    verdict = c.chi_square_verdict("NIS", values, dof, 0.05)
+    verdict = verdicts.chi_square_verdict("NIS", values, dof, 0.05)
     assert verdict.figure == 3.0
     assert (verdict.low, verdict.high) == c.chi_square_band(5, 0.05)
 
@@ -135,7 +136,7 @@ def test_degrees_of_freedom_may_differ_from_value_to_value():
 def test_run_mean_and_equivalence_by_hand():
     values = np.array([1.0, 1.2, 1.1, 1.3])
     error = np.sqrt(((values - 1.15) ** 2).sum() / 3 / 4)
-    lenient, strict = (f("ANEES", values, 0.9, 1.1, 0.05) for f in (c.run_mean_verdict, equivalence_verdict))
+    lenient, strict = (f("ANEES", values, 0.9, 1.1, 0.05) for f in (verdicts.run_mean_verdict, equivalence_verdict))
     assert lenient.error == pytest.approx(error)
     assert lenient.figure == pytest.approx(1.15)
     assert stdtr(3, (0.9 - lenient.low) / error) == pytest.approx(1 - 0.05 / 2)
@@ -150,37 +151,37 @@ def test_run_mean_lets_the_edge_of_its_band_pass_and_equivalence_does_not():
     """Runs whose true mean is the band's edge: each verdict errs in alpha / 2 of the sets."""
     rng = np.random.default_rng(5)
     values = 1.1 + 0.3 * rng.normal(size=(4000, 50))
-    wrongly_out = [not c.run_mean_verdict("m", row, 0.9, 1.1, 0.1).inside for row in values]
+    wrongly_out = [not verdicts.run_mean_verdict("m", row, 0.9, 1.1, 0.1).inside for row in values]
     wrongly_in = [equivalence_verdict("m", row, 0.7, 1.1, 0.1).inside for row in values]
     assert within_its_size(wrongly_out, 0.05)
     assert within_its_size(wrongly_in, 0.05)
 
 
 def test_mean_over_runs():
-    assert c.mean_over_runs(np.array([1.0, 3.0])) == c.Estimate(2.0, 1.0)
-    assert c.mean_over_runs(np.array([2.0])) == c.Estimate(2.0, None)
+    assert verdicts.mean_over_runs(np.array([1.0, 3.0])) == verdicts.Estimate(2.0, 1.0)
+    assert verdicts.mean_over_runs(np.array([2.0])) == verdicts.Estimate(2.0, None)
 
 
 @pytest.mark.parametrize("values", [[], [[1.0, 2.0]], [1.0, np.nan]])
 def test_mean_over_runs_refuses(values):
     with pytest.raises(ValueError, match=r"^values: "):
-        c.mean_over_runs(np.array(values))
+        verdicts.mean_over_runs(np.array(values))
 
 
 def test_verdicts_refuse_what_they_cannot_judge():
     one = np.ones((1, 2))
     with pytest.raises(ValueError, match=r"^values: needs at least 2 runs"):
-        c.bias_verdict(one, np.eye(2), ("x", "y"), 0.05)
+        verdicts.bias_verdict(one, np.eye(2), ("x", "y"), 0.05)
     with pytest.raises(ValueError, match=r"^values: "):
-        c.chi_square_verdict("NEES", np.array([np.nan]), 2, 0.05)
+        verdicts.chi_square_verdict("NEES", np.array([np.nan]), 2, 0.05)
     with pytest.raises(ValueError, match=r"^values: "):
-        c.chi_square_verdict("NEES", np.array([]), 2, 0.05)
+        verdicts.chi_square_verdict("NEES", np.array([]), 2, 0.05)
     with pytest.raises(ValueError, match=r"^lags: "):
-        c.autocorrelation(np.ones((5, 1)), np.eye(1), 5)
+        verdicts.autocorrelation(np.ones((5, 1)), np.eye(1), 5)
     with pytest.raises(ValueError, match=r"^valid: no two scans 1 apart"):
-        c.whiteness_verdict(np.ones((5, 1)), np.eye(1), 1, 0.05, np.array([True, False, True, False, True]))
+        verdicts.whiteness_verdict(np.ones((5, 1)), np.eye(1), 1, 0.05, np.array([True, False, True, False, True]))
     with pytest.raises(ValueError, match=r"^cov: no axis has variance"):
-        c.bias_verdict(np.ones((3, 1)), np.zeros((1, 1)), ("x",), 0.05)
+        verdicts.bias_verdict(np.ones((3, 1)), np.zeros((1, 1)), ("x",), 0.05)
     with pytest.raises(ValueError, match=r"^error: needs more runs than axes"):
         noncredibility(np.ones((2, 2)), np.eye(2))
 
@@ -188,9 +189,9 @@ def test_verdicts_refuse_what_they_cannot_judge():
 def test_no_band_of_squares_reaches_below_zero():
     """Ten runs of a heavy-tailed NEES have a wide band; what cannot be negative has none below 0, and the verdict stands."""
     values = np.r_[np.full(9, 0.2), 8.2]
-    one, free = (c.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6, least) for least in (0.0, -np.inf))
+    one, free = (verdicts.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6, least) for least in (0.0, -np.inf))
     assert free.low < 0
     assert one.low == 0
     assert (one.high, one.figure, one.inside) == (free.high, free.figure, free.inside)
     assert "band -" not in one.text
-    assert c.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6) == one
+    assert verdicts.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6) == one

@@ -21,10 +21,10 @@ from marine import test_cfar as rates
 from marine import test_chain as chain
 from support.paths import ROOT
 from testing import test_assert_consistent as consistent
-from vedette.metrics.consistency import chi_square_verdict
 from vedette_bayes_risk.parallel import ParallelKalmanPrinted
 from vedette_flir.estimators import template
 from vedette_marine.picture.evidence import Evidence
+from vedette_report.consistency import chi_square_verdict
 from vedette_report.whole_trackers import verdicts
 from vedette_standard.estimators.kalman import Kalman
 

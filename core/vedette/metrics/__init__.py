@@ -2,19 +2,10 @@
 
 from vedette.metrics.bound import Bound
 from vedette.metrics.consistency import (
-    Estimate,
-    Verdict,
-    autocorrelation,
-    bias_verdict,
     chi_square_band,
-    chi_square_verdict,
     free_axes,
     gate_truncation,
-    mean_over_runs,
     nees,
-    normalised_error,
-    run_mean_verdict,
-    whiteness_verdict,
     within_gate,
 )
 from vedette.metrics.coverage import NONE, Indices, covering, switches

@@ -8,11 +8,11 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.experiment import Result
-from vedette.metrics import autocorrelation
 from vedette.space import Array, Indices
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian
+from vedette_report.consistency import autocorrelation
 
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""

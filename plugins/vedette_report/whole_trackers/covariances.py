@@ -6,9 +6,10 @@ from itertools import combinations
 
 import numpy as np
 
-from vedette.metrics import Verdict, chi_square_band, run_mean_verdict
+from vedette.metrics import chi_square_band
 from vedette.space import Array, Mask
 from vedette.testing.bands import binomial_band
+from vedette_report.consistency import Verdict, run_mean_verdict
 from vedette_report.whole_trackers.runs import Runs
 from vedette_report.whole_trackers.verdicts import when_out
 

@@ -7,18 +7,11 @@ from collections.abc import Mapping
 import numpy as np
 from attrs import evolve
 
-from vedette.metrics import (
-    Verdict,
-    bias_verdict,
-    chi_square_band,
-    chi_square_verdict,
-    nees,
-    run_mean_verdict,
-    whiteness_verdict,
-)
+from vedette.metrics import chi_square_band, nees
 from vedette.space import Array, Mask
 from vedette.testing import Misuse
 from vedette.testing.bands import binomial_band
+from vedette_report.consistency import Verdict, bias_verdict, chi_square_verdict, run_mean_verdict, whiteness_verdict
 from vedette_report.whole_trackers.runs import Looks, Runs
 
 LAGS = 5

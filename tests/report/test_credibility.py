@@ -6,6 +6,7 @@ from hypothesis import given, settings
 
 from support.gaussians import covariances, draw, seeds
 from vedette.metrics import consistency as c
+from vedette_report import consistency as verdicts
 from vedette_report.recorded.credibility import noncredibility
 from vedette_study.over_runs import calibration_verdicts
 
@@ -18,7 +19,7 @@ def test_autocorrelation_is_its_definition():
     rng = np.random.default_rng(7)
     cov = np.stack([covariances(rng, 2) for _ in range(6)])
     nu, valid = rng.normal(size=(3, 6, 2)), rng.uniform(size=(3, 6)) < 0.8
-    rho, count = c.autocorrelation(nu, cov, 3, valid)
+    rho, count = verdicts.autocorrelation(nu, cov, 3, valid)
     for lag in (1, 2, 3):
         top = first = second = pairs = 0
         for r in range(3):
@@ -35,15 +36,15 @@ def test_correlated_innovations_are_found_at_their_lag():
     white = rng.normal(size=(20, 100, 2))
     late = white.copy()
     late[:, 3:] += 0.4 * white[:, :-3]
-    assert c.whiteness_verdict(9 * white, np.eye(2), 5, ALPHA).inside
-    verdict = c.whiteness_verdict(late, np.eye(2), 5, ALPHA)
+    assert verdicts.whiteness_verdict(9 * white, np.eye(2), 5, ALPHA).inside
+    verdict = verdicts.whiteness_verdict(late, np.eye(2), 5, ALPHA)
     assert not verdict.inside
     assert "not white" in verdict.text
     assert "lag 3" in verdict.text
 
 
 def test_innovations_that_vanish_are_white():
-    assert c.whiteness_verdict(np.zeros((10, 1)), np.eye(1), 2, 0.05).figure == 0
+    assert verdicts.whiteness_verdict(np.zeros((10, 1)), np.eye(1), 2, 0.05).figure == 0
 
 
 # Bias, calibration, credibility
@@ -52,15 +53,15 @@ def test_bias_is_found_in_its_axis_and_a_wrong_scale_is_none():
     cov = np.diag([1.0, 0.0, 100.0])
     error = rng.normal(size=(400, 3)) * [1.0, 0.0, 10.0]
     axes = ("x", "heading", "vx")
-    assert c.bias_verdict(error, cov / 9, axes, ALPHA).inside
-    verdict = c.bias_verdict(error + np.array([0.0, 5.0, 5.0]), cov, axes, ALPHA)
+    assert verdicts.bias_verdict(error, cov / 9, axes, ALPHA).inside
+    verdict = verdicts.bias_verdict(error + np.array([0.0, 5.0, 5.0]), cov, axes, ALPHA)
     assert not verdict.inside
     assert verdict.figure == pytest.approx(0.5, abs=0.3)
     assert "the mean error of vx" in verdict.text
 
 
 def test_a_constant_error_is_a_bias():
-    assert not c.bias_verdict(np.full((5, 1), 0.5), np.eye(1), ("x",), ALPHA).inside
+    assert not verdicts.bias_verdict(np.full((5, 1), 0.5), np.eye(1), ("x",), ALPHA).inside
 
 
 def test_calibration_names_the_axis():
@@ -122,10 +123,10 @@ def kalman_run(rng, runs=2000, steps=40, q_scale=1.0, r_scale=1.0, p_scale=1.0, 
 
 def verdicts_of(error, P, nu, S):
     return [
-        c.chi_square_verdict("NEES", c.nees(error, P), 2, ALPHA),
-        c.chi_square_verdict("NIS", c.nees(nu, S), 1, ALPHA),
-        c.whiteness_verdict(nu, S, 5, ALPHA),
-        c.bias_verdict(error, P, ("x", "vx"), ALPHA),
+        verdicts.chi_square_verdict("NEES", c.nees(error, P), 2, ALPHA),
+        verdicts.chi_square_verdict("NIS", c.nees(nu, S), 1, ALPHA),
+        verdicts.whiteness_verdict(nu, S, 5, ALPHA),
+        verdicts.bias_verdict(error, P, ("x", "vx"), ALPHA),
         *calibration_verdicts(error, P, ("x", "vx"), ALPHA),
     ]
 
