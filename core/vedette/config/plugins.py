@@ -173,15 +173,18 @@ def _would_bring(module: Any) -> tuple[tuple[str, str], ...] | None:
         return None
 
 
-def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
-    """Yield each plugin that implements a hook, with what it returns for what is `given`; warn of one that fails."""
+def answers(hook: str, places: Iterable[str | Path], **given: Any) -> Iterator[tuple[Loaded, Any]]:
+    """Yield each plugin that implements a hook, with what it returns for what is `given`; warn of one that fails.
+
+    What goes wrong at a file is not the plugin's fault where a disk is full, or if it is beside one of `places` or below.
+    """
     for used in load_plugins()[0]:
         try:
             said = getattr(used.hooks, hook)(**given)
         except VedetteError:  # of what was given, not of the plugin
             raise
         except (Exception, SystemExit) as error:
-            if isinstance(error, OSError) and _of_given(error, given):
+            if isinstance(error, OSError) and _is_at(error, places):
                 raise
             warn(f"{used}: its {hook} failed: {_reason(error)}", RuntimeWarning, stacklevel=2)
             continue
@@ -189,13 +192,11 @@ def answers(hook: str, **given: Any) -> Iterator[tuple[Loaded, Any]]:
             yield used, answer
 
 
-def _of_given(error: OSError, given: Mapping[str, Any]) -> bool:
-    """Return whether an error is of no file, as where a disk is full, or of one in a folder that what is given names."""
+def _is_at(error: OSError, places: Iterable[str | Path]) -> bool:
+    """Return whether an error is of no file, as where a disk is full, or of one beside `places` or below."""
     if error.filename is None:
         return not isinstance(error, ConnectionError | TimeoutError)
-    told = [one for each in given.values() for one in (each, *getattr(each, "__dict__", {}).values())]
-    places = [Path(one).absolute().parent for one in told if isinstance(one, str | Path)]
-    return any(place in Path(error.filename).absolute().parents for place in places)
+    return any(Path(place).absolute().parent in Path(error.filename).absolute().parents for place in places)
 
 
 def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]) -> Iterator[str]:
@@ -210,5 +211,5 @@ def warnings_of(intake: Intake, recording: Recording, sensors: Mapping[str, Sens
 
 def draft_of(path: Path, wishes: Mapping[str, Any]) -> str | None:
     """Return the config, as TOML, that a plugin drafts for data that it reads, with what the user `wishes`; else None."""
-    drafts: Iterator[str] = (text for _, text in answers("vedette_draft", path=path, wishes=wishes))
+    drafts: Iterator[str] = (text for _, text in answers("vedette_draft", [path], path=path, wishes=wishes))
     return next(drafts, None)

@@ -20,7 +20,8 @@ def run(arguments: Namespace) -> int:
     """Write the page and tell where it is."""
     folders = [Path(name) for name in arguments.runs]
     if len(folders) == 1:
-        for _, page in answers("vedette_page", folder=folders[0], arguments=arguments):
+        places = [folders[0], *filter(None, (arguments.out, arguments.underlay))]
+        for _, page in answers("vedette_page", places, folder=folders[0], arguments=arguments):
             if page is not None:
                 return _tell(page)
     if arguments.worst is not None or arguments.again:
