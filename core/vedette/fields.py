@@ -106,59 +106,56 @@ def integer(doc: str, *, default: Any = NOTHING, at_least: int = 0, at_most: int
     return _field(read, default, "1", doc, limits=limits)
 
 
+def _stated(fits: Callable[[Any], bool], what: str, make: Callable[[Any], Any], default: Any, doc: str, **more: Any) -> Any:
+    """Return an attrs field without unit whose values must be `what`, as `fits` tells."""
+
+    def read(value: Any) -> Any:
+        if not fits(value):
+            raise ValueError(f"must be {what}, got {value!r}")
+        return make(value)
+
+    return _field(read, default, "", doc, **more)
+
+
+def _are_strings(values: Any) -> bool:
+    return all(isinstance(item, str) for item in values)
+
+
 def choice(doc: str, options: Sequence[str], *, default: Any = NOTHING) -> Any:
     """Declare a string that is one of `options`."""
-
-    def read(value: Any) -> str:
-        if value not in options:
-            raise ValueError(f"must be one of {', '.join(map(repr, options))}, got {value!r}")
-        return str(value)
-
-    return _field(read, default, "", doc, options=tuple(options))
+    allowed = tuple(options)
+    return _stated(allowed.__contains__, f"one of {', '.join(map(repr, allowed))}", str, default, doc, options=allowed)
 
 
 def text(doc: str, *, default: Any = NOTHING) -> Any:
     """Declare a string: a path, a column's name."""
-
-    def read(value: Any) -> str:
-        if not isinstance(value, str):
-            raise ValueError(f"must be a string, got {value!r}")
-        return value
-
-    return _field(read, default, "", doc)
+    return _stated(lambda value: isinstance(value, str), "a string", str, default, doc)
 
 
 def words(doc: str, *, default: Any = NOTHING) -> Any:
     """Declare a list of strings."""
 
-    def read(value: Any) -> tuple[str, ...]:
-        if isinstance(value, str) or not isinstance(value, Sequence) or not all(isinstance(item, str) for item in value):
-            raise ValueError(f"must be a list of strings, got {value!r}")
-        return tuple(value)
+    def fits(value: Any) -> bool:
+        return isinstance(value, Sequence) and not isinstance(value, str) and _are_strings(value)
 
-    return _field(read, default, "", doc)
+    return _stated(fits, "a list of strings", tuple, default, doc)
 
 
 def names(doc: str) -> Any:
     """Declare a table of names to strings, empty by default."""
 
-    def read(value: Any) -> dict[str, str]:
-        if not isinstance(value, Mapping) or not all(isinstance(item, str) for item in value.values()):
-            raise ValueError(f"must be a table of names to strings, got {value!r}")
+    def fits(value: Any) -> bool:
+        return isinstance(value, Mapping) and _are_strings(value.values())
+
+    def make(value: Mapping[Any, str]) -> dict[str, str]:
         return {str(key): item for key, item in value.items()}
 
-    return _field(read, Factory(dict), "", doc)
+    return _stated(fits, "a table of names to strings", make, Factory(dict), doc)
 
 
 def flag(doc: str, *, default: Any = NOTHING) -> Any:
     """Declare a value that is true or false."""
-
-    def read(value: Any) -> bool:
-        if not isinstance(value, bool):
-            raise ValueError(f"must be true or false, got {value!r}")
-        return value
-
-    return _field(read, default, "", doc)
+    return _stated(lambda value: isinstance(value, bool), "true or false", bool, default, doc)
 
 
 def array(

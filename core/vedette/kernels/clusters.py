@@ -221,7 +221,7 @@ def _factors(held: Held, track: Indices, tolerance: float) -> list[Held]:
     label = np.arange(len(tracks))
     for a in range(len(tracks)):
         for b in range(a):
-            if label[a] != label[b] and _apart(table[:, [b]], table[:, [a]], weights) > tolerance:
+            if label[a] != label[b] and _beyond([table[:, [b]], table[:, [a]]], weights) > tolerance:
                 label[label == max(label[a], label[b])] = min(label[a], label[b])
     parts = [np.flatnonzero(label == one) for one in np.unique(label)]
     if len(parts) > 1:
@@ -237,11 +237,6 @@ def _merged_part(table: Indices, weights: Array) -> Held:
     """Return the hypotheses over some of a cluster's tracks."""
     rows = [tuple(leaf for leaf in row if leaf >= 0) for row in table.tolist()]
     return _merged(list(zip(weights.tolist(), rows, strict=True)))
-
-
-def _apart(one: Indices, other: Indices, weights: Array) -> float:
-    """Return the total variation of two tracks' leaves (h, 1) from being independent."""
-    return _beyond([one, other], weights)
 
 
 def _beyond(parts: list[Indices], weights: Array) -> float:

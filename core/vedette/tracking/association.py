@@ -67,10 +67,10 @@ def associate(it: Expected, met: Met) -> Associated:
     if plan.approximates and not framed:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
     if not plan.permanent:
-        apart = plan.exclusive or framed
+        apart = plan.associator.exclusive or framed
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
-        claims = kernels.claimed(weights, plan.exclusive)
+        claims = kernels.claimed(weights, plan.associator.exclusive)
     return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None, None)
 
 
@@ -138,7 +138,7 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
         table[:, 0, 1:][place] = weights[pair]
         used.append(table)
 
-    claims = births.claimed_by_pairs(pairs.returns, weights, k, plan.exclusive)
+    claims = births.claimed_by_pairs(pairs.returns, weights, k, plan.associator.exclusive)
     taken = Taken(pairs, weights, misses)
     return Associated(misses[:, None], np.zeros((t, 0)), None, used, seen, claims, approximated, None, taken)
 

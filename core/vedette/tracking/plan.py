@@ -51,7 +51,6 @@ class Plan:
     by_pairs: bool
     keeps_hypotheses: bool
     approximates: bool
-    exclusive: bool
     decides: bool
     certain: bool
     permanent: bool
@@ -109,7 +108,6 @@ def planned(
         by_pairs=estimator.traits.bounded and associator.by_cluster,
         keeps_hypotheses=keeps_hypotheses,
         approximates=associator.approximates,
-        exclusive=associator.exclusive,
         decides=associator.decides and not lifecycle.certain,
         certain=lifecycle.certain,
         permanent=lifecycle.permanent,
