@@ -1,4 +1,4 @@
-// The kernels of weighted points, eight of a track's points side by side: what filters/particles.py says in numpy.
+// The kernels of weighted points, eight of a track's points side by side: what vedette_standard/particles.py says in numpy.
 #pragma once
 
 #include <algorithm>

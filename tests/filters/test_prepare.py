@@ -8,10 +8,8 @@ from numpy.testing import assert_allclose
 from vedette import Detections, Gaussian, MotionModel, fields
 from vedette.filters import (
     GaussianFilter,
-    Particles,
     evaluate_each,
     evaluate_linearised,
-    evaluate_particles,
     predict_linearised,
     prepare,
     present_noise,
@@ -22,6 +20,7 @@ from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.particles import Particles, evaluate_particles
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing import RangeBearing

@@ -8,8 +8,9 @@ from foreign import Foreign
 from foreign.joint import innovation
 from foreign.motion_linear import Matern32
 from foreign.motion_wrapped import SpeedScaledNoise
-from vedette.filters import GaussianFilter, OverMotion, draw_particles, evaluate_linearised
+from vedette.filters import GaussianFilter, OverMotion, evaluate_linearised
 from vedette.sampling import draw_gaussian
+from vedette_standard.particles import draw_particles
 
 
 @frozen(eq=False)

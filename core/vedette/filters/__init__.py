@@ -4,14 +4,13 @@ An estimator derives from `vedette.Estimator`, or from one of the bases here tha
 
 - `OverMotion`: one motion model, whose axes and frame are the estimator's.
 - `GaussianFilter`: the belief is a mean and a covariance; `predict` and `evaluate` are left to define.
-- `PointFilter`: a Gaussian filter by sigma points, of which only `kappa` is left to define.
 
 Predicting: `predict_linearised` by the motion's derivative; `predicted` for loops outside the tracker, which also calls
 `reframe` where that is due. Evaluating: `evaluate_linearised` and `evaluate_frame` do all of it; `prepare` gives
 residuals and noises that already account for each detection's own noise and missing components, from which
 `evaluate_each` and `make_innovation` continue. `Hypotheses` is the detail that `GaussianFilter.update` reads.
 `mixed` and `merged` replace mixtures by their moments. `fading` says how much a filter that forgets widens over a gap.
-`Memo` keeps the matrices of linear models. Particles: `Particles` and the functions on them.
+`Memo` keeps the matrices of linear models. Sigma points and particles are in `vedette_standard.points` and `.particles`.
 """
 
 from vedette.filters.declared import contradiction, unforwarded
@@ -27,19 +26,7 @@ from vedette.filters.linear import (
     predict_linearised,
     scan_step_linearised,
 )
-from vedette.filters.memo import Memo, SensorConstants, embedded, keep, own_twin
+from vedette.filters.memo import Memo, SensorConstants, as_slice, embedded, keep, own_twin
 from vedette.filters.mixing import merged, mixed
 from vedette.filters.motion import OverMotion, predicted
-from vedette.filters.particles import (
-    Particles,
-    check_particle_motion,
-    draw_particles,
-    evaluate_particles,
-    normalised,
-    particle_moments,
-    points_at,
-    resample,
-    too_few,
-)
-from vedette.filters.sigma_points import PointFilter
 from vedette.types import Hypotheses

@@ -22,8 +22,10 @@ from vedette import (
     filters,
     kernels,
 )
-from vedette.filters import OverMotion, Particles
+from vedette.filters import OverMotion
 from vedette.tracking import Common
+from vedette_standard import particles
+from vedette_standard.particles import Particles
 
 
 @frozen(eq=False)
@@ -87,20 +89,20 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     resample: float = fields.probability("share of effective points below which ancestors are chosen", default=0.5)
 
     def __attrs_post_init__(self) -> None:
-        filters.check_particle_motion(self.motion)
+        particles.check_particle_motion(self.motion)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
         """Return points drawn from the prior, of equal weight."""
         marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
-        return filters.draw_particles(marginal, self.particles, self.state, rng)
+        return particles.draw_particles(marginal, self.particles, self.state, rng)
 
     def predict(self, belief: Particles | Predicted, dt: float, rng: np.random.Generator) -> Particles | Predicted:
         """Return the points `dt` s later, with the centres needed to choose ancestors."""
         if dt == 0:
             return belief
         offsets = rng.random((2, *belief.log_weights.shape[:-1]))
-        due = filters.too_few(belief.log_weights, self.resample)[..., None]
-        points = filters.points_at(belief.points, filters.resample(belief.log_weights, offsets[0]))
+        due = particles.too_few(belief.log_weights, self.resample)[..., None]
+        points = particles.points_at(belief.points, particles.resample(belief.log_weights, offsets[0]))
         points = np.where(due[..., None], points, belief.points)
         centres = self.motion.move(points, dt)
         roots = np.broadcast_to(kernels.root(self.motion.noise(points, dt)), (*points.shape, points.shape[-1]))
@@ -126,7 +128,7 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     def _evaluated(
         self, points: Array, log_weights: Array, sensor: Sensor, detections: Detections, p_gate: float
     ) -> Innovation:
-        return filters.evaluate_particles(Particles(points, log_weights), self.state, sensor, detections, p_gate)
+        return particles.evaluate_particles(Particles(points, log_weights), self.state, sensor, detections, p_gate)
 
     def update(self, belief: Particles | Predicted, innovation: Innovation, weights: Array) -> Particles:
         """Return points from ancestors that the scan favours, where it is informative; else the same points, reweighted."""
@@ -136,12 +138,12 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
         if not isinstance(belief, Predicted) or detail.at_centres is None:
             return Particles(belief.points, log_weights)
         foreseen = kernels.reweigh_particles(np.zeros(log_weights.shape), detail.at_centres, *seen)
-        news = filters.too_few(foreseen, self.resample)[..., None]
+        news = particles.too_few(foreseen, self.resample)[..., None]
         if not news.any():
             return Particles(belief.points, log_weights)
-        index = filters.resample(filters.normalised(belief.log_weights + foreseen), belief.offset)
+        index = particles.resample(particles.normalised(belief.log_weights + foreseen), belief.offset)
         roots = np.take_along_axis(belief.roots, index[..., None, None], axis=-3)
-        points = self._scattered(filters.points_at(belief.centres, index), roots, belief.standard)
+        points = self._scattered(particles.points_at(belief.centres, index), roots, belief.standard)
         before = -np.take_along_axis(foreseen, index, axis=-1)
         again = self._evaluated(points, log_weights, *detail.scan.value).detail
         points = np.where(news[..., None], points, belief.points)
@@ -150,4 +152,4 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     def moments(self, belief: Particles | Predicted) -> Gaussian:
         """Return mean and covariance of the points."""
         points = Particles(belief.points, belief.log_weights)
-        return filters.particle_moments(points, self.state, self.zero_variance)
+        return particles.particle_moments(points, self.state, self.zero_variance)

@@ -22,7 +22,9 @@ from vedette import (
     filters,
     kernels,
 )
-from vedette.filters import OverMotion, Particles
+from vedette.filters import OverMotion
+from vedette_standard import particles
+from vedette_standard.particles import Particles
 
 
 @final
@@ -70,22 +72,22 @@ class BootstrapParticles(OverMotion[Particles]):
     resample: float = fields.probability("share of effective points below which a track is resampled", default=0.5)
 
     def __attrs_post_init__(self) -> None:
-        filters.check_particle_motion(self.motion)
+        particles.check_particle_motion(self.motion)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
         """Return points drawn from the prior, of equal weight."""
         marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
-        return filters.draw_particles(marginal, self.particles, self.state, rng)
+        return particles.draw_particles(marginal, self.particles, self.state, rng)
 
     def predict(self, belief: Particles, dt: float, rng: np.random.Generator) -> Particles:
         """Return the points `dt` s later, each with its own noise; resampled first if necessary."""
         if dt == 0:
             return belief
         points, offset = belief.points, rng.random(belief.log_weights.shape[:-1])
-        due = filters.too_few(belief.log_weights, self.resample)[..., None]
+        due = particles.too_few(belief.log_weights, self.resample)[..., None]
         if due.any():
             points = np.where(
-                due[..., None], filters.points_at(points, filters.resample(belief.log_weights, offset)), points
+                due[..., None], particles.points_at(points, particles.resample(belief.log_weights, offset)), points
             )
         root, drawn = kernels.root(self.motion.noise(points, dt)), rng.standard_normal((*points.shape, 1))
         noise = drawn[..., 0] @ root.T if root.ndim == 2 else (root @ drawn)[..., 0]
@@ -95,7 +97,7 @@ class BootstrapParticles(OverMotion[Particles]):
     def evaluate(self, belief: Particles, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the likelihood of each detection at each point of each track."""
         assert isinstance(observed, Detections)
-        return filters.evaluate_particles(belief, self.state, sensor, observed, p_gate)
+        return particles.evaluate_particles(belief, self.state, sensor, observed, p_gate)
 
     def update(self, belief: Particles, innovation: Innovation, weights: Array) -> Particles:
         """Return the same points, reweighted."""
@@ -104,4 +106,4 @@ class BootstrapParticles(OverMotion[Particles]):
 
     def moments(self, belief: Particles) -> Gaussian:
         """Return mean and covariance of the points."""
-        return filters.particle_moments(belief, self.state, self.zero_variance)
+        return particles.particle_moments(belief, self.state, self.zero_variance)

@@ -7,7 +7,7 @@ from typing import ClassVar, final
 from attrs import frozen
 
 from vedette import MotionModel, Traits, fields
-from vedette.filters import PointFilter
+from vedette_standard.points import PointFilter
 
 
 @final

@@ -24,6 +24,7 @@ from vedette import (
     kernels,
 )
 from vedette.filters import OverMotion
+from vedette_standard import particles
 
 
 @frozen(eq=False)
@@ -89,13 +90,13 @@ class EnsembleKalman(OverMotion[Ensemble]):
     members: int = fields.integer("states per track", default=400, at_least=20, at_most=10**6)
 
     def __attrs_post_init__(self) -> None:
-        filters.check_particle_motion(self.motion)
+        particles.check_particle_motion(self.motion)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Ensemble:
         """Return points drawn from the prior."""
         marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
         shrunk = Gaussian(marginal.mean, marginal.cov * (1 - 1 / self.members))  # of which `moments` makes the prior's
-        points = filters.draw_particles(shrunk, self.members, self.state, rng).points
+        points = particles.draw_particles(shrunk, self.members, self.state, rng).points
         return Ensemble(points, _key(points, rng))
 
     def predict(self, belief: Ensemble, dt: float, rng: np.random.Generator) -> Ensemble:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from vedette import Detections, Gaussian, MotionModel, Sensor, Space, filters, kernels
+from vedette import Detections, Gaussian, MotionModel, Sensor, Space, kernels
+from vedette_standard import particles
 from vedette_standard.estimators.auxiliary import AuxiliaryParticles
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.imm import Imm
@@ -104,16 +105,16 @@ def test_means_are_without_bias(kind):
 
 def test_convergence_bites(monkeypatch):
     """Likelihoods that are too sharp, or points that do not move, are not the Kalman filter's."""
-    real = filters.evaluate_particles
+    real = particles.evaluate_particles
 
     def sharper(*args):
         found = real(*args)
         return evolve(found, detail=1.3 * found.detail)
 
-    monkeypatch.setattr(filters, "evaluate_particles", sharper)
+    monkeypatch.setattr(particles, "evaluate_particles", sharper)
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
-    monkeypatch.setattr(filters, "evaluate_particles", real)
-    monkeypatch.setattr(filters, "resample", lambda log_weights, offset: np.zeros(log_weights.shape, dtype=np.intp))
+    monkeypatch.setattr(particles, "evaluate_particles", real)
+    monkeypatch.setattr(particles, "resample", lambda log_weights, offset: np.zeros(log_weights.shape, dtype=np.intp))
     assert np.any(errors(BootstrapParticles, 4000, 30, np.random.default_rng(13)) > 0.1)
 
 
@@ -199,23 +200,23 @@ def test_systematic_resampling_keeps_every_point_its_share():
     weights = rng.dirichlet(np.full(50, 0.3), size=(2, 3))
     log_weights = np.log(np.maximum(weights, 1e-300))
     offset = rng.random((2, 3))
-    index = filters.resample(log_weights, offset)
+    index = particles.resample(log_weights, offset)
     for i in np.ndindex(2, 3):
         counts = np.bincount(index[i], minlength=50)
         assert np.all(np.abs(counts - 50 * weights[i]) < 1)
-        np.testing.assert_array_equal(index[i], filters.resample(log_weights[i], offset[i]))
+        np.testing.assert_array_equal(index[i], particles.resample(log_weights[i], offset[i]))
 
 
 def test_the_effective_number_decides():
     even, one = np.full((1, 100), -np.log(100)), np.log(np.full((1, 100), 1e-6))
     one[0, 3] = np.log(1 - 99e-6)
-    assert not filters.too_few(even, 0.99)[0]
-    assert filters.too_few(one, 0.02)[0]
+    assert not particles.too_few(even, 0.99)[0]
+    assert particles.too_few(one, 0.02)[0]
 
 
 @each
 def test_a_mode_of_an_imm(kind):
-    """Particles and a Kalman filter as modes: mixing goes through moments, and stays near the IMM over Kalman filters."""
+    """Particles and a Kalman filter as modes: mixing goes through moments, and stays near the IMM over Kalman particles."""
     models = (ConstantVelocity(0.1, axes=("x",)), ConstantVelocity(2.0, axes=("x",)))
     chain = np.array([[0.9, 0.1], [0.2, 0.8]])
     rng = np.random.default_rng(19)
@@ -258,7 +259,7 @@ def test_models_that_turn_their_frame_are_refused(kind):
 def test_points_on_a_circle_average_on_it():
     circle = Space.of(course="rad mod 2pi")
     points = np.array([[[np.pi - 0.1], [-np.pi + 0.1], [np.pi - 0.02], [-np.pi + 0.02]]])
-    found = filters.particle_moments(filters.Particles(points, np.log(np.full((1, 4), 0.25))), circle, Space())
+    found = particles.particle_moments(particles.Particles(points, np.log(np.full((1, 4), 0.25))), circle, Space())
     assert abs(found.mean[0, 0]) == pytest.approx(np.pi)
     assert found.cov[0, 0, 0] == pytest.approx((0.1**2 + 0.02**2) / 2)
 
@@ -272,12 +273,12 @@ def test_points_seen_at_once_are_those_seen_by_steps(monkeypatch, p, extent):
     points = rng.normal([-500.0, 0.0, 0.0, 0.0], [50.0, 50.0, 1.0, 1.0], (2, 3, p, 4))
     log_weights = rng.normal(size=(2, 3, p))
     log_weights[0, 0, 3:5] = -np.inf, -300.0
-    belief = filters.Particles(points, filters.normalised(log_weights))
+    belief = particles.Particles(points, particles.normalised(log_weights))
     z = np.stack([rng.normal(500, 30, (2, 4)), rng.choice([3.1, -3.1, 3.0], (2, 4))], axis=-1)
     scan = state, sensor, Detections(z, np.ones((2, 4), bool)), 0.99
-    at_once = filters.evaluate_particles(belief, *scan)
+    at_once = particles.evaluate_particles(belief, *scan)
     monkeypatch.setattr(kernels, "evaluate_particles", lambda *given: None)
-    by_steps = filters.evaluate_particles(belief, *scan)
+    by_steps = particles.evaluate_particles(belief, *scan)
     for name in ("loglik", "distance", "log_volume", "nis", "detail"):
         found, wanted = getattr(at_once, name), getattr(by_steps, name)
         assert found.shape == wanted.shape

@@ -7,7 +7,6 @@ from hypothesis import strategies as st
 from support.mutants.parts import CALLS
 from support.mutants.sources import BOAT, SCENE
 from vedette import Associator, Detections, Gaussian, MotionModel, Space, fields
-from vedette.filters import normalised
 from vedette.testing.strategies import SENSOR
 from vedette.tracking import pytrees
 from vedette.types import Frame, Recording, Scan, Trajectory
@@ -29,6 +28,7 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.coast_limited import CoastLimited
 from vedette_standard.lifecycles.existence import Existence
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.particles import normalised
 from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing

@@ -1,4 +1,4 @@
-"""The common part of particle filters: weighted points, their moments, resampling, and likelihoods at points."""
+"""What particle filters share: weighted points, their moments, resampling, and likelihoods at points."""
 
 from __future__ import annotations
 
@@ -9,9 +9,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import kernels
-from vedette.filters.detections import prepare
-from vedette.filters.gaussian import without_variance
-from vedette.filters.memo import as_slice, own_twin
+from vedette.filters import as_slice, own_twin, prepare, without_variance
 from vedette.roles import MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Innovation

@@ -8,10 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
-from vedette.filters.detections import make_innovation, prepare
-from vedette.filters.gaussian import GaussianFilter
-from vedette.filters.linear import noise_over, predict_linearised
-from vedette.kernels.results import Points
+from vedette.filters import GaussianFilter, make_innovation, noise_over, predict_linearised, prepare
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation
@@ -30,7 +27,7 @@ class PointFilter(GaussianFilter):
     def kappa(self) -> float:
         """Weight of the central point, times n + kappa."""
 
-    def offsets(self, belief: Gaussian) -> Points:
+    def offsets(self, belief: Gaussian) -> tuple[Array, Array]:
         """Return the points' offsets from the mean (*b, t, s, n), 0 on axes without variance, and their weights (s,)."""
         memo = self._memo
         _, fixed = memo.frame or memo.framed(self.motion)
@@ -40,7 +37,7 @@ class PointFilter(GaussianFilter):
         spread, weights = kernels.sigma_points(belief.cov[..., free, :][..., free], self.kappa)
         offsets = np.zeros((*spread.shape[:-1], len(self.state)))
         offsets[..., free] = spread
-        return Points(offsets, weights)
+        return offsets, weights
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
         """Return the belief `dt` s later; of a linear motion the points' moments are F x and F P F' + Q."""
