@@ -26,7 +26,7 @@ BLUR = 1.5
 BLOCKS, STRONG = 8, 0.05
 """Blocks along each side, one corner of each is followed; how strong it is at least, over the eighth strongest."""
 
-AGREE, UNEVEN, MORE, FEWEST, SHARE, SPREAD = 1.0, 0.1, 1.2, 5, 0.3, 0.4
+AGREE, UNEVEN, MORE, FEWEST, SHARE, SPREAD = 1.0, 0.1, 1.2, 5, 0.3, 0.52
 """Pixels within which corners agree, and the part of their shift, as what is near shifts more; how many times as many must
 agree on a roll or a zoom as on a shift: else errors would roll the camera, little by little; how many must at least, and
 which share of all; the part of a side over which they are spread, so that they are no target's. By hand.
@@ -38,10 +38,12 @@ how much a pixel must be more like one of the two, over the mean by which they a
 count as written. By hand.
 """
 
-HALO = 10
-"""Pixels around what is written in which no corner is followed: half of its window."""
+HALO, WINDOW, OWN = 10, 21, 0.6
+"""Pixels around what is written in which no corner is followed: half of its window; its side in px; the standard deviation
+in px of where a corner is found again, by the frame's noise, up to which it counts: along a slope nothing tells.
+"""
 
-FLOW: Any = {"winSize": (21, 21), "maxLevel": 2, "flags": 4, "criteria": (3, 10, 0.03)}
+FLOW: Any = {"winSize": (WINDOW, WINDOW), "maxLevel": 2, "flags": 4, "criteria": (3, 10, 0.03)}
 """Window, levels, that a first guess is used, and when to stop: OpenCV's."""
 
 
@@ -56,7 +58,7 @@ class Registration:
     CACM 24, 1981). These leave the frame's middle where it is, whose place counts. What is written into the frames, text or
     a cross-hair, stands in them however the camera turns: where corners stand and others agree on a turn, faint ones too,
     pixels tell which is the scene (`written`). Where too few agree, as over plain sky or after a cut, the camera counts as
-    standing still. `agreed`: the share of corners that did, last time; where they are noise's, few do.
+    standing still. `agreed`: the share of corners that did, last time; where they are a codec's, few do.
     """
 
     agreed: float = 0.0
@@ -74,10 +76,11 @@ class Registration:
         middle = 0.5 * (np.array(pixels.shape[::-1]) - 1.0)
         if np.isfinite(pixels).all():  # else it could not be read
             with one_thread():
-                self._register(opencv().GaussianBlur(pixels.astype(np.float32), (0, 0), BLUR))
+                self._register(pixels.astype(np.float32))
         return np.asarray(applied(self._at @ np.linalg.inv(self._turn), middle) - middle)
 
-    def _register(self, image: NDArray[np.float32]) -> None:
+    def _register(self, grey: NDArray[np.float32]) -> None:
+        image = opencv().GaussianBlur(grey, (0, 0), BLUR)
         if self._past is not None and self._past.shape != image.shape:
             raise ValueError(f"frame: {image.shape} px, but the frames before have {self._past.shape}")
         turn = self._turned(image)
@@ -87,15 +90,15 @@ class Registration:
             if turn is not None and self._past is not None and self._text.any():
                 self._text &= ~written(self._past, self._shown(image), turn)[1]
                 self._written = around(self._text)
-            self._follow(image)
+            self._follow(image, noise_of(grey))
 
-    def _follow(self, image: NDArray[np.float32]) -> None:
+    def _follow(self, image: NDArray[np.float32], noise: float) -> None:
         """Follow the corners of a frame, the last, from now on."""
         low, high = np.percentile(image[::4, ::4], (1, 99))  # smoothed: by noise a slope's level would move
         self._levels = float(low), max(float(high - low), 1e-9)
         self._past, self._at, self._turn = self._shown(image), self._at @ np.linalg.inv(self._turn), np.eye(3)
         self._text, self._written = (mask | np.zeros(image.shape, dtype=bool) for mask in (self._text, self._written))
-        strong, faint = corners(self._past, self._written)
+        strong, faint = corners(self._past, self._written, noise * 255.0 / self._levels[1])
         self._points, self._strong = np.concatenate([strong, faint]), len(strong)
 
     def _shown(self, image: NDArray[np.float32]) -> NDArray[np.uint8]:
@@ -229,14 +232,24 @@ def refined(
     return np.asarray(whole + np.clip(d, -1.5, 1.5), dtype=float)
 
 
-def corners(image: NDArray[np.uint8], apart: Mask) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
+def noise_of(frame: NDArray[np.float32]) -> float:
+    """Return the standard deviation of white noise in a frame (h, w), by the median: most pixels bend by no more."""
+    down = frame[:-2:4] - 2.0 * frame[1:-1:4] + frame[2::4]
+    bend = np.abs(down[:, :-2:2] - 2.0 * down[:, 1:-1:2] + down[:, 2::2])
+    return float(np.median(bend)) / (0.6745 * 6.0) if bend.size else 0.0
+
+
+def corners(image: NDArray[np.uint8], apart: Mask, noise: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Return the strongest corner of each block of an image (h, w), if it is strong: (k, 2), x and y in px; and faint ones.
 
     Where `apart` there is none. Strong is what is so beside the eighth strongest; the faint ones are those of the image
-    without all that is strong.
+    without all that is strong. Of both images' `noise`, and a count by rounding, a place has the variance 2 noise^2 over the
+    sum of squared slopes along its weaker axis.
     """
     cv2 = opencv()
-    strength = np.where(apart, 0.0, cv2.cornerMinEigenVal(image, 7))
+    strength = cv2.cornerMinEigenVal(image, WINDOW)  # the mean of squared slopes, by OpenCV's scale of 4 / 255^2
+    least = 2.0 * (noise**2 + 1.0) / (OWN * WINDOW) ** 2 * 4.0 / 255.0**2
+    strength[apart | (strength < least)] = 0.0
     strong, least = _strongest(strength)
     return strong, _strongest(np.where(around(strength > least), 0.0, strength))[0]
 

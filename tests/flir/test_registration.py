@@ -131,7 +131,7 @@ def test_what_stands_and_is_large_is_the_scene_however_clouds_drift(drift):
     for k in range(40):
         frame = seen(FAINT, (20.0 + drift * k, 20.0), seed=k)
         frame[70:] = wood[70:] + np.random.default_rng(k).normal(0.0, 1.0, wood[70:].shape)
-        assert np.abs(motion.take(frame)).max() < 0.5
+        assert np.abs(motion.take(frame)).max() < 1.0  # the clouds go 58 px
 
 
 def stretched(self, image):
@@ -140,15 +140,18 @@ def stretched(self, image):
     return np.clip((image - low) * (255.0 / (high - low)), 0.0, 255.0).astype(np.uint8)
 
 
-@pytest.mark.parametrize(("blur", "least", "most"), [(registration.BLUR, 0.0, 1.0), (0.1, 5.0, np.inf)])
-def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, blur, least, most):
-    """Where the level of a slope changes, it looks as if it moved."""
-    monkeypatch.setattr(registration, "BLUR", blur)
-    slope, far = 50.0 + 0.05 * np.arange(160) * np.ones((120, 1)), []
-    for run in range(6):
+@pytest.mark.parametrize(("told", "least", "most"), [(True, 0.0, 0.1), (False, 5.0, np.inf)], ids=["told", "not told"])
+@pytest.mark.parametrize("base", ["slope", "stripes"])
+def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, base, told, least, most):
+    """Along it nothing but noise has corners; the mutant takes them for the scene's."""
+    if not told:
+        monkeypatch.setattr(registration, "noise_of", lambda frame: 0.0)
+    along, far = np.arange(160) * np.ones((120, 1)), []
+    scene = 50.0 + (0.5 * along if base == "slope" else 20.0 * np.sin(along / 15.0))
+    for run in range(4):
         motion, rng = Registration(), np.random.default_rng(run)
         for _ in range(40):
-            found = motion.take((slope + rng.normal(0.0, 2.0 + run, slope.shape)).clip(0, 255).astype(np.uint8))
+            found = motion.take((scene + rng.normal(0.0, 3.0, scene.shape)).clip(0, 255).astype(np.uint8))
         far.append(np.abs(found).max())
     assert least <= max(far) < most
 
