@@ -122,3 +122,24 @@ def test_a_radar_that_is_turned_against_the_truth_is_said(angle, told):
     path = (1000.0 + 5 * times)[:, None] * [np.cos(angle), np.sin(angle)]
     truth = vedette.Trajectory("one", vedette.Space.of(x="m", y="m"), times, path)
     assert any(each.startswith("radar:") and "bearing" in each for each in said(steady(), (truth,))) == told
+
+
+@pytest.mark.parametrize(
+    ("motion", "deviation", "told"),
+    [
+        ({"kind": "carrying", "carries": {"lag": "m"}}, 20.0, 1),
+        ({"kind": "carrying", "carries": {"lag": "m"}}, 0.0, 0),
+        ({"kind": "product", "models": [{"kind": "random_walk", "axes": ["lag"], "sigma": 0.0}]}, 20.0, 0),
+    ],
+)
+def test_an_axis_that_a_sensor_sees_and_the_motion_holds_is_told(motion, deviation, told):
+    """Its deviation would be dropped without a word, and what the sensor says of it with it."""
+    plain = {"kind": "constant_velocity", "sigma_accel": 1.0}
+    motion = motion | ({"models": [plain, *motion["models"]]} if "models" in motion else {"motion": plain})
+    beacon = {"kind": "linear", "axes": ["x", "y", "lag"], "units": {"lag": "m"}, "H": [[1.0, 0, 1], [0, 1, 1]]}
+    birth = {"kind": "given", "start": {**{axis: [0.0, 10.0] for axis in ("x", "y", "vx", "vy")}, "lag": [0.0, deviation]}}
+    parts = {"estimator": {"kind": "kalman", "motion": motion}, "birth": birth, "lifecycle": {"kind": "single_target"}}
+    sensors = {"beacon": beacon | {"R": [[9.0, 0], [0, 9.0]], "measures": ["p", "q"]}}
+    found = said([plane(t, [5.0 + t, 7.0]) for t in range(20)], sensors=sensors, **parts)
+    assert len(found) == told
+    assert all(one.startswith("lag begins with a deviation, beacon sees it") for one in found)

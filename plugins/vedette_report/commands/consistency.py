@@ -17,7 +17,7 @@ from vedette_report.progress import on_terminal
 from vedette_report.recorded import Recorded, pooled, recorded, table
 from vedette_report.warnings.late import late
 from vedette_report.warnings.turned import turned
-from vedette_report.warnings.words import left_out
+from vedette_report.warnings.words import held, left_out
 
 
 def run(arguments: Namespace) -> int:
@@ -39,6 +39,7 @@ def run(arguments: Namespace) -> int:
             for said in (
                 *warnings_of(result.intake, result.recording, tracker.sensors),
                 *left_out(result.intake, result.recording),
+                *held(tracker),
                 *turned(tracker, result.scans, result.recording.truth),
                 *late(tracker, result.scans, result.tracks),
             )

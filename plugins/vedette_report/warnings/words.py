@@ -14,7 +14,8 @@ from vedette.experiment import Experiment, Result
 from vedette.hypotheses import HypothesisAssociator
 from vedette.metrics import Score
 from vedette.roles import Sensor
-from vedette.tracking import Came, Intake, open_source
+from vedette.supporting import ImagingSensor
+from vedette.tracking import Came, Intake, Tracker, open_source
 from vedette.types import LazyScans, Recording
 from vedette_files import beyond_period
 from vedette_report.figures import count
@@ -60,6 +61,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
                 f"where targets stay close, {kind!r} averages over them. Nearer than two of the sensor's deviations that "
                 "places them best; if yours are farther apart, take 'jpda_star'"
             )
+    yield from held(experiment.tracker)
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
     yield from late(experiment.tracker, result.scans, result.tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
@@ -72,6 +74,21 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
             "truth and tracks, and judge.cover_radius"
         )
+
+
+def held(tracker: Tracker) -> Iterator[str]:
+    """Yield a sentence for each axis that a birth is unsure of and a sensor sees, but the motion holds as it begins."""
+    stated = {**getattr(tracker.birth, "spread", {}), **getattr(tracker.birth, "start", {})}
+    for axis in tracker.estimator.zero_variance.names:
+        seen = [name for name, sensor in tracker.sensors.items() if _sees(sensor, axis)]
+        if seen and np.any(np.atleast_1d(stated.get(axis, 0.0))[-1:] > 0):
+            told = f"{axis} begins with a deviation, {seen[0]} sees it, and the motion holds it: no return will change it"
+            yield f"{told}; let it move, as by 'product' with a 'random_walk' of its own"
+
+
+def _sees(sensor: Sensor, axis: str) -> bool:
+    """Return whether it measures by an axis; what looks at frames learns of a target in its own way."""
+    return axis in sensor.observes and not isinstance(sensor, ImagingSensor)
 
 
 def _because(experiment: Experiment, result: Result, told: str, otherwise: str) -> Iterator[str]:

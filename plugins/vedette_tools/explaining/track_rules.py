@@ -10,6 +10,7 @@ from vedette.space import Array
 from vedette.types import Detections, LazyScans
 from vedette.units import say
 from vedette_report.warnings.rehearsal import rehearsed
+from vedette_report.warnings.words import held
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
 from vedette_tools.explaining.paces import BEYOND, strange_paces
@@ -102,6 +103,12 @@ def frozen_prior(it: Situation) -> Iterator[Finding]:
             if each == 0 and x == 0 and axis.unit in ("m/s", "rad/s") and axis not in fixed.axes:
                 text = f"a new track's {axis.name} is exactly 0, as if that were known"
                 yield Finding("birth", text, "its standard deviation among targets")
+
+
+def held_axes(it: Situation) -> Iterator[Finding]:
+    """Find axes that a birth is unsure of and a sensor sees, but the motion holds."""
+    for said in held(it.experiment.tracker):
+        yield Finding("birth", said, "a deviation of 0, or a motion that lets it change")
 
 
 def no_start(it: Situation) -> Iterator[Finding]:
@@ -214,6 +221,6 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    slow_prior, strange_pace, fast_prior, wide_prior, frozen_prior, no_start, short_life, confirmation, rehearsal,
+    slow_prior, strange_pace, fast_prior, wide_prior, frozen_prior, held_axes, no_start, short_life, confirmation, rehearsal,
     judge_against_errors,
 )  # fmt: skip
