@@ -45,7 +45,8 @@ def test_each_kind_is_followed(tmp_path):
         assert row["HOTA"] >= sky["hidden"]["HOTA"] - 0.02
     for file, row in {**figures.pop("ships"), **figures.pop("noaa")}.items():
         assert row["with one track"] == row["of"] if file.endswith("aid") else row["held reports covered"] > 0.9
-        assert row["ships covered"] > 0.9
+        chance = np.sqrt(0.9 * 0.1 / row["ships"])  # of which reports are held back; a gate that was too soft had .58
+        assert row["ships covered"] > 0.9 - 2 * chance
     for rows in figures.values():
         for row in rows.values():
             assert row["tracks"] == row["objects"] or row["HOTA"] > 0.8
