@@ -72,8 +72,8 @@ def tracked(pixels: list[Array], made: Any) -> list[tuple[Array, Array]]:
     for k, each in enumerate(pixels):
         corner = turned.take(each).copy() if made.source.steady else np.zeros(2)
         frame = Scan.image(k / 30, "camera", Frame(each, corner))
-        state = tracker.step(state, frame)
         state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        state = tracker.step(state, frame)
         mean = tracker.estimate(state).mean
         for i in np.flatnonzero(state.confirmed):
             seen.setdefault(int(state.ids[i]), []).append((k, mean[i, :2] - corner))

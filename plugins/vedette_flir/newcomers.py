@@ -44,7 +44,8 @@ def moves(off: float, turned: float) -> bool:
 def leaps(off: Array, S: Array) -> bool:
     """Return whether a thing that is found so far from where it was expected, with covariance S, is another thing.
 
-    The covariance says how far to search, some 5 px: new targets of the clips were at most 3 px off.
+    The covariance says how far to search, some 5 px: new targets of the clips were at most 3 px off. Not asked of what was
+    seen once, whose speed is not known.
     """
     return float(off @ np.linalg.solve(S, off)) > 1.0
 

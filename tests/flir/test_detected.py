@@ -100,8 +100,8 @@ def test_what_stands_in_the_scene_is_no_target_until_it_moves():
         lamp = np.array([120.0 + 0.8 * max(k - 45, 0), 80.0])
         pixels = np.maximum(picture(k, 20.0)[0], picture(k, 20.0, at=lamp)[0])
         frame = Scan.image(k / 30, "camera", Frame(pixels))
-        state = tracker.step(state, frame)
         state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        state = tracker.step(state, frame)
         confirmed.append(tracker.estimate(state).mean[state.confirmed, :2])
     for k in (30, 44):
         np.testing.assert_allclose(confirmed[k], [picture(k)[1]], atol=1.0)
@@ -117,8 +117,8 @@ def test_a_track_that_was_never_held_is_not_sought_elsewhere():
     for k in range(4):
         pixels = picture(k, 20.0, at=np.array([40.0, 50.0] if k == 0 else [120.0, 80.0]))[0]
         frame = Scan.image(k / 30, "camera", Frame(pixels))
-        state = tracker.step(state, frame)
         state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        state = tracker.step(state, frame)
         places += tracker.estimate(state).mean[state.ids == 0, 0].tolist()
     assert places
     assert max(places) < 60.0

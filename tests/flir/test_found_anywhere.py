@@ -37,8 +37,8 @@ def started(shape=(120, 160), change=lambda pixels: pixels, times=None, **option
     for k, t in enumerate(times):
         pixels, at = seen(k, t, shape)
         frame = Scan.image(t, "camera", Frame(change(pixels)))
-        state = tracker.step(state, frame)
         state = tracker.step(state, Scan(t, "spots", detector.process({"camera": frame})))
+        state = tracker.step(state, frame)
         first = min(first, t) if state.confirmed.any() else first
     return tracker.estimate(state).mean[state.confirmed, :2], first - times[0], at
 

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
@@ -27,15 +28,16 @@ def drawn(k, spots, corner=(0.0, 0.0), sign=False):
     return pixels
 
 
-def confirmed(frames, corners=None):
+def confirmed(frames, corners=None, *, detect_first=True):
     """The places of the tracks that are confirmed at the end of the frames, in px of the scene."""
     made = vedette.load(EXAMPLES / "flir_found.toml", overrides=["preprocessors.spots.most=12"])
     tracker, detector = made.tracker, made.preprocessors["spots"]
     state = tracker.start(seed=1)
     for k, pixels in enumerate(frames):
         frame = Scan.image(k / 30, "camera", Frame(pixels, np.zeros(2) if corners is None else corners[k]))
-        state = tracker.step(state, frame)
-        state = tracker.step(state, Scan(k / 30, "spots", detector.process({"camera": frame})))
+        spots = Scan(k / 30, "spots", detector.process({"camera": frame}))
+        for scan in (spots, frame) if detect_first else (frame, spots):
+            state = tracker.step(state, scan)
     return tracker.estimate(state).mean[state.confirmed, :2]
 
 
@@ -103,3 +105,21 @@ def test_sparkles_that_follow_each_other_are_no_target(monkeypatch, asked):
     at = np.array([80.0, 70.0]) + np.cumsum(10.0 * np.stack([np.cos(way), np.sin(way)], axis=1), axis=0)
     found = confirmed([drawn(k, [at[k // 6]]) for k in range(72)])
     assert len(found) == 0 if asked else len(found) > 0
+
+
+@pytest.mark.parametrize("mutant", ["none", "frames before what is found in them", "leaps asked of what was seen once"])
+def test_what_flies_seven_px_a_frame_is_found(monkeypatch, mutant):
+    """By the next frame it would have left the place where it was found; and how fast it is only the second frame says."""
+    step = np.array([7.0, 1.0])
+    frames = [drawn(k, [np.array([8.0, 50.0]) + k * step]) for k in range(23)]
+    if mutant.startswith("leaps"):
+        first = template.TemplateFilter.first
+
+        def seen_before(self, *args):
+            match = first(self, *args)
+            return evolve(match, appearance=evolve(match.appearance, recent=np.zeros(())))
+
+        monkeypatch.setattr(template.TemplateFilter, "first", seen_before)
+    found = confirmed(frames, detect_first=not mutant.startswith("frames"))
+    assert len(found) == (1 if mutant == "none" else 0)
+    assert mutant != "none" or np.abs(found[0] - np.array([8.0, 50.0]) - 22 * step).max() < 1.0

@@ -97,18 +97,20 @@ def preprocessed(
     """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may have a leading axis of runs.
 
     Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Frames of a sensor
-    in `own`, the tracker's, are kept before it. Preprocessors get complete returns only: to them one that lacks a component
-    is padding.
+    in `own`, the tracker's, are kept and come last: what is found in them starts there, not where it was. Preprocessors get
+    complete returns only: to them one that lacks a component is padding.
     """
     goes_to = {raw: name for name, preprocessor in preprocessors.items() for raw in preprocessor.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
         waiting: dict[str, dict[str, Scan]] = {name: {} for name in preprocessors}
+        kept = []
         for scan in moment:
             name = goes_to.get(scan.sensor)
-            if name is None or (scan.sensor in own and scan.sensor not in preprocessors):
-                yield scan
             if name is None:
+                yield scan
                 continue
+            if scan.sensor in own and scan.sensor not in preprocessors:
+                kept.append(scan)
             if scan.sensor in waiting[name]:  # two scans of one sensor at the same time
                 yield _made(name, preprocessors[name], time, waiting.pop(name))
                 waiting[name] = {}
@@ -116,6 +118,7 @@ def preprocessed(
         for name, parts in waiting.items():
             if parts:
                 yield _made(name, preprocessors[name], time, parts)
+        yield from kept
 
 
 def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str, Scan]) -> Scan:

@@ -175,6 +175,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     ) -> Match[TemplateAppearance]:
         """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
+        young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
         hidden, cut = self._with_scene(appearance, pixels)
         appearance = hidden
         step = by.grid(appearance.size)[0]
@@ -213,7 +214,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             appearance = forgotten(appearance)
         jump = float(np.max(np.abs(best.place - where)))
         elsewhere = anew and jump > step * (near + 1)
-        if self.moves and existence == LOST and leaps(best.place - where, S):
+        if self.moves and existence == LOST and not young and leaps(best.place - where, S):
             told = -MOST  # as one of several alike fades or leaves the picture, the next is found: that is another
         alike = best.likeness
         if alike < self.limit and best.clear > LEAST:  # it stands out: its brightness may have changed
