@@ -10,6 +10,7 @@ from attrs import define, field
 from numpy.typing import NDArray
 
 from vedette import Array, Mask
+from vedette_flir.patches import bend
 from vedette_flir.sources.images import one_thread, opencv
 
 REACH = 0.25
@@ -90,7 +91,7 @@ class Registration:
             if turn is not None and self._past is not None and self._text.any():
                 self._text &= ~written(self._past, self._shown(image), turn)[1]
                 self._written = around(self._text)
-            self._follow(image, noise_of(grey))
+            self._follow(image, bend(grey) / 6.0)
 
     def _follow(self, image: NDArray[np.float32], noise: float) -> None:
         """Follow the corners of a frame, the last, from now on."""
@@ -230,13 +231,6 @@ def refined(
         slope.reshape(2, -1) @ slope.reshape(2, -1).T, -slope.reshape(2, -1) @ change.ravel(), rcond=1e-6
     )
     return np.asarray(whole + np.clip(d, -1.5, 1.5), dtype=float)
-
-
-def noise_of(frame: NDArray[np.float32]) -> float:
-    """Return the standard deviation of white noise in a frame (h, w), by the median: most pixels bend by no more."""
-    down = frame[:-2:4] - 2.0 * frame[1:-1:4] + frame[2::4]
-    bend = np.abs(down[:, :-2:2] - 2.0 * down[:, 1:-1:2] + down[:, 2::2])
-    return float(np.median(bend)) / (0.6745 * 6.0) if bend.size else 0.0
 
 
 def corners(image: NDArray[np.uint8], apart: Mask, noise: float) -> tuple[NDArray[np.float32], NDArray[np.float32]]:

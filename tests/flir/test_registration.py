@@ -145,7 +145,7 @@ def stretched(self, image):
 def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, base, told, least, most):
     """Along it nothing but noise has corners; the mutant takes them for the scene's."""
     if not told:
-        monkeypatch.setattr(registration, "noise_of", lambda frame: 0.0)
+        monkeypatch.setattr(registration, "bend", lambda frame: 0.0)
     along, far = np.arange(160) * np.ones((120, 1)), []
     scene = 50.0 + (0.5 * along if base == "slope" else 20.0 * np.sin(along / 15.0))
     for run in range(4):

@@ -11,11 +11,14 @@ from vedette import Array
 from vedette_flir.estimators.matches import Appearance
 from vedette_flir.evidence import clearness, found_ratio, rival
 from vedette_flir.newcomers import ALIKE, AROUND
-from vedette_flir.patches import blurred, contrast, isolated, mask_of, peak, sample, similarity
+from vedette_flir.patches import bend, blurred, contrast, isolated, mask_of, peak, sample, similarity
 from vedette_flir.spots_in_frame import spots
 
 BRIGHTEST = 1.5
 """Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
+
+NOISY = 0.75
+"""Part of a target's amplitude that is taken for noise, at most, so that something is left. By hand."""
 
 WIDE = 1.6
 """Side of the template over that of the target, at least, where it says whether the target is there, or where a lost one is:
@@ -276,6 +279,12 @@ def sought(by: Matcher, pixels: Array, here: Look, expected: float) -> tuple[Loo
 
 
 def kept(image: Array, amplitude: float) -> Array:
-    """Return contrast of the target's sign as a fraction of its amplitude, from 0 to `BRIGHTEST`."""
-    limited: Array = np.clip(image / amplitude, 0.0, BRIGHTEST)
+    """Return contrast of the target's sign as a fraction of its amplitude, both beyond the noise, from 0 to `BRIGHTEST`.
+
+    What is no more than noise is none of the target (Donoho, De-noising by soft-thresholding, IEEE T-IT 41, 1995): a codec
+    repeats it where it was.
+    """
+    sign, most = float(np.sign(amplitude)), abs(amplitude)
+    noise = min(bend(image), NOISY * most)
+    limited: Array = np.clip((sign * image - noise) / (most - noise), 0.0, BRIGHTEST)
     return limited
