@@ -33,9 +33,9 @@ class Taken:
 class Window:
     """Takes scans in order of time, whatever the order in which they come, if none is later than `horizon` s.
 
-    It keeps the states within the horizon, at most `most`: a scan that is late by more is refused. What has left the horizon
-    is settled: `settled` hands it out, in order, once. Equal times are in the order of the sensors' names. A preprocessor
-    gets all scans of one time together, however late one of them came.
+    It keeps the states within the horizon, at most `most`: a scan that is late by more is refused, and one that comes again
+    with the same returns. What has left the horizon is settled: `settled` hands it out, in order, once. Equal times are in
+    the order of the sensors' names. A preprocessor gets all scans of one time together, however late one of them came.
     """
 
     tracker: Tracker
@@ -46,6 +46,7 @@ class Window:
     kept: list[Taken] = field(factory=list)
     before: State = field(init=False)
     latest: float = field(init=False)
+    came: dict[tuple[float, str, bytes] | None, None] = field(factory=dict)
     again: int = 0
     late: int = 0
 
@@ -65,7 +66,11 @@ class Window:
             if one.scan.time < self.before.time or one.scan.time < latest - self.horizon:
                 told = f"is {latest - one.scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
                 refused.append((one, f"time: {told}"))
+            elif (copy := _copy_of(one.scan)) in self.came:
+                refused.append((one, "came already, with the same returns"))
             else:
+                if copy is not None:
+                    self.came[copy] = None
                 usable.append(one)
                 self.late += one.scan.time < latest
                 latest = max(latest, one.scan.time)
@@ -129,7 +134,13 @@ class Window:
         done, self.kept = self.kept[:end], self.kept[end:]
         if done:
             self.before = done[-1].state
+            self.came = {copy: None for copy in self.came if copy is not None and copy[0] >= self.before.time}
         return done
+
+
+def _copy_of(scan: Scan) -> tuple[float, str, bytes] | None:
+    """Return what two copies of a scan have in common; None of one without returns, which may well be like another."""
+    return (scan.time, scan.sensor, scan.detections.z.tobytes()) if len(scan.detections.z) else None
 
 
 def _order(one: Formed) -> tuple[float, str]:

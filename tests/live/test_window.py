@@ -47,6 +47,30 @@ def window(horizon: float, most: int = 1000) -> Window:
     return Window(TRACKER, TRACKER.start(seed=3), horizon, most)
 
 
+@given(st.lists(st.integers(0, 39), max_size=30), st.integers(0, 3), st.sampled_from([0.0, 3.0]))
+@settings(max_examples=10, deadline=None)
+def test_scans_that_come_twice_are_taken_once(again: list[int], later: int, horizon: float) -> None:
+    """As over two paths of a network: by both, a filter would be surer than it may be."""
+    in_order = scans()
+    one, other, refused = window(horizon), window(0.0), []
+    for i, scan in enumerate(in_order):
+        assert other.take(came([scan])) == []
+        copies = [Scan(in_order[k].time, in_order[k].sensor, Detections.of(in_order[k].detections.z.copy())) for k in again]
+        arriving = [copy for copy, k in zip(copies, again, strict=True) if k + min(later, horizon) == i]
+        refused += one.take(came([scan, *arriving]))
+        one.settled()
+    due = [k for k in again if k + min(later, horizon) < 40]
+    assert len(refused) == len(due)
+    assert all("came already, with the same returns" in why for _, why in refused)
+    np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+    assert one.state.steps == other.state.steps
+
+
+def test_scans_without_returns_may_be_alike() -> None:
+    one = window(0.0)
+    assert one.take(came([Scan(1.0, "north", Detections.of([], 2)), Scan(1.0, "north", Detections.of([], 2))])) == []
+
+
 @given(st.data())
 @settings(max_examples=10, deadline=None)
 def test_scans_that_are_late_within_the_horizon_change_nothing(data: st.DataObject) -> None:
