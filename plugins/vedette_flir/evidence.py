@@ -114,7 +114,7 @@ def held_ratio(likeness: float, margin: float, clear: float) -> float:
     `clear`: its contrast over the spread around. A place like all around it, as of a box that shows nothing, is none: by
     hand; that limits one of 7,140 held frames.
     """
-    return min(10.2 * likeness + 2.5 * margin - 7.2, 20.0 * margin + clear - 2.0)
+    return min(10.2 * likeness + 2.5 * margin - 7.2, 20.0 * max(margin, 0.0) + clear - 2.0)
 
 
 def standing_ratio(travelled: float, first: float, usual: float) -> float:

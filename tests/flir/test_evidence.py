@@ -231,7 +231,7 @@ def test_ratios_are_those_of_the_page():
     """The equations of docs/measured/flir.md, written again."""
     for m, usual, c, f, d, e, a, z in np.random.default_rng(5).uniform(0.0, 1.0, (200, 8)):
         m, c, d, a, z = 1.4 * m - 0.2, 3.0 * c, 20.0 * d, 0.25 + 2.0 * a, 0.3 + 2.0 * z
-        held = min(10.2 * f + 2.5 * m - 7.2, 20.0 * m + c - 2.0)
+        held = min(10.2 * f + 2.5 * m - 7.2, 20.0 * max(m, 0.0) + c - 2.0)
         assert held_ratio(f, m, c) == pytest.approx(held)
         found = 3.3 * f + 3.5 * m + 1.2 * np.log(max(d, 3.0) / 3.0) + 2.5 * min(max(np.log(2.0 * c), -2.0), 0.0) - 4.9
         found += 1.6 * min(np.log(a), 0.0) - 0.5 * abs(np.log(z))

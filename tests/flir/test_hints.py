@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import hints, template_search
+from vedette_flir.estimators import hints, template, template_search
 
 SIZE = (120, 160)
 
@@ -34,6 +34,10 @@ def after_a_cut(step, spread, turn=0.0):
     return state.existence[0], float(np.hypot(*(tracker.estimate(state).mean[0, :2] - at + corner)))
 
 
+def standing_counts_for_nothing(monkeypatch):
+    monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
+
+
 @pytest.mark.parametrize("spread", [(7.0, 2.5), (7.0, 4.0)])
 @pytest.mark.costly
 def test_a_likely_place_is_taken_once_it_moves_before_its_scene(monkeypatch, spread):
@@ -43,6 +47,7 @@ def test_a_likely_place_is_taken_once_it_moves_before_its_scene(monkeypatch, spr
     assert error < 3.0
     for turn in (0.0, 1.2):
         assert after_a_cut(0.0, spread, turn)[0] < 0.5
+    standing_counts_for_nothing(monkeypatch)
     monkeypatch.setattr(template_search, "WIDE", 1.3)  # a mutant: by less around it what stands is taken for the target
     assert after_a_cut(0.0, spread, 1.2)[0] > 0.5
     monkeypatch.undo()
@@ -51,5 +56,6 @@ def test_a_likely_place_is_taken_once_it_moves_before_its_scene(monkeypatch, spr
 
 
 def test_where_a_turning_camera_is_not_asked_for_what_stands_is_taken(monkeypatch):
+    standing_counts_for_nothing(monkeypatch)
     monkeypatch.setattr(hints, "gone", lambda first, pixels, place, origin, size: place - origin)
     assert after_a_cut(0.0, (7.0, 4.0), 1.2)[0] > 0.5

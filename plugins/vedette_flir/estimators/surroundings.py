@@ -36,19 +36,20 @@ def around(pixels: Array, place: Array, size: Array) -> Array:
     return np.where(_within(y, pixels.shape[0])[:, None] & _within(x, pixels.shape[1]), image, np.nan)
 
 
-def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array) -> Array:
+def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array, *, along: bool = False) -> Array:
     """Return by how many px (2,) a thing has moved before its surroundings, from its `origin` to its `place`.
 
     What was around it (`first`), and is now, differs by its slopes times a shift, by least squares (Lucas, Kanade, An
     iterative image registration technique, IJCAI 1981), seen from the thing, or from its origin, or from where they look
     most alike, whichever explains more. Along axes with less slope than noise, as before plain sky, the surroundings count
-    as standing still.
+    as standing still. With `along` they are seen from the thing alone, and NaN is returned if they do not go along with it.
     """
     shift, step = place - origin, _grid(place, size)[0]
     slopes = np.stack([np.gradient(first, step, axis=axis) for axis in (1, 0)])
     known = np.isfinite(slopes).all(axis=0) & ~_own(np.zeros(2), size)
-    best, told = np.inf, shift
-    for start in (shift, np.zeros(2), shift + _nearest(first, known, pixels, place, step)):
+    unknown = np.full(2, np.nan) if along else shift
+    best, told = np.inf, unknown
+    for start in (shift,) if along else (shift, np.zeros(2), shift + _nearest(first, known, pixels, place, step)):
         change = around(pixels, origin + start, size) - first
         seen = known & np.isfinite(change) & ~_own(shift - start, size) & ~_own(start - shift, size)
         if (count := int(seen.sum())) < FEWEST:
@@ -56,15 +57,15 @@ def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array) 
         G, r = slopes[:, seen], change[seen] - np.mean(change[seen])
         G = G - G.mean(axis=1, keepdims=True)  # a camera's level changes as a slope would
         energy, axes = np.linalg.eigh(G @ G.T)
-        along = axes.T @ (G @ r) / np.maximum(energy, 1e-9)
-        rest = float(np.var(r - (axes @ along) @ G))
+        more = axes.T @ (G @ r) / np.maximum(energy, 1e-9)
+        rest = float(np.var(r - (axes @ more) @ G))
         if rest >= best:
             continue
         signal = energy - count * NOISE * 0.5 * rest / step**2
         sure = (signal > 0.5 * energy) & (np.sqrt(ALIKE * rest / np.maximum(signal, 1e-9)) < SURE)
-        along = along * energy / np.maximum(signal, 1e-9)
-        sure &= np.abs(along) < WIDE * step
-        best, told = rest, axes @ np.where(sure, axes.T @ (shift - start) + along, axes.T @ shift)
+        more = more * energy / np.maximum(signal, 1e-9)
+        sure &= np.abs(more) < WIDE * step
+        best, told = rest, axes @ np.where(sure, axes.T @ (shift - start) + more, axes.T @ unknown)
     return np.asarray(told)
 
 

@@ -14,6 +14,7 @@ from vedette_flir.estimators.appearance import (
 )
 from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
+from vedette_flir.estimators.standing import passed, stood
 from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
     LEAST,
@@ -141,7 +142,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = np.zeros((*tracks, CELLS, CELLS))
         return TemplateAppearance(
             *(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
-            *(pair + np.nan, pair, beside, none),
+            *(pair + np.nan, pair, beside, none, np.full((*tracks, LAG, CELLS, CELLS), np.nan), none + np.nan, none),
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -156,9 +157,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
         seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
-        made = TemplateAppearance(*values, *seen, np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none)
+        course = np.full((LAG, CELLS, CELLS), np.nan), none + np.nan, none
+        made = TemplateAppearance(*values, *seen, np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none, *course)
         look = by.look(pixels, where + found.offset, NEAR, made)
-        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
+        made = passed(evolve(made, usual=np.asarray(max(look.clear, 1.0))), pixels, where + found.offset)
         if not self.centred:
             return Match(np.zeros(2), MOST, made, 0.0)
         return Match(found.offset, MOST, evolve(made, offset=np.zeros(2)), 0.0)
@@ -176,15 +178,17 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
-        hidden, cut = self._with_scene(appearance, pixels)
-        appearance = hidden
+        appearance, cut = self._with_scene(appearance, pixels)
+        hidden = passed(appearance, None, where)
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        standing = standing_ratio(travelled, here.first, float(appearance.usual_first))
+        before = past[1] + appearance.offset
+        appearance, stands = stood(appearance, pixels, here.place, before, travelled, existence)
+        standing = standing_ratio(0.0 if stands else travelled, here.first, float(appearance.usual_first))
         ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
@@ -221,6 +225,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             alike = max(alike, by.look(pixels, best.place, NEAR, by.lit(best.known, pixels, best.place)).likeness)
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
+        renewed = passed(renewed, pixels, place)
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)

@@ -49,7 +49,9 @@ class TemplateAppearance(Appearance):
     (*b, t, 16, 16) and its recent changes (*b, t) in count; what was around it where it was first found (*b, t, 32, 32) in
     count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
     is known, and the logarithm of its growth (*b, t); while it is lost, a place where it may be, and where that was first
-    (*b, t, 2), NaN without one, what was around it then (*b, t, 32, 32), and how many frames ago that was (*b, t).
+    (*b, t, 2), NaN without one, what was around it then (*b, t, 32, 32), and how many frames ago that was (*b, t); what was
+    around it in the last frames (*b, t, LAG, 32, 32), the oldest first, how many px it drifts before that in as many frames,
+    NaN if not known, and how far it went in them as a rule (*b, t).
     """
 
     patch: Array
@@ -69,6 +71,9 @@ class TemplateAppearance(Appearance):
     hint_from: Array
     hint_around: Array
     hint_age: Array
+    trail: Array
+    drift: Array
+    speed: Array
 
 
 @frozen(eq=False)

@@ -1,0 +1,60 @@
+"""A held target that comes to stand in the scene while the camera turns: it is told if it looks unlike itself there."""
+
+import numpy as np
+import pytest
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import Frame, Gaussian, Scan
+from vedette_flir.estimators import template
+
+SIZE, TURN = (100, 160), np.array([0.7, 0.3])
+
+
+def seen(k, parts):
+    """Frame k of a land that a camera passes, with spots at places of it: place, peak and spread of each."""
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]] + (k * TURN)[::-1, None, None]
+    pixels = 60.0 + 5.0 * np.sin(x / 6.0) * np.cos(y / 5.0) + 4.0 * np.sin(0.31 * x + 0.23 * y)
+    shown = [peak * np.exp(-0.5 * (((x - at[0]) / dx) ** 2 + ((y - at[1]) / dy) ** 2)) for at, peak, (dx, dy) in parts]
+    return pixels + np.max(shown, axis=0) + np.random.default_rng([4, k]).normal(0.0, 1.0, SIZE)
+
+
+def path(k):
+    return np.array([30.0 + 1.2 * k, 50.0])
+
+
+def followed(frames):
+    """Existence (s,) of the example's track of a spot that is at `path(0)` first, and its place (s, 2) in the scene."""
+    tracker, rows = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
+    prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 10.0, 10.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
+    state = tracker.start(prior, 0.0)
+    for k, pixels in enumerate(frames):
+        state = tracker.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
+        rows.append((float(state.existence[0]), tracker.estimate(state).mean[0, :2] + k * TURN))
+    return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
+    if not asked:
+        monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
+    mast = (path(38), 50.0, (1.3, 4.0))
+    faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
+    existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])
+    assert existence[:30].min() > 0.9
+    assert np.abs(place[60:] - path(38)).max() < 3.0
+    assert existence[60:].max() < 0.5 if asked else existence[60:].min() > 0.5
+
+
+def test_a_target_that_stops_is_held_where_the_camera_turns():
+    existence, place = followed([seen(k, [(path(min(k, 30)), 60.0, (2.0, 2.0))]) for k in range(80)])
+    assert existence.min() > 0.9
+    assert np.abs(place[-1] - path(30)).max() < 0.5
+
+
+def test_a_target_that_turns_back_is_held():
+    """Within 8 frames it comes back to where it was, and looks otherwise than before; but it does not stand."""
+    across = [path(40 - abs(40 - k)) for k in range(60)]
+    spread = [(2.0 + 0.015 * k, 2.0 - 0.01 * k) for k in range(60)]
+    existence, _ = followed([seen(k, [(at, 60.0, size)]) for k, (at, size) in enumerate(zip(across, spread, strict=True))])
+    assert existence.min() > 0.9
