@@ -1,4 +1,6 @@
-"""A held target that comes to stand in the scene while the camera turns: it is told if it looks unlike itself there."""
+"""A held target that comes to stand in the scene while the camera turns is told if it looks unlike itself there; one that
+the camera follows stands in the frames alone, and is held.
+"""
 
 import numpy as np
 import pytest
@@ -7,6 +9,8 @@ import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
+from vedette_flir.estimators.standing import stood
+from vedette_flir.evidence import LAG, STILL
 
 SIZE, TURN = (100, 160), np.array([0.7, 0.3])
 
@@ -37,7 +41,7 @@ def followed(frames):
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
-        monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
+        monkeypatch.setattr(template, "stood", lambda appearance, *given: (appearance, given[3]))
     mast = (path(38), 50.0, (1.3, 4.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
     existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])
@@ -58,3 +62,20 @@ def test_a_target_that_turns_back_is_held():
     spread = [(2.0 + 0.015 * k, 2.0 - 0.01 * k) for k in range(60)]
     existence, _ = followed([seen(k, [(at, 60.0, size)]) for k, (at, size) in enumerate(zip(across, spread, strict=True))])
     assert existence.min() > 0.9
+
+
+@pytest.mark.parametrize("follows", [True, False])
+def test_a_target_that_a_camera_follows_goes_as_far_as_its_surroundings_pass(monkeypatch, follows):
+    """It stands in the frames; before a camera that stands it stands in the scene, too."""
+    went = []
+
+    def spied(appearance, *given):
+        found = stood(appearance, *given)
+        went.append((given[3], found[1]))
+        return found
+
+    monkeypatch.setattr(template, "stood", spied)
+    followed([seen(k if follows else 0, [(path(0) + k * TURN * follows, 60.0, (2.0, 2.0))]) for k in range(30)])
+    still = [each for each in went[10:] if each[0] < STILL]
+    assert len(still) > 1
+    np.testing.assert_allclose([each[1] for each in still], LAG * np.hypot(*TURN) if follows else 0.0, atol=0.5)

@@ -1,4 +1,4 @@
-"""Whether a held target has come to stand in the scene: what is around it goes along with it, and it flew before."""
+"""How far a held target went in the scene: it stands there where what is around goes along with it, and it flew before."""
 
 from __future__ import annotations
 
@@ -21,22 +21,26 @@ well, by .2 one of two birds is told less.
 
 def stood(
     appearance: TemplateAppearance, pixels: Array, place: Array, before: Array, travelled: float, existence: float
-) -> tuple[TemplateAppearance, bool]:
-    """Return the appearance with the drift of a target that is at `place`, and was `before` (2,), and whether it stands.
+) -> tuple[TemplateAppearance, float]:
+    """Return the appearance with the drift of a target that is at `place`, and was `before` (2,), and how far it went.
 
-    Over `LAG` frames it `travelled` so many px, NaN if that is not known. A track that has taken a wisp of cloud goes where
-    the cloud goes, however the camera turns; where what is around does not go along with it, it is as fast as in the frames.
+    Over `LAG` frames it `travelled` so many px in the frames, NaN if that is not known. A track that has taken a wisp of
+    cloud goes where the cloud goes, however the camera turns: it went nowhere. One that a camera follows stands in the
+    frames, and what is around it passes. Where what is around tells nothing, it went as far as in the frames.
     """
     if not np.isfinite(travelled):
-        return evolve(appearance, drift=np.asarray(np.nan)), False
-    drift, usual = float(appearance.drift), float(appearance.speed)
+        return evolve(appearance, drift=np.asarray(np.nan)), travelled
+    went, drift, usual = travelled, float(appearance.drift), float(appearance.speed)
+    if travelled < STILL:
+        went = float(np.hypot(*gone(appearance.trail[0], pixels, place, before, appearance.size)))
     off = gone(appearance.trail[0], pixels, place, before, appearance.size, along=True)
     if known := bool(np.isfinite(off).all()):
         travelled = float(np.hypot(*off))
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
-    stands = known and drift + STILL < PART * usual
-    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), stands
+    if known and drift + STILL < PART * usual:
+        went = 0.0
+    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), went
 
 
 def passed(appearance: TemplateAppearance, pixels: Array | None, place: Array) -> TemplateAppearance:
