@@ -117,14 +117,12 @@ def held_ratio(likeness: float, margin: float, clear: float) -> float:
     return min(10.2 * likeness + 2.5 * margin - 7.2, 20.0 * max(margin, 0.0) + clear - 2.0)
 
 
-def standing_ratio(travelled: float, first: float, usual: float) -> float:
-    """Return the log-likelihood ratio that a target is there which has `travelled` so many px over the last `LAG` frames.
+def standing_ratio(first: float, usual: float) -> float:
+    """Return the log-likelihood ratio that a target is there which has come to stand.
 
     Where a target vanishes before a branch or a mast, its track comes to stand, and the likeness to the `first` template
-    falls below the `usual` one; a target that stops looks as it did. NaN: it is not known how far it went.
+    falls below the `usual` one; a target that stops looks as it did.
     """
-    if not travelled < STILL:
-        return 0.0
     return -STANDING * float(np.clip(np.log(max(1.0 - first, 1e-3) / max(1.0 - usual, UNLIKE)), 0.0, 3.0))
 
 

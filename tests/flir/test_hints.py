@@ -35,7 +35,7 @@ def after_a_cut(step, spread, turn=0.0):
 
 
 def standing_counts_for_nothing(monkeypatch):
-    monkeypatch.setattr(template, "stood", lambda appearance, *given: (appearance, given[3]))
+    monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
 
 
 @pytest.mark.parametrize("spread", [(7.0, 2.5), (7.0, 4.0)])

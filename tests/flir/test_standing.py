@@ -8,9 +8,8 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import template
+from vedette_flir.estimators import standing, template
 from vedette_flir.estimators.standing import stood
-from vedette_flir.evidence import LAG, STILL
 
 SIZE, TURN = (100, 160), np.array([0.7, 0.3])
 
@@ -41,7 +40,7 @@ def followed(frames):
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
-        monkeypatch.setattr(template, "stood", lambda appearance, *given: (appearance, given[3]))
+        monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
     mast = (path(38), 50.0, (1.3, 4.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
     existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])
@@ -64,18 +63,34 @@ def test_a_target_that_turns_back_is_held():
     assert existence.min() > 0.9
 
 
-@pytest.mark.parametrize("follows", [True, False])
-def test_a_target_that_a_camera_follows_goes_as_far_as_its_surroundings_pass(monkeypatch, follows):
-    """It stands in the frames; before a camera that stands it stands in the scene, too."""
-    went = []
+def stands(monkeypatch, frames):
+    """In which of the frames the track of a spot is told to stand (s - 1,)."""
+    told = []
 
     def spied(appearance, *given):
-        found = stood(appearance, *given)
-        went.append((given[3], found[1]))
-        return found
+        appearance, stood_there = stood(appearance, *given)
+        told.append(stood_there)
+        return appearance, stood_there
 
     monkeypatch.setattr(template, "stood", spied)
-    followed([seen(k if follows else 0, [(path(0) + k * TURN * follows, 60.0, (2.0, 2.0))]) for k in range(30)])
-    still = [each for each in went[10:] if each[0] < STILL]
-    assert len(still) > 1
-    np.testing.assert_allclose([each[1] for each in still], LAG * np.hypot(*TURN) if follows else 0.0, atol=0.5)
+    followed(frames)
+    return np.array(told)
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
+    """From frame 25 on it stands in the frames, and what is around it passes; the mutant sees the frames alone."""
+
+    def in_frames(first, pixels, place, origin, size, *, along=False):
+        return np.full(2, np.nan) if along else place - origin
+
+    if not asked:
+        monkeypatch.setattr(standing, "gone", in_frames)
+    frames = [seen(max(k - 25, 0), [(path(0) + k * TURN, 60.0, (2.0, 2.0))]) for k in range(55)]
+    assert np.any(stands(monkeypatch, frames)) == (not asked)
+
+
+@pytest.mark.parametrize("flies", [True, False], ids=["flies, and stops", "hovers"])
+def test_who_stands_as_a_rule_has_not_come_to_stand(monkeypatch, flies):
+    frames = [seen(0, [(path(min(k, 30) * flies), 60.0, (2.0, 2.0))]) for k in range(55)]
+    assert np.any(stands(monkeypatch, frames)) == flies

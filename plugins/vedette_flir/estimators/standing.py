@@ -1,4 +1,4 @@
-"""How far a held target went in the scene: it stands there where what is around goes along with it, and it flew before."""
+"""Whether a held target has come to stand, in the frames or in the scene, whatever the camera does."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ well, by .2 one of two birds is told less.
 
 def stood(
     appearance: TemplateAppearance, pixels: Array, place: Array, before: Array, travelled: float, existence: float
-) -> tuple[TemplateAppearance, float]:
-    """Return the appearance with the drift of a target that is at `place`, and was `before` (2,), and how far it went.
+) -> tuple[TemplateAppearance, bool]:
+    """Return the appearance with the drift of a target that is at `place`, and was `before` (2,), and whether it stands.
 
-    Over `LAG` frames it `travelled` so many px in the frames, NaN if that is not known. A track that has taken a wisp of
-    cloud goes where the cloud goes, however the camera turns: it went nowhere. One that a camera follows stands in the
-    frames, and what is around it passes. Where what is around tells nothing, it went as far as in the frames.
+    Over `LAG` frames it `travelled` so many px in the frames, NaN if that is not known. One that hovers went no farther as a
+    rule, and one that a camera follows stands in the frames while what is around it passes. A track that has taken a wisp of
+    cloud goes where the cloud goes, however the camera turns.
     """
     if not np.isfinite(travelled):
-        return evolve(appearance, drift=np.asarray(np.nan)), travelled
+        return evolve(appearance, drift=np.asarray(np.nan)), False
     went, drift, usual = travelled, float(appearance.drift), float(appearance.speed)
     if travelled < STILL:
         went = float(np.hypot(*gone(appearance.trail[0], pixels, place, before, appearance.size)))
@@ -38,9 +38,8 @@ def stood(
         travelled = float(np.hypot(*off))
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
-    if known and drift + STILL < PART * usual:
-        went = 0.0
-    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), went
+    stands = went < STILL < PART * usual or (known and drift + STILL < PART * usual)
+    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), stands
 
 
 def passed(appearance: TemplateAppearance, pixels: Array | None, place: Array) -> TemplateAppearance:

@@ -187,8 +187,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         before = past[1] + appearance.offset
-        appearance, went = stood(appearance, pixels, here.place, before, travelled, existence)
-        standing = standing_ratio(went, here.first, float(appearance.usual_first))
+        appearance, stands = stood(appearance, pixels, here.place, before, travelled, existence)
+        standing = standing_ratio(here.first, float(appearance.usual_first)) if stands else 0.0
         ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
