@@ -139,7 +139,7 @@ def turned(most: float, shake: float) -> Change:
             step = np.where(np.abs(at) > 60.0, -np.sign(at) * np.abs(step), step)
             at = at + step
             off = at + rng.normal(0.0, shake, 2)
-            M, rest = np.array([[1.0, 0.0, off[0]], [0.0, 1.0, off[1]]]), frame.astype(float)
+            M, rest = np.column_stack([np.eye(2), off]), frame.astype(float)
             moved = cv2.warpAffine(rest, M, tuple(size), flags=cv2.INTER_CUBIC)
             inside = cv2.warpAffine(np.ones_like(rest), M, tuple(size)) > 0.999
             beyond = cleaned(rest, box, rng) if box is not None else rest
@@ -147,6 +147,26 @@ def turned(most: float, shake: float) -> Change:
             out.append(np.where(inside, moved, beyond))
             if box is not None and np.all((box[:2] + off > 0) & (box[:2] + off < size - 1)):
                 placed[k] = box + [*off, 0.0, 0.0]
+        return Changed(_eight(out), placed)
+
+    return change
+
+
+def still(hovers: bool) -> Change:
+    """Return a target that stands in the frames as it looked in flight: its camera follows it, or it hovers in the scene."""
+
+    def change(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -> Changed:
+        known, out, placed, near = np.array(sorted(boxes)), [], {}, np.ones(1)
+        part = np.clip((np.arange(len(frames)) - known[0]) / np.ptp(known), 0.0, 1.0)
+        fit = np.polyfit(part[known], np.array([boxes[k][:2] for k in known]), min(6, len(known) // 15))
+        path, (y, x) = fit.T @ np.vander(part, len(fit)).T, np.indices(frames.shape[1:])
+        for k, frame in enumerate(frames):
+            M = np.column_stack([np.eye(2), off := np.rint(path[:, known[0]] - path[:, k])])
+            moved = cv2.warpAffine(frame.astype(float), M, frame.shape[::-1], borderMode=cv2.BORDER_REFLECT_101)
+            if k in boxes:
+                placed[k] = cx, cy, w, h = boxes[k] + [*off, 0.0, 0.0]
+                near = np.exp(-(((x - cx) / (0.9 * w)) ** 6) - ((y - cy) / (0.9 * h)) ** 6) if hovers else near
+            out.append(near * moved + (1.0 - near) * frames[known[0]])
         return Changed(_eight(out), placed)
 
     return change
@@ -199,6 +219,8 @@ CHANGES: dict[str, Change] = {
     "every second, not told": every_second(30.0),
     "turned 2": turned(2.0, 0.3),
     "turned 4": turned(4.0, 1.0),
+    "followed": still(False),
+    "hovers": still(True),
     "target .5": fainter(0.5),
     "trees": planted("trees"),
     "crosses": planted("crosses"),
@@ -267,8 +289,7 @@ def main() -> None:
     for kind in given.kinds or CHANGES:
         runs = []
         for clip, back, scale, rate in changed(recorded, kind, losing=given.losses):
-            one = in_recorded_px(follow(made, clip, 0, len(clip.frames), rate=rate), scale)
-            runs.append((one, back))
+            runs.append((one := in_recorded_px(follow(made, clip, 0, len(clip.frames), rate=rate), scale), back))
             near = float(np.mean(one.error[np.isfinite(one.error)] <= NEAR))
             if near < 0.98 or one.lost or held(one).any():
                 print(f"    {clip.name}: {told([(one, back)])}", flush=True)
