@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import math
 import signal
 import traceback
@@ -97,18 +98,23 @@ class Outcome:
 
 @contextmanager
 def limited(seconds: float) -> Iterator[None]:
-    """Stop what takes more CPU time, or sleeps for ASLEEP times as long, with Hang; the main thread only."""
+    """Stop what takes more CPU time, or sleeps for ASLEEP times as long, with Hang; the main thread only.
+
+    No garbage is collected meanwhile: that of a whole test run takes seconds, and what is raised in it is swallowed.
+    """
 
     def stop(*_: object) -> None:
         raise Hang(f"took more than {seconds:g} s of CPU time, or {ASLEEP * seconds:g} s in all")
 
     clocks = ((signal.ITIMER_PROF, signal.SIGPROF, seconds), (signal.ITIMER_REAL, signal.SIGALRM, ASLEEP * seconds))
     before = [signal.signal(number, stop) for _, number, _ in clocks]
+    gc.disable()
     for clock, _, limit in clocks:
         signal.setitimer(clock, limit)
     try:
         yield
     finally:
+        gc.enable()
         for (clock, number, _), handler in zip(clocks, before, strict=True):
             signal.setitimer(clock, 0.0)
             signal.signal(number, handler)
