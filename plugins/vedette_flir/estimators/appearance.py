@@ -279,7 +279,7 @@ def _between(old: L, new: L, part: Array) -> L:
         with np.errstate(invalid="ignore"):  # what is infinite stays so
             return np.asarray(np.where(share == 1.0, b, a + share * (b - a)))
 
-    if new is old or (part == 1.0).all():  # old: nothing was seen of it, as where returns come without a picture
+    if new is old or (part == 1.0).all():  # nothing was seen of them, as in returns without a picture, or all is taken
         return new
     return type(old)(
         **{field.name: between(getattr(old, field.name), getattr(new, field.name)) for field in attrs.fields(type(old))}

@@ -17,7 +17,7 @@ from vedette_report.consistency import autocorrelation
 Entry = tuple[str, float, float, float, float, Array, Array]
 """What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
 
-SURELY = 0.99
+ALMOST_SURE = 0.99
 """So probably detected, a target's innovations are of one return: a mean of several would be smaller."""
 
 LAGS = 10
@@ -99,7 +99,7 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
     axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
     sizes = {}
     for name in dict.fromkeys(names):
-        sure = [e[5] ** 2 / np.diagonal(e[6]) for e in entries if e[0] == name and e[3] > SURELY]
+        sure = [e[5] ** 2 / np.diagonal(e[6]) for e in entries if e[0] == name and e[3] > ALMOST_SURE]
         for axis, each in zip(tracker.sensors[name].measurement.names, np.array(sure).T, strict=False):
             sizes[name, axis] = np.array([np.sum(each), len(each)])
     return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes)
