@@ -35,6 +35,8 @@ FORMATS: list[tuple[Format, bytes]] = [
     (Nmea(), SENTENCES),
     (Asterix(), PLOTS),
 ]
+for first, good in FORMATS:  # imports what it needs: a package that is compiled first takes seconds, which are no case's
+    first.decode(first.start(), good)
 TRACKER = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
     "sensors": {
