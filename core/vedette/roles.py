@@ -205,6 +205,10 @@ class Sensor(Component):
         """Return the same sensor placed at `pose`, whose arrays lead with runs (*b) where states lead with (*b, t)."""
         raise NotImplementedError(f"sensor {self.kind!r} cannot be placed on a moving platform")
 
+    def placed(self, pose: Pose | None) -> Sensor:
+        """Return it at the pose of a scan, which may have none."""
+        return self if pose is None else self.at(pose)
+
 
 class Associator(Component):
     """Which return belongs to which track, as probabilities.

@@ -177,7 +177,7 @@ class Simulation(Source):
             times = look.times(self.duration, still)
             poses = tuple(self._pose(time) for time in times.tolist())
             with _blamed_on(f"looks.{sensor}"):
-                placed = tuple(world[sensor] if pose is None else world[sensor].at(pose) for pose in poses)
+                placed = tuple(world[sensor].placed(pose) for pose in poses)
             gazes.append(Gaze(sensor, times, placed, poses, look.clutter))
         scan_times = np.concatenate([gaze.times for gaze in gazes])
         last = self.duration if one.disappears is None else min(one.disappears, self.duration)
@@ -266,7 +266,7 @@ class Simulation(Source):
             for i, time in enumerate(block.tolist()):
                 pose, here = self._pose(time), np.flatnonzero(alive[i])
                 with _blamed_on(f"looks.{name}"):
-                    placed = sensor if pose is None else sensor.at(pose)
+                    placed = sensor.placed(pose)
                     if coarse:
                         z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
                     elif merges:

@@ -92,7 +92,7 @@ def test_a_sensor_that_gives_no_position_is_told_not_drawn(scene):
     class Bearings:
         observes = Space.of(x="m", y="m")
 
-        def at(self, pose):
+        def placed(self, pose):
             return self
 
         def invert(self, z, noise=None) -> Gaussian:

@@ -146,7 +146,7 @@ new_expected = maker(Expected)
 def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -> Expected:
     """Return what is expected of a scan, with `observed` its returns or frame as they were admitted."""
     gate, estimator = plan.gates[scan.sensor], plan.estimator
-    sensor = gate.sensor if scan.pose is None else gate.sensor.at(scan.pose)
+    sensor = gate.sensor.placed(scan.pose)
     dt = scan.time - (state.time if state.time != NEVER else _earliest(scan, observed))
 
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS

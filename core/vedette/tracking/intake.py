@@ -89,7 +89,7 @@ class Came:
     def _ask_for_reach(self, scan: Scan, sensor: Sensor) -> None:
         """Count the returns in places where the sensor states that it detects nothing."""
         seen = scan.detections
-        placed = sensor if scan.pose is None else sensor.at(scan.pose)
+        placed = sensor.placed(scan.pose)
         try:
             spot = placed.invert(seen.z[seen.valid], None if seen.noise is None else seen.noise[seen.valid]).mean
         except NotImplementedError:

@@ -86,7 +86,7 @@ def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:
 
 
 def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
-    placed = sensor if scan.pose is None else sensor.at(scan.pose)
+    placed = sensor.placed(scan.pose)
     seen, valid = scan.detections, scan.detections.valid
     spot = placed.invert(seen.z[valid], None if seen.noise is None else seen.noise[valid])
     return plane.points(sensor.observes, spot.mean)

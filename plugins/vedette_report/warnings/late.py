@@ -79,7 +79,7 @@ def _placed(sensor: Sensor, scan: Scan) -> Gaussian | None:
     if scan.frame is not None or seen.missing is not None or not {"x", "y"} <= set(sensor.observes.names):
         return None
     try:
-        found = (sensor if scan.pose is None else sensor.at(scan.pose)).invert(seen.z, seen.noise)
+        found = sensor.placed(scan.pose).invert(seen.z, seen.noise)
     except (NotImplementedError, ValueError):
         return None
     where = [sensor.observes.names.index(axis) for axis in "xy"]

@@ -98,7 +98,7 @@ def _of_sensor(
     looks, offsets, owners, sigmas = 0, list[Array](), list[int](), list[float]()
     polar = "bearing" in sensor.measurement.names
     for scan in scans:
-        placed = sensor if scan.pose is None else sensor.at(scan.pose)
+        placed = sensor.placed(scan.pose)
         z = scan.detections.z
         for owner, (times, places) in enumerate(targets):
             if (at := _place(times, places, scan.time)) is None:

@@ -101,7 +101,7 @@ def bound_along(
         if k:
             dt = scan.time - scans[k - 1].time
             F[k], Q[k] = full(motion.jacobian(x[k - 1], dt), F[k].shape), full(motion.noise(x[k - 1], dt), F[k].shape)
-        sensor = sensors[scan.sensor] if scan.pose is None else sensors[scan.sensor].at(scan.pose)
+        sensor = sensors[scan.sensor].placed(scan.pose)
         where = motion.state.locate(sensor.observes)
         observed = x[k][..., where]
         info[k][..., np.array(where)[:, None], where] = information(sensor, observed)

@@ -118,16 +118,12 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
     by_sensor = {}
     for name, sensor in sensors.items():
         scans = [scan for scan in recording.scans if scan.sensor == name][:MOST_SCANS]
-
-        def spots(scan: Scan) -> Array:
-            placed = sensor if scan.pose is None else sensor.at(scan.pose)  # noqa: B023
-            return placed.invert(scan.detections.z).mean[..., :2]
-
         if scans:
             codes = [scan.detections.identity for scan in scans if scan.detections.identity is not None]
             place = np.array(table.stands.get(name, (0.0, 0.0)))
             stands = np.array([place if scan.pose is None else scan.pose.position[:2] for scan in scans])
-            times, places = np.array([scan.time for scan in scans]), tuple(map(spots, scans))
+            times = np.array([scan.time for scan in scans])
+            places = tuple(sensor.placed(scan.pose).invert(scan.detections.z).mean[..., :2] for scan in scans)
             named = np.concatenate(codes) if codes else None
             followed = follow(
                 times, places, stands, named, partial(_likely, table.of(name)), reported=table.of(name).reported

@@ -47,7 +47,7 @@ def strongest(experiment: Experiment, sensor: Sensor, pose: Pose | None, dt: flo
     Only where the sensor observes positions and velocities at most.
     """
     tracker = experiment.tracker
-    sensor = sensor if pose is None else sensor.at(pose)
+    sensor = sensor.placed(pose)
     paths = [(path.name, *sampled) for path in truth if (sampled := _sampled(path, tracker.state, dt)) is not None]
     paths = [path for path in paths if len(path[1]) >= 2 * FIT]
     if not paths or not set(sensor.observes.axes) <= set(paths[0][3].axes):

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from vedette.roles import Estimator, MotionModel, Sensor
+from vedette.roles import Estimator, MotionModel
 from vedette.space import Array, Axis
 from vedette.tracking import parts
 from vedette.units import say
@@ -220,7 +220,7 @@ def _speed(it: Situation, seen: Seen) -> float:
 
 def _noise_ratio(it: Situation, motion: MotionModel, seen: Seen, dt: float) -> tuple[float, Axis]:
     """Return the process noise of `dt` s over the measurement noise, on the measured axis where that is largest."""
-    sensor: Sensor = seen.sensor if seen.came.pose is None else seen.sensor.at(seen.came.pose)
+    sensor = seen.sensor.placed(seen.came.pose)
     x, settled = _at(it, motion, seen), seen.settled
     assert settled is not None
     axes = sensor.measurement.axes

@@ -68,7 +68,7 @@ def _placed(seen: Seen) -> Placed | None:
     if len(scans) < LEAST:
         return None
     try:
-        sensors = [seen.sensor if scan.pose is None else seen.sensor.at(scan.pose) for scan in scans]
+        sensors = [seen.sensor.placed(scan.pose) for scan in scans]
         priors = [_inverted(sensor, scan) for sensor, scan in zip(sensors, scans, strict=True)]
         where = [sensors[0].observes.names.index(axis) for axis in "xy"]
     except (NotImplementedError, ValueError):

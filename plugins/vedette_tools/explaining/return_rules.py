@@ -132,7 +132,7 @@ def _out_of_reach(seen: Seen) -> float:
     """Return the share of returns at whose places nothing is detected."""
     out = []
     for z, pose in list(zip(seen.came.returns, seen.came.poses, strict=True))[:100]:
-        sensor = seen.sensor if pose is None else seen.sensor.at(pose)
+        sensor = seen.sensor.placed(pose)
         try:
             x: Array = sensor.invert(z[None]).mean
         except NotImplementedError:

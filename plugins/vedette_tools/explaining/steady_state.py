@@ -86,9 +86,7 @@ def settle(
     if isinstance(sensor, ImagingSensor):
         return None
     start = _prior(tracker, name, dt, recording, returns, pose)
-    if pose is not None:
-        sensor = sensor.at(pose)
-    return None if start is None else _run(tracker, sensor, dt, start)
+    return None if start is None else _run(tracker, sensor.placed(pose), dt, start)
 
 
 def _prior(
@@ -102,15 +100,14 @@ def _prior(
     if starter is None or tracker.birth is None:
         return None
     sensor = tracker.sensors[starter]
-    if pose is not None:
-        sensor = sensor.at(pose)
     if isinstance(sensor, ImagingSensor):
         return None
+    sensor = sensor.placed(pose)
     tried = [z for z in returns[:: max(1, len(returns) // 40)] if starter == name] + list(_made_up(sensor))
     begun = (prior for z in tried if (prior := begun_at(tracker, sensor, starter, z, dt)) is not None)
     if starter == name:
         return next(begun, None)
-    placed = tracker.sensors[name] if pose is None else tracker.sensors[name].at(pose)
+    placed = tracker.sensors[name].placed(pose)
     where = tracker.state.locate(placed.observes)
     begun_tracks = list(begun)
     return next(

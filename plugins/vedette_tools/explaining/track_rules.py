@@ -121,7 +121,7 @@ def no_start(it: Situation) -> Iterator[Finding]:
         z = seen.came.returns[np.isfinite(seen.came.returns).all(axis=-1)][:MOST_RETURNS]
         if seen.name not in tracker.starters or not len(z):
             continue
-        sensor = seen.sensor if seen.came.pose is None else seen.sensor.at(seen.came.pose)
+        sensor = seen.sensor.placed(seen.came.pose)
         memory = birth.predict(birth.initial_memory(estimator, rng), estimator, seen.dt or 0.0, rng)
         density, found = birth.reveal(memory, estimator, sensor, Detections.of(z), p_gate)
         begun = birth.begin(found, estimator, sensor, seen.name, Detections.of(z), np.zeros(len(z)))

@@ -233,7 +233,7 @@ def _cover(sensors: Mapping[str, Sensor], seen: Mapping[str, View], scan: Scan) 
     sensor = sensors[scan.sensor]
     if isinstance(sensor, ImagingSensor) or scan.sensor not in seen:
         return Cover(np.zeros((0, len(sensor.measurement))), 0.0)
-    return seen[scan.sensor].cover(sensor if scan.pose is None else sensor.at(scan.pose), scan.pose)
+    return seen[scan.sensor].cover(sensor.placed(scan.pose), scan.pose)
 
 
 def _density(view: View, name: str, scans: Sequence[Scan]) -> float:

@@ -58,7 +58,7 @@ def trials(tracker: Tracker, name: str, within: PlacedSensor, ran: Iterable[tupl
         polar: Array = np.zeros((0, 2))
         seen: Mask = np.zeros(0, dtype=bool)
         if scan.sensor == name and rows:
-            placed = within if scan.pose is None else within.at(scan.pose)
+            placed = within.placed(scan.pose)
             assert isinstance(placed, PlacedSensor)
             x = tracker.expect(before, scan).tracks.mean[rows][:, space]
             polar, seen = placed.polar(x), np.broadcast_to(placed.detects(x) > 0, len(rows))
