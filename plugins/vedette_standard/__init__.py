@@ -35,10 +35,10 @@ from vedette_standard.estimators.least_squares import LeastSquares
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
 from vedette_standard.lifecycles.coast_limited import CoastLimited
-from vedette_standard.lifecycles.existence import Existence
+from vedette_standard.lifecycles.existence import Existence as Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.lifecycles.score import Score
-from vedette_standard.lifecycles.single_target import SingleTarget
+from vedette_standard.lifecycles.single_target import SingleTarget as SingleTarget
 from vedette_standard.motion.constant_acceleration import ConstantAcceleration
 from vedette_standard.motion.constant_acceleration_piecewise import ConstantAccelerationPiecewise
 from vedette_standard.motion.constant_velocity import ConstantVelocity

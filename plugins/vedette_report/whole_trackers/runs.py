@@ -8,17 +8,16 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, fields_dict, frozen
 
-from vedette.config import Registry
 from vedette.filters import expected_return
 from vedette.roles import Sensor
 from vedette.sampling import densities, returns, thinned
 from vedette.space import Array, Mask
-from vedette.supporting import Lifecycle
 from vedette.testing import Misuse
 from vedette.testing.truth import draw_moded, motion_of
 from vedette.tracking import Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
 from vedette_report.whole_trackers.world import World, world_of
+from vedette_standard import SingleTarget
 
 OPEN_GATE = 1.0 - 1e-9
 """Without clutter the gate excludes nothing: an open gate leaves the chi-square tails whole."""
@@ -141,10 +140,8 @@ def play(
         )
         for sensor in sensors.values()
     )
-    kept = Registry.installed().get("lifecycle", "single_target").cls()
-    assert isinstance(kept, Lifecycle)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
-    tracker = evolve(tracker, lifecycle=kept, birth=None, gate=gate)
+    tracker = evolve(tracker, lifecycle=SingleTarget(), birth=None, gate=gate)
     wide, active = draw_moded(world.estimator, world.start, times, rng, runs)
     truth = wide[..., world.estimator.state.locate(tracker.state)]
     n = len(tracker.state)

@@ -7,9 +7,9 @@ from typing import Any
 
 from attrs import evolve
 
-from vedette.config import Registry
-from vedette.supporting import Birth, Lifecycle
+from vedette.supporting import Birth
 from vedette.tracking import Tracker
+from vedette_standard import Existence
 
 GIVEN_UP = 0.01
 """A new track is followed until it is so many times less likely than when it began: a real one is given up as seldom."""
@@ -66,13 +66,13 @@ def _replaceable(lifecycle: Any) -> bool:
     return not lifecycle.permanent and hasattr(lifecycle, "max_out_of_coverage") and hasattr(lifecycle, "survives_in")
 
 
-def _patient(lifecycle: Any, first: float | None) -> Lifecycle:
+def _patient(lifecycle: Any, first: float | None) -> Existence:
     """Return existence as a lifecycle that ends a track when nearly nothing is left of it; `first`: that of new tracks."""
     least = lifecycle.least_existence or 1.0
-    made: Any = Registry.installed().get("lifecycle", "existence").cls
-    patient: Lifecycle = made(
-        lifetime=getattr(lifecycle, "lifetime", LIFETIME), confirm=0.99,
+    return Existence(
+        lifetime=getattr(lifecycle, "lifetime", LIFETIME),
+        confirm=0.99,
         delete=min(least, GIVEN_UP * (1e-3 if first is None else first)),
-        max_out_of_coverage=lifecycle.max_out_of_coverage, survives_in=lifecycle.survives_in,
-    )  # fmt: skip
-    return patient
+        max_out_of_coverage=lifecycle.max_out_of_coverage,
+        survives_in=lifecycle.survives_in,
+    )
