@@ -15,28 +15,12 @@ from typing import Any
 
 import cv2
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve
 
+from benchmarks.flir_cameras import Change, Changed, eight, still, turned
 from benchmarks.flir_clips import NEAR, Clip, Followed, clips, follow, held, losses, tracker
 from benchmarks.flir_losses import KINDS, again, cleaned
 from vedette import Array
-
-
-@frozen(eq=False)
-class Changed:
-    """Frames (k, h, w), true boxes by frame, pixels for one as recorded, frames a second."""
-
-    frames: Array
-    boxes: dict[int, Array]
-    scale: float = 1.0
-    rate: float = 30.0
-
-
-Change = Callable[[Array, dict[int, Array], np.random.Generator], Changed]
-
-
-def _eight(frames: Any) -> Array:
-    return np.clip(np.rint(np.asarray(frames)), 0, 255).astype(np.uint8)
 
 
 def _boxes(boxes: dict[int, Array], of: Callable[[int, Array], Array]) -> dict[int, Array]:
@@ -65,7 +49,7 @@ def negative(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -
 
 
 def grey(power: float) -> Change:
-    return lambda frames, boxes, rng: Changed(_eight(255.0 * (frames / 255.0) ** power), boxes)
+    return lambda frames, boxes, rng: Changed(eight(255.0 * (frames / 255.0) ** power), boxes)
 
 
 def levels(gain: float, level: float, kind: type = np.uint8) -> Change:
@@ -83,7 +67,7 @@ def scaled(by: float) -> Change:
 
 
 def noisy(sigma: float) -> Change:
-    return lambda frames, boxes, rng: Changed(_eight(frames + sigma * rng.normal(size=frames.shape)), boxes)
+    return lambda frames, boxes, rng: Changed(eight(frames + sigma * rng.normal(size=frames.shape)), boxes)
 
 
 def blurred(sigma: float) -> Change:
@@ -111,7 +95,7 @@ def coded(step: float) -> Change:
             steps = np.trunc((C @ off @ C.T) / step)
             shown = shown.copy()
             shown[:h, :w] += (C.T @ (steps * step) @ C).transpose(0, 2, 1, 3).reshape(h, w)
-            out.append(_eight(shown))
+            out.append(eight(shown))
         return Changed(np.array(out), boxes)
 
     return change
@@ -124,61 +108,13 @@ def every_second(rate: float) -> Change:
     return change
 
 
-def turned(most: float, shake: float) -> Change:
-    """Return a camera that turns by up to `most` px a frame, and shakes; beyond the picture's edge it is mirrored."""
-
-    def change(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -> Changed:
-        at, step, out, placed = np.zeros(2), rng.uniform(-1.0, 1.0, 2), [], {}
-        size = np.array(frames.shape[:0:-1])
-        for k, frame in enumerate(frames):
-            box = boxes.get(k)
-            step = np.clip(step + rng.normal(0.0, 0.1, 2), -most, most)
-            if box is not None:
-                room = 0.5 * box[2:] + 12.0
-                step = np.where((box[:2] + at < room) & (step < 0) | (box[:2] + at > size - room) & (step > 0), -step, step)
-            step = np.where(np.abs(at) > 60.0, -np.sign(at) * np.abs(step), step)
-            at = at + step
-            off = at + rng.normal(0.0, shake, 2)
-            M, rest = np.column_stack([np.eye(2), off]), frame.astype(float)
-            moved = cv2.warpAffine(rest, M, tuple(size), flags=cv2.INTER_CUBIC)
-            inside = cv2.warpAffine(np.ones_like(rest), M, tuple(size)) > 0.999
-            beyond = cleaned(rest, box, rng) if box is not None else rest
-            beyond = cv2.warpAffine(beyond, M, tuple(size), flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REFLECT_101)
-            out.append(np.where(inside, moved, beyond))
-            if box is not None and np.all((box[:2] + off > 0) & (box[:2] + off < size - 1)):
-                placed[k] = box + [*off, 0.0, 0.0]
-        return Changed(_eight(out), placed)
-
-    return change
-
-
-def still(hovers: bool) -> Change:
-    """Return a target that stands in the frames as it looked in flight: its camera follows it, or it hovers in the scene."""
-
-    def change(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -> Changed:
-        known, out, placed, near = np.array(sorted(boxes)), [], {}, np.ones(1)
-        part = np.clip((np.arange(len(frames)) - known[0]) / np.ptp(known), 0.0, 1.0)
-        fit = np.polyfit(part[known], np.array([boxes[k][:2] for k in known]), min(6, len(known) // 15))
-        path, (y, x) = fit.T @ np.vander(part, len(fit)).T, np.indices(frames.shape[1:])
-        for k, frame in enumerate(frames):
-            M = np.column_stack([np.eye(2), off := np.rint(path[:, known[0]] - path[:, k])])
-            moved = cv2.warpAffine(frame.astype(float), M, frame.shape[::-1], borderMode=cv2.BORDER_REFLECT_101)
-            if k in boxes:
-                placed[k] = cx, cy, w, h = boxes[k] + [*off, 0.0, 0.0]
-                near = np.exp(-(((x - cx) / (0.9 * w)) ** 6) - ((y - cy) / (0.9 * h)) ** 6) if hovers else near
-            out.append(near * moved + (1.0 - near) * frames[known[0]])
-        return Changed(_eight(out), placed)
-
-    return change
-
-
 def fainter(share: float) -> Change:
     def change(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -> Changed:
         out = [
             share * f + (1 - share) * cleaned(f.astype(float), boxes[k], rng) if k in boxes else f
             for k, f in enumerate(frames)
         ]
-        return Changed(_eight(out), boxes)
+        return Changed(eight(out), boxes)
 
     return change
 
@@ -188,7 +124,7 @@ def planted(kind: str) -> Change:
         own, kept = [each.astype(float) for each in frames], {k: box.copy() for k, box in boxes.items()}
         if len(own) > 60:
             KINDS[kind](own, kept, rng, None)  # type: ignore[arg-type]
-        return Changed(_eight(own), kept)
+        return Changed(eight(own), kept)
 
     return change
 
@@ -244,7 +180,7 @@ def changed(recorded: list[Clip], kind: str, *, losing: bool = False) -> list[tu
             found = KINDS[loss](own, boxes, rng, parts[(i + len(parts) // 2) % len(parts)][0])
             if found is None:
                 continue
-            frames, back = _eight(own), found
+            frames, back = eight(own), found
         new = CHANGES[kind](frames, boxes, rng)
         if losing and kind == "backwards":
             continue
