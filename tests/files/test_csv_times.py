@@ -52,6 +52,20 @@ def test_times_of_day_go_on_past_midnight(tmp_path):
     assert times(recording) == [day - 1.5, day - 1, day + 1, day + 11 * 3600, day + 22 * 3600, 2 * day + 3600]
 
 
+@pytest.mark.parametrize(
+    ("cells", "taken"),
+    [
+        ((86390.5, 86399.9, 0.1, 12.0), [86390.5, 86399.9, 86400.1, 86412.0]),
+        ((80000.0, 86399.9, 40000.0), [80000.0, 86399.9]),
+        ((172798.0, 172799.0, 0.0), [172798.0, 172799.0]),
+    ],
+    ids=["of a day", "not near midnight", "longer than a day"],
+)
+def test_seconds_of_a_day_go_on_past_midnight(cells, taken, tmp_path):
+    """As ASTERIX has them: what came after midnight was sorted before all else, and each target became two."""
+    assert times(opened(tmp_path, rows(*cells))) == taken
+
+
 def test_the_platforms_times_of_day_are_of_the_detections_day(tmp_path):
     (tmp_path / "own.csv").write_text("clock,x,y\n23:59:00,0,0\n00:01:00,120,0\n")
     platform = PlatformColumns(file="own.csv", time="clock", columns={"x": "x", "y": "y"})

@@ -26,6 +26,9 @@ EXAMPLES = {
 DAY = 86_400.0
 """s"""
 
+MIDNIGHT = 600.0
+"""Numbers that fall from so many s before the end of a day to as many after its begin are seconds of a day: by hand."""
+
 LOOKED_AT = 50
 """So many times of a table decide in which form they all are."""
 
@@ -118,12 +121,14 @@ def _patterns(cell: str) -> str:
 class Times:
     """A column of times, which are read row by row.
 
-    Times of day go on past midnight: each is taken to lie within half a day of the one before it, the first of `near`.
+    Times of day go on past midnight: each is taken to lie within half a day of the one before it, the first of `near`. So do
+    numbers, once they begin again as the seconds of a day do.
     """
 
     def __init__(self, column: Number, form: Form, near: float) -> None:
         self.name, self.title = column.name, column.title
         self._column, self._form, self._before = column, form, near
+        self._of_day = form.name == OF_DAY
 
     def of(self, row: Row) -> float:
         """Return the row's time in s; ValueError if it is none, or not in the form of the others."""
@@ -135,7 +140,7 @@ class Times:
                 told = f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}"
                 cure = _patterns(cell) or "; name another column, or say how dates are written: dates"
                 raise ValueError(told + cure) from None
-            return self._column.of(row)
+            return self._past_midnight(self._column.of(row))
         try:
             name, seconds = stamp(cell, self._form.pattern)
         except (ValueError, OverflowError):
@@ -144,7 +149,11 @@ class Times:
             written = f"written as {self._form.pattern}" if self._form.pattern else f"{EXAMPLES[self._form.name]}, like most"
             wanted = f"{self._form.name} {written}"
             raise ValueError(f"{self.title} must be {wanted}, got {shown(cell)}{_patterns(cell)}")
-        if name == OF_DAY:
+        return self._past_midnight(seconds)
+
+    def _past_midnight(self, seconds: float) -> float:
+        self._of_day = self._of_day or (0 <= seconds < MIDNIGHT and DAY - MIDNIGHT < self._before <= DAY)
+        if self._of_day:
             seconds += DAY * round((self._before - seconds) / DAY)
-            self._before = seconds
+        self._before = seconds
         return seconds

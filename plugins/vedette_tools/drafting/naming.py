@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from itertools import pairwise
 
 from vedette_tools.drafting.titles import NAMES, PROPERTIES, SENT
 
@@ -21,9 +23,22 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
             (title for words, title in plain.items() if name in SENT and words.endswith(name)), ""
         )
         told = [(row[place[title]], row[0]) for row in rows if row[place[title]]] if title else []
-        if len(told) >= OFTEN * len({cell for cell, _ in told}) and len(set(told)) >= ONCE * len(told) > 0:
+        once = len(set(told)) >= ONCE * len(told) > 0
+        if once and len(told) >= OFTEN * len({cell for cell, _ in told}) and not _counted(told):
             return title
     return ""
+
+
+def _counted(told: Iterable[tuple[str, str]]) -> bool:
+    """Return whether names, with their times, only number what is there at a time: 0 and 1, then 0 to 4, then 0 to 2."""
+    at = defaultdict[str, set[str]](set)
+    for name, time in told:
+        at[time].add(name)
+    sizes = list(map(len, at.values()))
+    fewer = sum(after < before for before, after in pairwise(sizes))
+    return fewer > 2 < len({*sizes}) and any(
+        all(names == {str(first + i) for i in range(len(names))} for names in at.values()) for first in (0, 1)
+    )
 
 
 def by_words(columns: Iterable[str]) -> dict[str, str]:

@@ -58,7 +58,8 @@ class Columns:
         titles, rows, dialect = first_rows(path)
         below = units_below(rows)
         cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-        below_header, own = chosen(titles, below)
+        worded = [title for title, column in cells.items() if not any(sign.isdigit() for cell in column for sign in cell)]
+        below_header, own = chosen(titles, below, worded)
         measured = wishes.measured(path, titles, below_header)
         time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")
         if time is not None and wishes.time and not wishes.rate:
@@ -182,6 +183,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         others={one: {axis: measured[each].title for axis, each in pair.items()} for one, pair in beside.items()},
         measured={axis: measured[name].title for axis, name in names.items()},
         platform={axis: each.title for axis, each in platform.items()},
+        carried_by=who if all(all(columns[each.title]) for each in platform.values() if not aside) else "",
         units=units,
         frame=NORTH_EAST if compass else FRAMES[0],
         assumed=(*wishes.assumed, *assumed),

@@ -26,8 +26,9 @@ class Table:
 
     guessed: units that had to be, column to what says so; others: what sensors measure that do not measure the same as the
     first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
-    stand that are not at x = y = 0; unknown: what to type as a unit of a length or a speed is not known, or "";
-    roundings: what errors digits leave, by axis, in SI units.
+    stand that are not at x = y = 0; carried_by: the column of sensors, if each row tells where its own stands, or "";
+    unknown: what to type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis,
+    in SI units.
     """
 
     path: str
@@ -57,6 +58,7 @@ class Table:
     beside: tuple[str, Meaning] = ("", NO_MEANING)
     noise: Mapping[str, str] = field(factory=dict)
     roundings: Mapping[str, float] = field(factory=dict)
+    carried_by: str = ""
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -142,6 +144,7 @@ class Table:
             units = own | (timed if not file else {"time": time.unit} if time.unit not in ("", "s") else {})
             source["platform"] = {"time": time.title if file else self.time.title, "columns": dict(self.platform)}
             source["platform"] |= {"units": units} if units else {}
+            source["platform"] |= {"object": self.carried_by} if self.carried_by and not file else {}
             if file:
                 source["path"] = str(Path(self.path).parent)
                 source["platform"]["file"] = file

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from functools import lru_cache
 from itertools import zip_longest
 
@@ -26,6 +26,8 @@ UNITS: dict[str, dict[str, str]] = {
         **dict.fromkeys(("rad", "rads", "radian", "radians"), "rad"),
         **dict.fromkeys(("gon", "grad", "grads"), "0.9 deg"),
         "mrad": "mrad",
+        **dict.fromkeys(("mil", "mils"), "0.05625 deg"),
+        **dict.fromkeys(("acp", "acps"), "0.087890625 deg"),
         "e7": "1e-7 deg",
         **dict.fromkeys(("semicircle", "semicircles"), "8.381903171539307e-8 deg"),
     },
@@ -66,7 +68,7 @@ OF_REPORTS = frozenset((
 ))  # fmt: skip
 """Titles of what objects report of themselves."""
 
-OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
+OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat", "site")
 """Words that say a column is of the sensors' own platform."""
 
 COORDINATES = ("coordinates.0", "coordinates.1")
@@ -78,7 +80,7 @@ IN_LISTS = re.compile(r"(.*\.)?(translation|position|location|center|centre|xyz)
 PROPERTIES = "properties."
 """How titles of what GeoJSON tells beside positions begin."""
 
-CENTRES = ("pos", "position", "pose", "center", "centre", "p", "utm")
+CENTRES = ("pos", "position", "pose", "center", "centre", "centroid", "p", "utm")
 """Words before an axis of a position, as of the middle of a box."""
 
 PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
@@ -93,8 +95,7 @@ AXES: dict[str, tuple[str, ...]] = {
             "zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd tidspunkt tid now position_t "
             "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at datenum mjd jd",
             "scan": "scan sweep turn frame umlauf umdrehung",
-            "sensor": "sensor source device station",
-            "range_rate": "range_rate doppler radial_velocity radial_speed rr",
+            "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",
             "range": "range rng distance dist r rho entfernung distanz abstand distancia avstand",
             "bearing": "bearing brg azimuth az azi theta angle peilung azimut acimut gisement relevement marcacion peiling",
             "elevation": "elevation elev el",
@@ -110,9 +111,13 @@ AXES: dict[str, tuple[str, ...]] = {
             "speed": "speed sog velocity geschwindigkeit vitesse velocidad fart",
             "east": "east easting e utm_e rechtswert ost este",
             "north": "north northing n utm_n hochwert nord norte",
+            "sensor": "sensor source device station radar site",
         }.items()
     },
-    **{axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}") for axis in "xy"},
+    **{
+        axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}", *ahead)
+        for axis, ahead in (("x", ("dist_long", "long_dist")), ("y", ("dist_lat", "lat_dist")))
+    },
     "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc", "tz"),
 }
 """The words for each axis, the surest first: in English, then in German, French, Spanish and others, without accents."""
@@ -158,7 +163,7 @@ def meaning(title: str, below: str = "") -> Meaning:
         return Meaning(title, "xyz"[int(listed[3])], "", False, True)
     bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
     stated = bracket[1] if bracket else below.strip("[]() ")
-    stated = stated or ("e7" if title.lower().endswith("e7") else "")
+    stated = stated or ("e7" if title.lower().endswith("e7") else "NM" if "I040.RHO" in title.upper() else "")  # as ASTERIX
     plain = (title.replace(bracket[0], " ") if bracket else title).removeprefix(PROPERTIES)
     words = words_of(plain)
     axis, own, sure = _axis(words)
@@ -208,8 +213,11 @@ def _unit(stated: str, axis: str) -> str:
     return known.get(stated.lower(), known.get(first, ""))
 
 
-def chosen(titles: Sequence[str], below: Sequence[str] = ()) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
-    """Return the columns by axis: what the sensors measure, and what the own platform does. A sure title goes first.
+def chosen(
+    titles: Sequence[str], below: Sequence[str] = (), worded: Collection[str] = ()
+) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
+    """Return the columns by axis: what the sensors measure, and what the own platform does. A sure title goes first, and
+    one of `worded`, whose cells are words, after those that hold numbers.
 
     A heading is always the platform's. Positions that all say they are of a ship are what is measured, if nothing else is.
     """
@@ -217,7 +225,7 @@ def chosen(titles: Sequence[str], below: Sequence[str] = ()) -> tuple[dict[str, 
     platform: dict[str, Meaning] = {}
     meanings = [meaning(title, stated) for title, stated in zip_longest(titles, below, fillvalue="")]
     positions = {each.axis for each in meanings if not each.own} & {"range", "latitude", "x", "east"}
-    for each in sorted(meanings, key=lambda each: not each.sure):
+    for each in sorted(meanings, key=lambda each: (each.title in worded and each.axis in MEASURES, not each.sure)):
         if each.axis:
             own = each.axis == "heading" or (each.own and bool(positions) and each.axis not in ("time", "scan", "sensor"))
             (platform if own else measured).setdefault(each.axis, each)
