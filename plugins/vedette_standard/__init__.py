@@ -64,6 +64,7 @@ from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.coarse import Coarse
+from vedette_standard.sensors.direct import DirectSensor as DirectSensor
 from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.linear import LinearSensor
 from vedette_standard.sensors.partial import Partial

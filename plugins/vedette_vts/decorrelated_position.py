@@ -8,7 +8,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Gaussian, Pose, Sensor, Space, fields
+from vedette import Array, Pose, Sensor, Space, fields
+from vedette_standard import DirectSensor
 
 _NEAR = 1e-6
 """In m^2; within its root there is no direction from the radar, and the noise is the mean over all."""
@@ -16,7 +17,7 @@ _NEAR = 1e-6
 
 @final
 @frozen
-class DecorrelatedPosition(Sensor):
+class DecorrelatedPosition(DirectSensor):
     """z = exp(s/2) r (cos b, sin b) + the radar's position, unbiased given the target; s = sigma_bearing^2.
 
     Given the target at d from the radar, with q = sigma_range^2, a = exp(s)(1 + exp(-2s))/2, c = exp(s)(1 - exp(-2s))/2:
@@ -38,7 +39,6 @@ class DecorrelatedPosition(Sensor):
     """
 
     kind: ClassVar[str] = "decorrelated_position"
-    linear: ClassVar[bool] = True
 
     sigma_range: float = fields.quantity("m", "standard deviation along the line of sight", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -61,18 +61,6 @@ class DecorrelatedPosition(Sensor):
     def observes(self) -> Space:
         return Space.of(x="m", y="m")
 
-    @property
-    def measurement(self) -> Space:
-        return self.observes
-
-    def measure(self, x: Array) -> Array:
-        """(*b, 2) -> (*b, 2)"""
-        return x
-
-    def jacobian(self, x: Array) -> Array:
-        """(2, 2)"""
-        return np.eye(2)
-
     def noise(self, x: Array) -> Array:
         """Return R: (*b, 2) -> (*b, 2, 2)."""
         return self.mean_noise(x, np.zeros((2, 2)))
@@ -88,19 +76,6 @@ class DecorrelatedPosition(Sensor):
         whole = (along - 1.0 - across + q * np.exp(-s) / square) * M
         mean: Array = whole + across * (square + q) * np.eye(2)
         return mean
-
-    def detects(self, x: Array) -> Array:
-        """()"""
-        return np.asarray(self.detection_probability)
-
-    def clutter(self, z: Array) -> Array:
-        """()"""
-        return np.asarray(self.clutter_density)
-
-    def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """(*b, 2) -> (*b, 2), (*b, 2, 2): the return, with its noise or the sensor's there."""
-        cov = self.noise(z) if noise is None else noise
-        return Gaussian(z, np.broadcast_to(cov, (*z.shape, 2)))
 
     def at(self, pose: Pose) -> Sensor:
         """Return the same radar on a platform at `pose`."""
