@@ -19,7 +19,7 @@ FURTHER = 10
 
 
 def evaluate_frame(
-    belief: Gaussian, state: Space, sensor: Sensor, frame: Frame, p_gate: float, passes: int = 1, least: float = 0.0
+    belief: Gaussian, state: Space, sensor: Sensor, frame: Frame, p_gate: float, passes: int = 1
 ) -> Innovation:
     """Return the innovation of a frame and each track, as one detection, linearised again in each of up to `passes` passes.
 
@@ -28,7 +28,7 @@ def evaluate_frame(
     taken, so a frame without information (J = 0) leaves the belief as it is, and its detection probability is 0: where all
     pixels are unknown, or beside the image, the target cannot be seen. The squared distance is that of the sufficient
     statistic J^-1 q, whose covariance is J^-1 + S: it has as many degrees of freedom as there are apparent axes, not pixels.
-    Passes end when no track's point moves by more than `least` standard deviations of the update.
+    Passes end when no track's point moves.
 
     The evidence is that of the last linearisation. If it speaks against the target, the passes may have begun far from the
     target and not have reached it. Then further passes follow, and the largest value of Laplace's formula counts:
@@ -52,7 +52,7 @@ def evaluate_frame(
         pull = _times(shrink, q)
         shift = _times(cross, pull)
         before, at = at, state.displace(belief.mean, shift)[..., where]
-        if np.max(np.abs(at - before), initial=0.0) <= least:
+        if np.array_equal(at, before):
             break
     log_det = np.linalg.slogdet(np.eye(m) + J @ S)[1]
     loglik = llr - np.sum((g + 0.5 * Je) * e, axis=-1) + 0.5 * np.sum(_times(S, pull) * q, axis=-1)
