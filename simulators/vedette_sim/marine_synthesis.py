@@ -6,8 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import final
 
 import numpy as np
-from attrs import Factory, define, field, frozen
-from numpy.typing import NDArray
+from attrs import define, field, frozen
 
 from vedette import Array, Pose
 from vedette_sim import ppi_display as display
@@ -86,7 +85,6 @@ class Synthesis:
     _still: Float32 | None = field(init=False, default=None)
     _turns: dict[int, Float32] = field(init=False, factory=dict)
     _raster: Raster = field(init=False)
-    _colours: NDArray[np.uint8] = field(init=False, default=Factory(display.palette))
 
     def __attrs_post_init__(self) -> None:
         radar, sea = self.world.radar, self.world.sea

@@ -24,17 +24,16 @@ FAR = TRIED[-1]
 
 @frozen(eq=False)
 class Settled:
-    """One sensor and one track over SCANS scans: `prior` and mean of its start, predicted and updated covariances.
+    """One sensor and one track over SCANS scans: the prior of its start, and what it comes to.
 
     start    the prior of a new track (1, n)
-    predicted, updated  covariances (s, n, n) at each scan;  mean (s, n) updated
+    updated  covariances (s, n, n) after each scan;  mean (s, n)
     S        innovation covariance (s, m, m);  R (m, m) of the last
     measured (m,)       the last return
     detects, density    probability of detection, clutter density at the last, in 1 / volume of the measurement space
     """
 
     start: Gaussian
-    predicted: Array
     updated: Array
     mean: Array
     S: Array
@@ -172,7 +171,7 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
     estimator, rng = tracker.estimator, np.random.default_rng(0)
     where = estimator.state.locate(sensor.observes)
     belief = estimator.start(start, estimator.state, rng)
-    predicted_cov, updated, means, S = list[Array](), list[Array](), list[Array](), list[Array]()
+    updated, means, S, learnt = list[Array](), list[Array](), list[Array](), False
     R: Array = np.zeros(0)
     x: Array = start.mean[0, where]
     for _ in range(SCANS):
@@ -185,13 +184,13 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
         innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
         belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         after = estimator.moments(belief)
-        predicted_cov.append(ahead.cov[0])
+        learnt = learnt or not np.array_equal(after.cov[0], ahead.cov[0])
         updated.append(after.cov[0])
         means.append(after.mean[0])
-    if np.array_equal(updated, predicted_cov):
+    if not learnt:
         return None
     density = np.asarray(sensor.clutter(sensor.measure(x)[None]))
     return Settled(
-        start, np.array(predicted_cov), np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),
+        start, np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),
         float(np.max(sensor.detects(x))), float(density.reshape(-1)[0]) if density.size else 0.0,
     )  # fmt: skip
