@@ -69,7 +69,7 @@ class FlirReproduction(Reproduction):
                 name: keep(
                     f"case {i} {name}",
                     Record,
-                    partial(_matched, passes, spread, snr, jitter, runs, (seed, i)),
+                    partial(record, passes, spread, snr, jitter, runs, np.random.default_rng((seed, i))),
                 )
                 for name, passes in PASSES.items()
             }
@@ -94,10 +94,6 @@ class FlirReproduction(Reproduction):
         for i, each in enumerate(variations(truth, MANOEUVRES[point["manoeuvre"]])):
             varied[each.label] = {name: each.record(name, runs, (seed, 1000 + i)) for name in each.filters}
         return verdicts.claims(verdicts.figures(found, varied, truth), runs)
-
-
-def _matched(passes: int, spread: float, snr: float, jitter: float, runs: int, seed: tuple[int, int]) -> Record:
-    return record(passes, spread, snr, jitter, runs, np.random.default_rng(seed))
 
 
 Found = dict[tuple[float, float, float], dict[str, Record]]
