@@ -1,30 +1,19 @@
 """The benchmark of association has every associator that is installed, and scenes that can be drawn."""
 
-import sys
-from importlib import import_module
-
 import numpy as np
-import pytest
 
 import vedette
-from support.paths import ROOT
+from benchmarks import association as benchmark
 from vedette.config.registry import Registry
 
 
-@pytest.fixture(scope="module")
-def benchmark():
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module("benchmarks.association")
-
-
-def test_it_has_every_associator_of_the_standard_shelf(benchmark):
+def test_it_has_every_associator_of_the_standard_shelf():
     kinds = {each.kind for each in Registry.installed().of_role("associator")}
     assert set(benchmark.KINDS) == kinds - {"bayes_risk"}  # of a paper, for two detections of one target
     assert list(benchmark.trackers(benchmark.config({}))) == list(benchmark.TRACKERS)
 
 
-def test_its_scenes_have_the_groups_that_they_say(benchmark):
+def test_its_scenes_have_the_groups_that_they_say():
     counts = {}
     for name, scene in benchmark.SCENES.items():
         experiment = vedette.load(benchmark.config(scene))
@@ -33,7 +22,7 @@ def test_its_scenes_have_the_groups_that_they_say(benchmark):
     assert counts["examples/fleet.toml"] > 10
 
 
-def test_every_tracker_but_the_first_of_reference_is_compared_with_one_that_differs_in_one_thing(benchmark):
+def test_every_tracker_but_the_first_of_reference_is_compared_with_one_that_differs_in_one_thing():
     alone = [name for name in benchmark.TRACKERS if benchmark.reference(name) is None]
     assert alone == ["jpda"]
     for name in set(benchmark.TRACKERS) - {"jpda"}:

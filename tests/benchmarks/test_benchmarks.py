@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from importlib import import_module
 from typing import Any
 
 import numpy as np
 import pytest
 
-from support.paths import ROOT
+from benchmarks import problems, race
+from benchmarks.contenders import textbook
+from benchmarks.contenders.vedette import ENTRIES
+from benchmarks.limit import build
 
 SMALL = {
     "kf": {"steps": 20},
@@ -24,13 +26,6 @@ SMALL = {
 BATCHES = ("kf", "ekf", "imm", "imm_pdaf")
 
 
-def module(name: str) -> Any:
-    """A module of the benchmarks, which are no part of what is installed."""
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module(f"benchmarks.{name}")
-
-
 def off(found: Any, right: Any) -> float:
     """How far means and covariances differ, relative to their largest entry."""
     return max(float(np.max(np.abs(a - b)) / np.max(np.abs(b))) for a, b in zip(found, right, strict=True))
@@ -38,20 +33,20 @@ def off(found: Any, right: Any) -> float:
 
 def solved(contender: str, family: str, level: str, sizes: dict[str, int]) -> float:
     """How far a contender is off textbook numpy."""
-    problem = module("problems").make(family, **sizes)
-    job = module(f"contenders.{contender}").ENTRIES[family][level](problem)
-    return off(job.answer(job.repeat(2)), module("contenders.textbook").solve(problem))
+    problem = problems.make(family, **sizes)
+    job = import_module(f"benchmarks.contenders.{contender}").ENTRIES[family][level](problem)
+    return off(job.answer(job.repeat(2)), textbook.solve(problem))
 
 
 @pytest.mark.parametrize("family", SMALL)
 def test_vedette_solves_what_is_timed(family: str) -> None:
-    for level in module("contenders.vedette").ENTRIES[family]:
+    for level in ENTRIES[family]:
         assert solved("vedette", family, level, SMALL[family]) < 1e-9, level
 
 
 @pytest.mark.parametrize("family", BATCHES)
 def test_batches_solve_what_is_timed(family: str) -> None:
-    for level in module("contenders.vedette").ENTRIES[family]:
+    for level in ENTRIES[family]:
         if level == "step" or level.startswith(("kernels", "fused")):
             assert solved("vedette", family, level, SMALL[family] | {"tracks": 2019, "steps": 10}) < 1e-9, level
 
@@ -62,16 +57,15 @@ def test_batches_solve_what_is_timed(family: str) -> None:
 )
 def test_the_limit_solves_what_is_timed(family: str, tracks: int | None) -> None:
     try:
-        module("limit.build").library()
+        build.library()
     except OSError as error:
         pytest.skip(f"the limit cannot be built: {error}")
     assert solved("limit", family, "", SMALL[family] | {"tracks": tracks, "steps": 10}) < 1e-9
 
 
 def test_a_contender_that_solves_another_problem_is_left_out() -> None:
-    race = module("race")
-    problem = module("problems").make("kf", steps=5)
-    mean, cov = module("contenders.textbook").solve(problem)
+    problem = problems.make("kf", steps=5)
+    mean, cov = textbook.solve(problem)
     contender = race.Contender("textbook", "textbook")
     try:
         answer = {"mean": mean.tolist(), "cov": (cov * (1 + 1e-6)).tolist()}
@@ -82,7 +76,7 @@ def test_a_contender_that_solves_another_problem_is_left_out() -> None:
 
 
 def test_an_absent_peer_is_told_in_a_line() -> None:
-    contender = module("race").Contender("nobody", "nobody")
+    contender = race.Contender("nobody", "nobody")
     contender.close()
     assert contender.absent.startswith("ModuleNotFoundError")
     assert "\n" not in contender.absent

@@ -4,8 +4,8 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from benchmarks.drafts import MOTIONS, drawn, gospa
 
+from benchmarks.drafts import MOTIONS, drawn, gospa
 from vedette import Space
 
 

@@ -1,22 +1,12 @@
 """Whether stated existence is the share of tracks that are of targets, on truth drawn from the tracker's own model."""
 
-import sys
-from importlib import import_module
-
 import numpy as np
 import pytest
 
-from support.paths import ROOT
+from benchmarks import existence
 
 
-@pytest.fixture(scope="module")
-def existence():
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module("benchmarks.existence")
-
-
-def test_of_two_tracks_beside_a_target_the_likelier_is_its(existence):
+def test_of_two_tracks_beside_a_target_the_likelier_is_its():
     """Oracle: the sum over who has the target, for two tracks of the same density, and one far away."""
     r, u, density = np.array([0.9, 0.1, 0.5]), 1e-5, np.log([[0.04], [0.04], [1e-30]])
     pairings = np.array([
@@ -28,7 +18,7 @@ def test_of_two_tracks_beside_a_target_the_likelier_is_its(existence):
     np.testing.assert_allclose(existence.of_targets(density, r, np.array([u])), wanted, atol=1e-12)
 
 
-def test_doubt_that_is_left_out_is_found(existence, monkeypatch):
+def test_doubt_that_is_left_out_is_found(monkeypatch):
     """A tracker that takes clutter to be a quarter of what it is states too much."""
     right = existence.tracker
 
@@ -46,7 +36,7 @@ def test_doubt_that_is_left_out_is_found(existence, monkeypatch):
 
 @pytest.mark.nightly("150 runs of each kind: a minute of CPU")
 @pytest.mark.parametrize("kind", ["jpda", "variational", "lmb", "k_best, mean shown"])
-def test_stated_existence_is_the_share_of_targets(existence, kind):
+def test_stated_existence_is_the_share_of_targets(kind):
     """Ten bins of four kinds within three standard errors: one seed in ten would fail by chance."""
     excess, number = existence.calibration(kind, 2, 150)
     assert np.all(number.sum(axis=0) > 50)

@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from typing import Any
-
 import numpy as np
 import pytest
 
-from support.paths import ROOT
+from benchmarks import flir_changed as changed
+from benchmarks import flir_clips as clips
 from vedette import Array
 
 PLANTED = ("trees", "crosses", "halts")
-
-
-def module(name: str) -> Any:
-    """A module of the benchmarks, which are no part of what is installed."""
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module(f"benchmarks.{name}")
 
 
 def drawn(count: int) -> tuple[Array, dict[int, Array]]:
@@ -30,12 +20,11 @@ def drawn(count: int) -> tuple[Array, dict[int, Array]]:
     return np.clip(np.rint(60.0 + 0.2 * x + spots + noise), 0, 255).astype(np.uint8), boxes
 
 
-CHANGES = [kind for kind in module("flir_changed").CHANGES if kind not in PLANTED]
+CHANGES = [kind for kind in changed.CHANGES if kind not in PLANTED]
 
 
 @pytest.mark.parametrize("kind", CHANGES)
 def test_labels_stay_right(kind: str) -> None:
-    changed, clips = module("flir_changed"), module("flir_clips")
     new = changed.CHANGES[kind](*drawn(20), np.random.default_rng(1))
     if kind == "turned 4":
         assert np.ptp([box[0] for box in new.boxes.values()]) > 0

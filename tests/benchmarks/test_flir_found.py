@@ -2,26 +2,15 @@
 
 from __future__ import annotations
 
-import sys
-from importlib import import_module
-from typing import Any
-
 import numpy as np
 import pytest
 
 import vedette
-from support.paths import ROOT
-
-
-def module(name: str) -> Any:
-    """A module of the benchmarks, which are no part of what is installed."""
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module(f"benchmarks.{name}")
+from benchmarks import flir_clips as clips
+from benchmarks import flir_found as found
 
 
 def test_a_drawn_spot_is_found_and_noise_is_not() -> None:
-    found = module("flir_found")
     made = vedette.load(found.EXAMPLE, overrides=["preprocessors.spots.clear=5"])
     shares = [found.found_drawn(made, snr, 2) for snr in (1.0, 12.0)]
     assert shares == [0.0, 1.0]
@@ -30,7 +19,6 @@ def test_a_drawn_spot_is_found_and_noise_is_not() -> None:
 
 @pytest.mark.nightly("the operating curve of tracks, ten runs a point: 60 s")
 def test_more_is_found_where_more_stands_out_and_where_less_is_asked() -> None:
-    found = module("flir_found")
     shares = np.array(
         [
             [
@@ -47,7 +35,6 @@ def test_more_is_found_where_more_stands_out_and_where_less_is_asked() -> None:
 
 
 def test_a_still_over_which_a_camera_turns_has_no_target() -> None:
-    found, clips = module("flir_found"), module("flir_clips")
     y, x = np.mgrid[:256, :320]
     still = 90.0 + 20.0 * np.sin(x / 25.0) * np.cos(y / 19.0) + 150.0 * np.exp(-((x - 150) ** 2 + (y - 120) ** 2) / 18.0)
     clip = clips.Clip("drawn", still[None], {0: np.array([150.0, 120.0, 14.0, 14.0])}, ((0, 1),))
@@ -65,4 +52,4 @@ def test_a_frame_shows_its_target_by_its_label_alone(contrast: float, edge: int,
     y, x = np.mgrid[:50, :60]
     sky = 60.0 + np.random.default_rng(4).normal(0.0, 1.5, y.shape) + 60.0 * (y > edge)
     spot = contrast * np.exp(-((x - 30.0) ** 2 + (y - 20.0) ** 2) / 8.0)
-    assert module("flir_clips").is_seen(sky + spot, np.array([30.0, 20.0, 9.0, 9.0])) == seen
+    assert clips.is_seen(sky + spot, np.array([30.0, 20.0, 9.0, 9.0])) == seen

@@ -1,19 +1,9 @@
 """The benchmark of targets that meet: both contenders get one scene, and what takes too long or differs is said."""
 
-import sys
-from importlib import import_module
-
 import numpy as np
 import pytest
 
-from support.paths import ROOT
-
-
-@pytest.fixture(scope="module")
-def meeting():
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module("benchmarks.meeting")
+from benchmarks import meeting
 
 
 def stalling(targets, density):
@@ -28,7 +18,7 @@ def stalling(targets, density):
     return step
 
 
-def test_all_weights_of_all_scans_are_exact_and_sum_to_1(meeting):
+def test_all_weights_of_all_scans_are_exact_and_sum_to_1():
     own = meeting.timed("vedette", 4, 1e-5, 60.0)
     assert own["not_ended"] is None
     assert len(own["seconds"]) == meeting.SCANS
@@ -41,14 +31,14 @@ def test_all_weights_of_all_scans_are_exact_and_sum_to_1(meeting):
     assert max(shared) >= 3  # they do meet
 
 
-def test_a_scan_that_does_not_end_is_told(meeting, monkeypatch):
+def test_a_scan_that_does_not_end_is_told(monkeypatch):
     monkeypatch.setitem(meeting.CONTENDERS, "stonesoup", stalling)
     found = meeting.timed("stonesoup", 2, 1e-5, 0.05)
     assert (found["not_ended"], len(found["weights"])) == (2, 2)
     assert "in 1 scans; scan 3 did not end within 0.05 s" in meeting.told(found, 0.05)
 
 
-def test_weights_that_differ_are_no_result(meeting):
+def test_weights_that_differ_are_no_result():
     own = meeting.timed("vedette", 2, 1e-5, 60.0)
     other = {**own, "weights": [(np.array(one) + 2e-9).tolist() for one in own["weights"]]}
     assert "| 0e+00 in 200 scans |" in meeting.row(2, 1e-5, own, own, 60.0)

@@ -1,22 +1,12 @@
 """The published scene of twelve targets, and what its trackers show of it."""
 
-import sys
-from importlib import import_module
-
 import numpy as np
 import pytest
 
-from support.paths import ROOT
+from benchmarks import twelve
 
 
-@pytest.fixture(scope="module")
-def twelve():
-    if str(ROOT) not in sys.path:
-        sys.path.insert(0, str(ROOT))
-    return import_module("benchmarks.twelve")
-
-
-def test_up_to_ten_targets_are_there_inside_the_square(twelve):
+def test_up_to_ten_targets_are_there_inside_the_square():
     numbers = [len(twelve.positions(scan)) for scan in range(1, twelve.SCANS + 1)]
     assert numbers[0] == 3
     assert max(numbers) == 10
@@ -25,6 +15,6 @@ def test_up_to_ten_targets_are_there_inside_the_square(twelve):
 
 
 @pytest.mark.parametrize("kind", ["jpda", "k_best, mean shown", "variational"])
-def test_each_target_is_confirmed_once(twelve, kind):
+def test_each_target_is_confirmed_once(kind):
     """With `show = "mean"` several tracks that may be one target are not all confirmed for it: they were, for 49 m."""
     assert twelve.judged(0, 1, "dense", [kind])[0][0] < 22.0
