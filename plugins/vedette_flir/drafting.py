@@ -6,11 +6,13 @@ import json
 import statistics
 import sys
 from collections.abc import Iterable, Mapping, Sequence
-from itertools import chain, islice
+from itertools import chain, islice, pairwise
 from pathlib import Path
 from typing import Any
 
-from vedette import ConfigError, Frame, Problem
+import numpy as np
+
+from vedette import Array, ConfigError, Frame, Problem
 from vedette_flir.registration import Registration
 from vedette_flir.sources.boxes import centred, within
 from vedette_flir.sources.images import Grey, frames_of
@@ -32,9 +34,10 @@ spread = { x = 1.0, y = 1.0, vx = 100.0, vy = 100.0, width = 0.0, height = 0.0 }
 kind = "reappearing_target"  # its existence says whether it is held, or lost and sought
 """
 
-LOOKED, AGREED = 60, 0.5
-"""Of so many frames, which part of a frame's corners must agree on how the camera turns, in the median: of 23 clips .54 and
-more do but for two (.42, .45), of four drawn slopes in noise .46 and less. By hand.
+LOOKED, AGREED, APART, ALIKE = 60, 0.5, 12, 0.9
+"""Of so many frames, which part of a frame's corners must agree on how the camera turns, in the median: of 23 clips .55 and
+more do but for one (.49), of four drawn slopes in noise .46 and less. Or frames so many apart differ, with the turn taken
+out, by less than such a part of what they do as they are. By hand.
 """
 
 AUTOMATIC = """automatic = true  # no target is given: the tracker finds them
@@ -114,7 +117,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     first = next(frames)  # what cannot be read is refused before a config is written
     boxes = _picked(path.name, first) if wishes.get("pick") else _stated(wishes.get("box", ()), first.shape)
     if not boxes:
-        steady = _has_corners(chain([first], islice(frames, LOOKED - 1)))
+        steady = _shows_turns(chain([first], islice(frames, LOOKED - 1)))
         start = AUTOMATIC.format(steady=str(steady).lower())
         about = "targets are found where they stand out and move"
     elif len(boxes) == 1:
@@ -139,13 +142,30 @@ def _shows_images(path: Path) -> bool:
     return path.suffix.lower() in VIDEOS
 
 
-def _has_corners(frames: Iterable[Grey]) -> bool:
+def _shows_turns(frames: Iterable[Grey]) -> bool:
     """Return whether frames show by what to tell how the camera turns: noise would turn it."""
-    motion, agreed = Registration(), []
-    for pixels in frames:
-        motion.take(pixels)
+    motion, agreed, some = Registration(), [], list[tuple[Array, Grey]]()
+    for k, pixels in enumerate(frames):
+        at = motion.take(pixels)
         agreed.append(motion.agreed)
-    return len(agreed) > 1 and statistics.median(agreed[1:]) >= AGREED
+        if k % APART == 0:
+            some.append((at, pixels))
+    unlike = np.sum(
+        [np.zeros(2), *(_unlike(was, now, np.rint(b - a).astype(int)) for (a, was), (b, now) in pairwise(some))], 0
+    )
+    return len(agreed) > 1 and bool(statistics.median(agreed[1:]) >= AGREED or unlike[1] < ALIKE * unlike[0])
+
+
+def _unlike(before: Grey, now: Grey, turned: Array) -> Array:
+    """Return by how many counts two frames (h, w) differ in what both show, as they are, and with what the camera has
+    `turned` by since (2,), whole px, taken out: (2,).
+    """
+    (x, y), (h, w) = turned, now.shape
+    if abs(x) >= w or abs(y) >= h:
+        return np.zeros(2)
+    shared = np.s_[max(-y, 0) : h - max(y, 0), max(-x, 0) : w - max(x, 0)]
+    there = before[max(y, 0) : h + min(y, 0), max(x, 0) : w + min(x, 0)]
+    return np.array([np.abs(then.astype(float) - now[shared]).mean() for then in (before[shared], there)])
 
 
 def _picked(name: str, first: Grey) -> list[list[float]]:

@@ -6,7 +6,7 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
-from vedette_flir import registration
+from vedette_flir import drafting, registration
 from vedette_flir.drafting import draft
 from vedette_flir.registration import Registration
 
@@ -264,3 +264,15 @@ def test_a_draft_takes_out_turns_that_frames_can_tell(tmp_path, shows, steady):
         )
         cv2.imwrite(str(tmp_path / f"{k}.png"), np.clip(frame, 0, 255).astype(np.uint8))
     assert f"steady = {steady} " in draft(tmp_path, {})
+
+
+def test_a_draft_takes_out_a_turn_before_plain_sky(tmp_path, monkeypatch):
+    """A codec draws the sky anew, and its corners agree with none; that the frames are more alike says that hills turn."""
+    rng = np.random.default_rng(3)
+    for k in range(60):
+        frame = seen(landscape(), (20.0 + 0.8 * k, 20.0), seed=k)
+        frame[:110] = 80.0 + 10.0 * cv2.GaussianBlur(rng.normal(0.0, 1.0, (110, 200)), (0, 0), 2.0)
+        cv2.imwrite(str(tmp_path / f"{k:02}.png"), np.clip(frame, 0, 255).astype(np.uint8))
+    assert "steady = true " in draft(tmp_path, {})
+    monkeypatch.setattr(drafting, "ALIKE", 0.0)
+    assert "steady = false " in draft(tmp_path, {}), "by the corners alone"
