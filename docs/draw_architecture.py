@@ -163,29 +163,27 @@ def draw(path: Path) -> None:
         patch.set_gid(name)
         axes.add_patch(patch)
 
-    every, dark = arrows(), needed(arrows())
-    for here, there in sorted(every):
-        (x0, y0, _), (x1, y1, _) = PLACES[here], PLACES[there]
-        lean = max(-0.6, min(0.6, 0.3 * (x1 - x0)))
-        start, end = (x0 + lean, y0 - height / 2), (x1 - lean, y1 + height / 2)
-        strong = (here, there) in dark
-        arrow(f"{here}.{there}", start, end, "#1f4e79" if strong else "#d3dee9", 1.7 if strong else 0.8, 3 if strong else 1)
+    def linked(places: dict[str, tuple[float, float, str]], every: set[tuple[str, str]], strong: str, faint: str) -> None:
+        dark = needed(every)
+        for here, there in sorted(every):
+            (x0, y0, _), (x1, y1, _) = places[here], places[there]
+            lean = max(-0.6, min(0.6, 0.3 * (x1 - x0)))
+            start, end = (x0 + lean, y0 - height / 2), (x1 - lean, y1 + height / 2)
+            look = (strong, 1.7, 3) if (here, there) in dark else (faint, 0.8, 1)
+            arrow(f"{here}.{there}", start, end, *look)
+
+    def words(x: float, y: float, label: str, what: str, first: str, second: str) -> None:
+        axes.text(x, y + 0.1, label, ha="center", va="center", fontsize=11, weight="bold", color=first, zorder=5)
+        axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color=second, zorder=5)
+
+    linked(PLACES, arrows(), "#1f4e79", "#d3dee9")
     for name, (x, y, what) in PLACES.items():
         box(x, y, widths[name], height, "#eef3f8" if name == "ground" else "#dce8f4", "#1f4e79", 4)
-        label = "what all may use" if name == "ground" else name
-        axes.text(x, y + 0.1, label, ha="center", va="center", fontsize=11, weight="bold", color="#12304d", zorder=5)
-        axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#33475b", zorder=5)
-    every, dark = arrows_of_plugins(), needed(arrows_of_plugins())
-    for here, there in sorted(every):
-        (x0, y0, _), (x1, y1, _) = LAYERS[here], LAYERS[there]
-        lean = max(-0.6, min(0.6, 0.3 * (x1 - x0)))
-        start, end = (x0 + lean, y0 - height / 2), (x1 - lean, y1 + height / 2)
-        strong = (here, there) in dark
-        arrow(f"{here}.{there}", start, end, "#b5701a" if strong else "#ecdcc4", 1.7 if strong else 0.8, 3 if strong else 1)
+        words(x, y, "what all may use" if name == "ground" else name, what, "#12304d", "#33475b")
+    linked(LAYERS, arrows_of_plugins(), "#b5701a", "#ecdcc4")
     for name, (x, y, what) in LAYERS.items():
         box(x, y, 2.7, height, "#fdf0dc", "#b5701a", 4)
-        axes.text(x, y + 0.1, name, ha="center", va="center", fontsize=11, weight="bold", color="#6b3f08", zorder=5)
-        axes.text(x, y - 0.15, what, ha="center", va="center", fontsize=7.2, color="#7a5420", zorder=5)
+        words(x, y, name, what, "#6b3f08", "#7a5420")
     box(3.1, 4.5, 7.5, 10.1, "#fbfcfe", "#9fb4c8", 0)
     axes.text(6.75, 9.3, "core: vedette", ha="right", va="center", fontsize=10, style="italic", color="#5a7186")
     arrow("plugins.core", (4.6, 10.69), (4.6, 9.57), "#b5701a", 1.7, 3)
