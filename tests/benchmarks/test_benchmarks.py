@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from benchmarks import problems, race
+from benchmarks import problems, race, users
 from benchmarks.contenders import textbook
 from benchmarks.contenders.vedette import ENTRIES
 from benchmarks.limit import build
@@ -80,3 +80,10 @@ def test_an_absent_peer_is_told_in_a_line() -> None:
     contender.close()
     assert contender.absent.startswith("ModuleNotFoundError")
     assert "\n" not in contender.absent
+
+
+def test_a_clock_that_skips_makes_nothing_faster(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = iter([0.0, 4.0, 4.0, 4.5, 4.5, 9.5])  # three rounds: 4 s, a skip of 3.5 s, 5 s
+    monkeypatch.setattr(users, "spent", lambda: next(clock))
+    job = users.Job("a sum", "a sum", 1, {"vedette": lambda: lambda: 1.0}, {})
+    assert users.measure(job, 3).seconds == {"vedette": 4.0}
