@@ -109,3 +109,11 @@ def test_lines_out_of_order_are_sorted_without_a_word(tmp_path, written, order):
         "parts": np.roll(range(60), 30),
     }
     assert written(tmp_path, [scans[i] for i in by[order]], sort=True) == ()
+
+
+def test_scans_that_are_copies_are_told(tmp_path):
+    scans = scene()
+    told = lines(tmp_path, [*scans, *scans[-2:]], sort=True)
+    assert told == ("radar: 2 of 62 scans are copies of another: each counts as one more; delete the copies",)
+    alike = [one for time, z in scans for one in ((time, z), (time, z[::-1]), (time, []), (time, []))]
+    assert lines(tmp_path, alike) == ()

@@ -86,6 +86,9 @@ def _odd(name: str, sensor: Sensor, scans: Sequence[Scan]) -> Iterator[str]:
     seen = [scan.detections for scan in scans if scan.sensor == name and scan.frame is None]
     named = any(each.identity is not None and np.any(each.identity >= 0) for each in seen)
     yield from odd_returns(name, sensor.measurement, [each.z for each in seen], named=named)
+    told = [(scan.time, scan.detections.z.tobytes()) for scan in scans if scan.sensor == name and len(scan.detections.z)]
+    if copies := len(told) - len(set(told)):
+        yield f"{name}: {copies:,} of {len(told):,} scans are copies of another: each counts as one more; delete the copies"
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:
