@@ -94,14 +94,16 @@ def _is_row(cells: list[str]) -> bool:
 
 def _no_titles(path: object, number: int, line: str, delimiter: str) -> str:
     """Say that a row has no titles above it, and what to type."""
+    wanted = "must be a header line with the titles of the columns, as time,x,y; got"
     cells = cells_of(line, delimiter) or []
+    if not cells or "{" in line:
+        return f"{wanted} {shown(line)}; make a table of it first, or JSON lines, each with its time"
     named = ["time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1)]
     for i, (first, second) in enumerate(pairwise(cells)):
         if all(re.fullmatch(r"-?\d{1,3}\.\d{5,}", cell) for cell in (first, second)) and abs(float(first)) <= 90:
             named[i : i + 2] = ["latitude", "longitude"]
             break
     typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
-    wanted = "must be a header line with the titles of the columns, as time,x,y; got"
     return f"{wanted} {shown(line)}; write one above it, with the columns' own names: {typed}"
 
 

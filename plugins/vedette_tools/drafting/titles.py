@@ -93,7 +93,7 @@ AXES: dict[str, tuple[str, ...]] = {
         for axis, words in {
             "time": "time timestamp t utc datetime date ts epoch stamp tstamp tod to_d when clock zeitstempel zeitpunkt "
             "zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd tidspunkt tid now position_t "
-            "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at datenum mjd jd",
+            "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at datenum mjd jd elapsed",
             "scan": "scan sweep turn frame umlauf umdrehung",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",
             "range": "range rng distance dist r rho entfernung distanz abstand distancia avstand",
@@ -116,7 +116,7 @@ AXES: dict[str, tuple[str, ...]] = {
     },
     **{
         axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}", *ahead)
-        for axis, ahead in (("x", ("dist_long", "long_dist")), ("y", ("dist_lat", "lat_dist")))
+        for axis, ahead in (("x", ("dist_long", "long_dist", "abscisse")), ("y", ("dist_lat", "lat_dist", "ordonnee")))
     },
     "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc", "tz"),
 }

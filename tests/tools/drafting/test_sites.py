@@ -79,6 +79,7 @@ def test_ranges_and_rows_of_a_radar_have_their_axes():
     }
     assert (meaning("THETA_ACP").unit, meaning("az[mil]").unit) == ("0.087890625 deg", "0.05625 deg")
     assert [meaning(title).axis for title in ("centroid_x", "DistLat", "dist_long_m")] == ["x", "y", "x"]
+    assert [meaning(title).axis for title in ("Abscisse (m)", "Ordonnée (m)", "elapsed_s")] == ["x", "y", "time"]
 
 
 def frames(path, *, names):
@@ -102,3 +103,22 @@ def test_objects_that_only_come_have_names(tmp_path):
     rows = [f"{t},{i},{100 * i + t},{t}" for t in range(40) for i in range(1 + t // 10)]
     (tmp_path / "d.csv").write_text("\n".join(["time,id,x,y", *rows]))
     assert read_table(tmp_path / "d.csv").identity == "id"
+
+
+def test_an_elevation_that_is_not_read_is_told(tmp_path):
+    """Ranges to what flies high were taken for those along the ground, and a list of columns not read held the elevation."""
+    for title, told in (("elevation_deg", True), ("snr", False)):
+        (tmp_path / "d.csv").write_text(
+            f"time,range_m,azimuth_deg,{title}\n" + "".join(f"{t},900,{t},20\n" for t in range(9))
+        )
+        said = read_table(tmp_path / "d.csv").said
+        assert any("range_bearing_elevation" in one and title in one for one in said) == told
+
+
+def test_lines_of_a_log_are_no_table(tmp_path):
+    """The command that was to write titles above them wrote none."""
+    line = '1772000000.000 radar/1 {"plots": [{"r": 3815.0, "az": 131.29}, {"r": 2676.9, "az": 88.87}]}'
+    (tmp_path / "d.log").write_text(f"{line}\n" * 9)
+    with pytest.raises(InputError, match="make a table of it first") as raised:
+        read_table(tmp_path / "d.log")
+    assert "echo" not in str(raised.value)
