@@ -56,7 +56,7 @@ def build(pace: str = "nightly") -> int:
     ended = subprocess.run(command, cwd=OUT, check=False, capture_output=True, text=True, env=found)
     told = re.sub(r"\x1b\[[\d;]*m", "", ended.stdout + ended.stderr).partition("Traceback")[0]
     print(told)
-    if ended.returncode or re.search(r"\bwarning\b", told, re.IGNORECASE):
+    if ended.returncode or re.search(r"\bwarning\b|^griffe: ", told, re.IGNORECASE | re.MULTILINE):
         return 1
     found_by = HTML / "search.json"
     found_by.write_text(json.dumps(guides_first(json.loads(found_by.read_text(encoding="utf-8")))), encoding="utf-8")

@@ -32,6 +32,13 @@ def test_every_page_has_one_place_in_the_navigation():
     assert navigation.misplaced(navigation.expanded(nav, committed, {}), committed) == []
 
 
+def test_stars_of_shapes_are_shown_and_those_of_a_parameter_are_its_name():
+    """`**strategies` was missing in the table of its function's parameters."""
+    escaped = pytest.importorskip("docsite.shapes", reason="griffe comes with the site's tools").escaped
+    docstring = "Return (*b, n) as `f(*b)`.\n\nParameters\n----------\n**others\n    What (*b) is."
+    assert escaped(docstring) == docstring.replace("(*b, n)", r"(\*b, n)").replace("(*b) is", r"(\*b) is")
+
+
 def test_pages_stay_short():
     """What a user reads: 2,500 words a page at most, and 60,000 in all."""
     pages = {name: page for name, page in navigation.committed().items() if name not in ("changelog.md", "contributing.md")}
