@@ -68,8 +68,11 @@ OF_REPORTS = frozenset((
 ))  # fmt: skip
 """Titles of what objects report of themselves."""
 
-OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat", "site")
+OWN = ("own", "ownship", "own_ship", "platform", "ego", "ship", "vessel", "os", "self", "carrier", "boat")
 """Words that say a column is of the sensors' own platform."""
+
+STANDS = ("sensor", "radar", "station", "site", "device")
+"""Words that say so of a position alone: site_lat is where a radar stands, radar_range what it measures."""
 
 COORDINATES = ("coordinates.0", "coordinates.1")
 """How the titles of a longitude and a latitude end in GeoJSON."""
@@ -196,6 +199,10 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
     for axis, names in AXES.items():
         if whole in names:
             return axis, own, True
+    place = "_".join(word for word in words if word not in STANDS)
+    for axis in PLACES[1:]:
+        if place in AXES[axis]:
+            return axis, True, True
     for axis, names in AXES.items():
         if axis == "sensor" and len(words) > 2:
             continue  # the type of a device is no sensor's name
