@@ -34,6 +34,8 @@ FAR, FARTHEST = 200e3, 1500e3
 """m from the origin on the ground: beyond the first the plane differs from it by more than 0.02 %, which is told; what lies
 beyond the second is refused, long before the far side of the earth folds over.
 """
+NORTHWARD = 1e-4
+"""deg, so little that a meridian is straight, and no digit is lost."""
 RADIUS = 6371e3
 """Mean radius of the earth in m."""
 
@@ -90,6 +92,11 @@ class Origin:
             height = height - altitude
             latitude, longitude, altitude = back(east, north, height, *origin)
         return _floats(latitude), _floats(longitude), _floats(altitude)
+
+    def north(self, latitude: Array, longitude: Array) -> Array:
+        """Return where north is at places (*b) in deg: clockwise from the plane's, in rad, as meridians run together."""
+        here, there = self.to_plane(latitude, longitude), self.to_plane(latitude + NORTHWARD, longitude)
+        return _floats(np.arctan2(there[0] - here[0], there[1] - here[1]))
 
     def __str__(self) -> str:
         return f"{self.latitude!r}, {self.longitude!r}, {self.altitude!r}"
@@ -160,6 +167,9 @@ def into_plane(read: Space, values: Sequence[Sequence[float]], origin: Origin | 
     if is_geodetic(read) and origin is not None:
         place = origin.to_plane(given["latitude"], given["longitude"], given.get("altitude", 0.0))
         given |= dict(zip((east, north, "z"), place, strict=True))
+        turn = origin.north(given["latitude"], given["longitude"])
+        for angle, way in (("course", 1.0), ("heading", 1.0 if frame == NORTH_EAST else -1.0)):
+            given |= {angle: given[angle] + way * turn} if angle in given else {}
     if "course" in read:
         given |= {f"v{east}": given["speed"] * np.sin(given["course"])}
         given |= {f"v{north}": given["speed"] * np.cos(given["course"])}

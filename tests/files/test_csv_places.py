@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from support.csv_recordings import PLANE, opened, told
 from vedette.errors import ConfigError, InputError
+from vedette.space import Space
 from vedette_files import CsvSource
-from vedette_files.geodesy import Origin
-from vedette_files.tables.platform import PlatformColumns
+from vedette_files.geodesy import COURSE, GEODETIC, Origin, into_plane, made
+from vedette_files.tables.platform import POSE, PlatformColumns
 from vedette_files.tables.returns import DetectionColumns
 from vedette_files.tables.truth import TruthColumns
 from vedette_standard.sensors.position_velocity import PositionVelocity
@@ -224,3 +225,36 @@ def test_an_underscore_makes_no_number(tmp_path):
     """Python reads 1_0 as 10."""
     recording = source(tmp_path, "t,lat,lon\n0,59,10\n1,5_9,10\n2,59,10\n").open(PLANE, RNG)
     assert [problem.place for problem in recording.refused] == ["d.csv:3"]
+
+
+@pytest.mark.parametrize("frame", ["x north, y east", "x east, y north"])
+def test_bearings_count_from_the_north_of_their_own_place(frame, tmp_path):
+    """Meridians run together: of a radar two degrees of longitude east of the origin all bearings were 1.6 degrees off."""
+    pymap3d = pytest.importorskip("pymap3d")
+    site, target = (55.7, 14.7, 0.0), (55.9, 14.2, 0.0)
+    azimuth, _, distance = pymap3d.geodetic2aer(*target, *site)
+    bearing = azimuth if frame == "x north, y east" else 90.0 - azimuth
+    (tmp_path / "d.csv").write_text(f"t,r,b,lat,lon\n0,{distance},{bearing},{site[0]},{site[1]}\n")
+    columns = DetectionColumns(time="t", columns={"range": "r", "bearing": "b"}, units={"bearing": "deg"})
+    platform = PlatformColumns(time="t", columns={"latitude": "lat", "longitude": "lon"})
+    origin = Origin(55.6, 12.7)
+    source = CsvSource(columns, str(tmp_path / "d.csv"), platform=platform, origin=origin, frame=frame)
+    sensor = RangeBearing(sigma_range=1.0, sigma_bearing=1e-6)
+    (scan,) = source.open({"radar": sensor}, RNG).scans
+    found = sensor.placed(scan.pose).invert(scan.detections.z).mean[0, :2]
+    east, north, _ = origin.to_plane(*map(np.array, target))
+    np.testing.assert_allclose(found, [north, east] if frame == "x north, y east" else [east, north], atol=20.0)
+
+
+@pytest.mark.parametrize(("frame", "way"), [("x north, y east", 1.0), ("x east, y north", -1.0)])
+def test_courses_and_headings_count_from_the_north_of_their_own_place(frame, way):
+    """A ship that goes north two degrees of longitude east of the origin comes nearer to the origin's meridian."""
+    origin, read = Origin(55.6, 12.7), Space((*GEODETIC.axes[:2], *COURSE.axes, POSE.axes[-1]))
+    there = into_plane(read, [(lat, 14.7, 10.0, 0.0, 0.0) for lat in (55.699, 55.7, 55.701)], origin, frame)
+    space = made(read)
+    moved = (there[2] - there[0])[space.locate(Space.of(x="m", y="m"))]
+    velocity = there[1, space.locate(Space.of(vx="m/s", vy="m/s"))]
+    np.testing.assert_allclose(velocity, 10.0 * moved / np.linalg.norm(moved), atol=1e-3)
+    assert there[1, space.names.index("heading")] == pytest.approx(
+        -way * np.radians(2.0) * np.sin(np.radians(55.7)), rel=1e-3
+    )

@@ -12,7 +12,7 @@ from vedette import fields
 from vedette.errors import ConfigError, Problem
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
-from vedette_files.geodesy import check_place, complaint, into_plane, made
+from vedette_files.geodesy import check_place, complaint, into_plane, is_geodetic, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order
 from vedette_files.tables.columnar import TablePath
@@ -70,17 +70,19 @@ class PlatformColumns:
         """Return the platforms' states; of two rows for one scan that disagree, the second is refused."""
         space = chosen(self.columns, POSE, PLACE)
         by_axis = layout.columns(path, space, self, PLACE)
+        if is_geodetic(space) and "heading" not in space:  # north is not everywhere the plane's
+            space = Space((*space.axes, POSE.axes[-1]))
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         at_times: dict[str, list[Sample[list[float]]]] = {}
         by_scan: dict[tuple[str, str], list[float]] = {}
         used = left_out = 0
         for row in rows(path, wanted, PLACE, layout.dialect, refused):
-            if not any(row.cells[by_axis[name].name] for name in space.names):
+            if not any(row.cells[by_axis[name].name] for name in space.names if name in by_axis):
                 left_out += 1
                 continue
             name = row.cells.get("object", "")
             try:
-                state = [by_axis[axis].of(row) for axis in space.names]
+                state = [by_axis[axis].of(row) if axis in by_axis else 0.0 for axis in space.names]
                 check_place(space, state, layout.origin)
                 if self.time:
                     at_times.setdefault(name, []).append(Sample(row.place, by_axis["time"].of(row), state))
