@@ -123,3 +123,23 @@ def test_what_flies_seven_px_a_frame_is_found(monkeypatch, mutant):
     found = confirmed(frames, detect_first=not mutant.startswith("frames"))
     assert len(found) == (1 if mutant == "none" else 0)
     assert mutant != "none" or np.abs(found[0] - np.array([8.0, 50.0]) - 22 * step).max() < 1.0
+
+
+@pytest.mark.parametrize("flies", [True, False])
+def test_what_goes_along_with_what_is_around_it_is_slow(monkeypatch, flies):
+    """A thing of the scene goes .2 px a frame as the camera zooms by .4 %, and hardly before the scene."""
+    speeds, frames = list[float](), []
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]].astype(float)
+    for k in range(30):
+        zoom, at = 1.0 if flies else np.exp(0.004 * k), 130.0 + 0.2 * k * flies
+        along, down = 89.5 + (x - 89.5) / zoom, 69.5 + (y - 69.5) / zoom
+        scene = 6.0 * np.sin(along / 9.0) * np.cos(down / 7.0) + 5.0 * np.sin(0.31 * along + 0.23 * down)
+        frames.append(60.0 + scene + 60.0 * np.exp(-((along - at) ** 2 + (down - 40.0) ** 2) / 8.0))
+
+    def odds(alone, speed):
+        speeds.append(speed)
+        return -2.0
+
+    monkeypatch.setattr(template, "newcomer_odds", odds)
+    confirmed(frames)
+    assert (np.median(speeds) > 0.15) == flies

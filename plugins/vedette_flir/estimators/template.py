@@ -204,7 +204,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             if written or not moves(min(left, off), turned):
                 ratio = min(ratio, -UNMOVED)
             elif existence == LOST:
-                told = newcomer_odds(by.alone(pixels, here), travelled / LAG)
+                told = newcomer_odds(by.alone(pixels, here), float(np.fmin(travelled, appearance.drift)) / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
             appearance, likelier = hinted(appearance, pixels, other, cut=cut)
