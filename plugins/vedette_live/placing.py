@@ -58,7 +58,7 @@ class Placing:
         return np.stack([columns[axis.name] for axis in wanted.axes], axis=-1)
 
     def _made(self, columns: Mapping[str, Array], wanted: Space) -> dict[str, Array]:
-        made = dict[str, Array]()
+        made, course = dict[str, Array](), columns.get("course")
         if "bearing" in wanted and "azimuth" in columns:
             made["bearing"] = pi / 2 - columns["azimuth"]
         if "latitude" in columns and "longitude" in columns and any(name in wanted for name in _EAST_NORTH):
@@ -67,8 +67,9 @@ class Placing:
             self.origin.check_reach(columns["latitude"], columns["longitude"])
             place = self.origin.to_plane(columns["latitude"], columns["longitude"], columns.get("altitude", 0.0))
             made |= dict(zip(_EAST_NORTH, place, strict=True))
-        if "speed" in columns and "course" in columns:
-            made |= {"vx": columns["speed"] * np.sin(columns["course"]), "vy": columns["speed"] * np.cos(columns["course"])}
+            course = None if course is None else course + self.origin.north(columns["latitude"], columns["longitude"])
+        if "speed" in columns and course is not None:
+            made |= {"vx": columns["speed"] * np.sin(course), "vy": columns["speed"] * np.cos(course)}
         return made
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 
 import numpy as np
@@ -13,6 +14,7 @@ from vedette_files import Origin
 from vedette_live.grouping import Clock, Formed, Grouper, Grouping
 from vedette_live.placing import Placing
 from vedette_live.saving import scan_data, scan_from
+from vedette_standard.sensors.position_velocity import PositionVelocity
 
 SENSORS = vedette.build(
     {
@@ -140,6 +142,15 @@ def test_azimuths_become_bearings_and_latitudes_places() -> None:
     assert x == pytest.approx(
         0.01 * 111_412.84 * np.cos(np.deg2rad(59.0)), rel=2e-3
     )  # by the length of a degree at the equator
+
+
+def test_courses_count_from_the_north_of_their_own_place() -> None:
+    """As in a file: two degrees of longitude east of the origin courses were 1.7 degrees off."""
+    axes = ("latitude", "longitude", "speed", "course")
+    fixed = Placing({"ais": PositionVelocity(sigma_position=5.0, sigma_velocity=0.5)}, {}, ORIGIN)
+    z = fixed.returns(Message("ais", 0.0, np.array([[59.0, 12.0, 5.0, 0.0]]), axes), "ais")
+    course = math.atan2(*z[0, 2:])
+    assert course == pytest.approx(-math.radians(2.0) * math.sin(math.radians(59.0)), rel=1e-3)
 
 
 @pytest.mark.parametrize(
