@@ -147,7 +147,7 @@ def test_azimuths_become_bearings_and_latitudes_places() -> None:
 def test_courses_count_from_the_north_of_their_own_place() -> None:
     """As in a file: two degrees of longitude east of the origin courses were 1.7 degrees off."""
     axes = ("latitude", "longitude", "speed", "course")
-    fixed = Placing({"ais": PositionVelocity(sigma_position=5.0, sigma_velocity=0.5)}, {}, ORIGIN)
+    fixed = Placing({"ais": PositionVelocity(sigma=5.0, sigma_speed=0.5)}, {}, ORIGIN)
     z = fixed.returns(Message("ais", 0.0, np.array([[59.0, 12.0, 5.0, 0.0]]), axes), "ais")
     course = math.atan2(*z[0, 2:])
     assert course == pytest.approx(-math.radians(2.0) * math.sin(math.radians(59.0)), rel=1e-3)
