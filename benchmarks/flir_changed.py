@@ -197,6 +197,11 @@ def in_recorded_px(one: Followed, scale: float) -> Followed:
     return evolve(one, error=one.error / scale, true=one.true / scale, found=one.found / scale)
 
 
+def part(values: Array) -> float:
+    """Return the mean of what is true or not, NaN of nothing."""
+    return float(values.mean()) if len(values) else np.nan
+
+
 def told(runs: list[tuple[Followed, int]]) -> str:
     """Return the figures of runs in a line."""
     error = np.concatenate([one.error[np.isfinite(one.error)] for one, _ in runs])
@@ -205,8 +210,8 @@ def told(runs: list[tuple[Followed, int]]) -> str:
     found = [seen for one, back in runs if (seen := again(one, back)) is not None]
     return (
         f"{len(runs):3} runs, within 10 px {np.mean(error <= NEAR):.4f}, lost {sum(one.lost for one, _ in runs):2}, told "
-        f"{gone.mean() if len(gone) else np.nan:.2f} of {len(gone):4}, good doubted {good.mean():.4f}, "
-        f"shown {shown.mean():.4f}, again {sum(found)} of {len(found)}"
+        f"{part(gone):.2f} of {len(gone):4}, good doubted {part(good):.4f}, "
+        f"shown {part(shown):.4f}, again {sum(found)} of {len(found)}"
     )
 
 
