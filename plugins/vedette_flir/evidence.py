@@ -44,6 +44,12 @@ STANDING = 8.0
 is told (.73 of lost frames for .90), 12 tells no more; chosen on all clips but one, it tells .91 on those left out.
 """
 
+NEWNESS, STOPPED = (30.0, 0.45), 0.85
+"""What it says against a target that it is so new in its part of the scene, for each that it is less than so much; and from
+which newness on what came to stand is the target, which stopped. By hand: of 4,626 held frames of `ir_clips` and the odd
+clips .002 are below .48, of 424 of tracks that had taken a spot planted there .99 below .32.
+"""
+
 PULL = 1.5
 """Log-odds by which a lost target is rather where it is expected than in another place."""
 
@@ -117,12 +123,19 @@ def held_ratio(likeness: float, margin: float, clear: float) -> float:
     return min(10.2 * likeness + 2.5 * margin - 7.2, 20.0 * max(margin, 0.0) + clear - 2.0)
 
 
-def standing_ratio(first: float, usual: float) -> float:
+def scene_ratio(new: float) -> float:
+    """Return the log-likelihood ratio that a target is there, so `new` in its part of the scene; nothing if that is NaN."""
+    return min(NEWNESS[0] * (new - NEWNESS[1]), 0.0) if np.isfinite(new) else 0.0
+
+
+def standing_ratio(first: float, usual: float, new: float) -> float:
     """Return the log-likelihood ratio that a target is there which has come to stand.
 
     Where a target vanishes before a branch or a mast, its track comes to stand, and the likeness to the `first` template
-    falls below the `usual` one; a target that stops looks as it did.
+    falls below the `usual` one; a target that stops looks as it did, or is `new` there: NaN if that is not known.
     """
+    if new > STOPPED:
+        return 0.0
     return -STANDING * float(np.clip(np.log(max(1.0 - first, 1e-3) / max(1.0 - usual, UNLIKE)), 0.0, 3.0))
 
 

@@ -14,6 +14,7 @@ from vedette_flir.evidence import (
     learned,
     presence_ratio,
     ring_spread,
+    scene_ratio,
     standing_ratio,
 )
 
@@ -167,11 +168,11 @@ def test_a_target_that_stands_in_noise_is_held():
 
 def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
     likes = np.linspace(0.99, 0.3, 30)
-    standing = [standing_ratio(like, 0.97) for like in likes]
+    standing = [standing_ratio(like, 0.97, np.nan) for like in likes]
     assert standing[0] == 0.0  # a target that stops looks as it did
     assert np.all(np.diff(standing) <= 0)
     assert standing[-1] < -15.0
-    assert standing_ratio(1.0 - UNLIKE, 1.0) == pytest.approx(0.0, abs=1e-9)  # so much it may differ in any frame
+    assert standing_ratio(1.0 - UNLIKE, 1.0, np.nan) == pytest.approx(0.0, abs=1e-9)  # so much it may differ in any frame
 
 
 def test_how_far_a_track_went_is_counted_in_the_scene_and_from_where_it_was_found():
@@ -223,6 +224,7 @@ def test_evidence_rises_with_each_of_its_parts():
         assert np.all(np.diff(rising) >= 0)
         assert rising[-1] > rising[0]
     assert held_ratio(0.9, 0.6, 9.0) > 0 > held_ratio(0.5, 0.05, 9.0)
+    assert scene_ratio(np.nan) == 0.0
 
 
 def test_ratios_are_those_of_the_page():
@@ -235,7 +237,9 @@ def test_ratios_are_those_of_the_page():
         found += 1.6 * min(np.log(a), 0.0) - 0.5 * abs(np.log(z))
         assert found_ratio(f, m, d, c, a, z) == pytest.approx(found)
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
-        assert standing_ratio(f, usual) == pytest.approx(standing)
+        assert standing_ratio(f, usual, np.nan) == pytest.approx(standing)
+        assert standing_ratio(f, usual, e) == pytest.approx(standing if e <= 0.85 else 0.0)
+        assert scene_ratio(e) == pytest.approx(-30.0 * max(0.45 - e, 0.0))
         assert presence_ratio(held, e, cut=False, anew=False) == pytest.approx(held / 3.0)
         assert presence_ratio(held, e, cut=True, anew=False) == pytest.approx(held / 3.0 - 7.0)
         share = 1.0 / (1.0 + np.exp(-min(np.log(e / (1.0 - e)), 2.0) - held)) / (1.0 + np.exp(-10.0 * m))

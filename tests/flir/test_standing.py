@@ -4,11 +4,12 @@ the camera follows stands in the frames alone, and is held.
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import standing, template
+from vedette_flir.estimators import template
 from vedette_flir.estimators.standing import stood
 
 SIZE, TURN = (100, 160), np.array([0.7, 0.3])
@@ -41,6 +42,7 @@ def followed(frames):
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
         monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
+        monkeypatch.setattr(template, "scene_ratio", lambda new: 0.0)
     mast = (path(38), 50.0, (1.3, 4.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
     existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])
@@ -67,8 +69,10 @@ def stands(monkeypatch, frames):
     """In which of the frames the track of a spot is told to stand (s - 1,)."""
     told = []
 
+    asked = template.stood
+
     def spied(appearance, *given):
-        appearance, stood_there = stood(appearance, *given)
+        appearance, stood_there = asked(appearance, *given)
         told.append(stood_there)
         return appearance, stood_there
 
@@ -81,11 +85,11 @@ def stands(monkeypatch, frames):
 def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
     """From frame 25 on it stands in the frames, and what is around it passes; the mutant sees the frames alone."""
 
-    def in_frames(first, pixels, place, origin, size, *, along=False):
-        return np.full(2, np.nan) if along else place - origin
+    def in_frames(appearance, travelled, existence):
+        return stood(evolve(appearance, path=np.full_like(appearance.path, np.nan)), travelled, existence)
 
     if not asked:
-        monkeypatch.setattr(standing, "gone", in_frames)
+        monkeypatch.setattr(template, "stood", in_frames)
     frames = [seen(max(k - 25, 0), [(path(0) + k * TURN, 60.0, (2.0, 2.0))]) for k in range(55)]
     assert np.any(stands(monkeypatch, frames)) == (not asked)
 

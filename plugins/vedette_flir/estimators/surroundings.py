@@ -36,20 +36,19 @@ def around(pixels: Array, place: Array, size: Array) -> Array:
     return np.where(_within(y, pixels.shape[0])[:, None] & _within(x, pixels.shape[1]), image, np.nan)
 
 
-def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array, *, along: bool = False) -> Array:
+def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array) -> Array:
     """Return by how many px (2,) a thing has moved before its surroundings, from its `origin` to its `place`.
 
     What was around it (`first`), and is now, differs by its slopes times a shift, by least squares (Lucas, Kanade, An
     iterative image registration technique, IJCAI 1981), seen from the thing, or from its origin, or from where they look
     most alike, whichever explains more. Along axes with less slope than noise, as before plain sky, the surroundings count
-    as standing still. With `along` they are seen from the thing alone, and NaN is returned if they do not go along with it.
+    as standing still.
     """
     shift, step = place - origin, _grid(place, size)[0]
     slopes = np.stack([np.gradient(first, step, axis=axis) for axis in (1, 0)])
     known = np.isfinite(slopes).all(axis=0) & ~_own(np.zeros(2), size)
-    unknown = np.full(2, np.nan) if along else shift
-    best, told = np.inf, unknown
-    for start in (shift,) if along else (shift, np.zeros(2), shift + _nearest(first, known, pixels, place, step)):
+    best, told = np.inf, shift
+    for start in (shift, np.zeros(2), shift + _nearest(first, known, pixels, place, step)):
         change = around(pixels, origin + start, size) - first
         seen = known & np.isfinite(change) & ~_own(shift - start, size) & ~_own(start - shift, size)
         if (count := int(seen.sum())) < FEWEST:
@@ -65,7 +64,7 @@ def gone(first: Array, pixels: Array, place: Array, origin: Array, size: Array, 
         sure = (signal > 0.5 * energy) & (np.sqrt(ALIKE * rest / np.maximum(signal, 1e-9)) < SURE)
         more = more * energy / np.maximum(signal, 1e-9)
         sure &= np.abs(more) < WIDE * step
-        best, told = rest, axes @ np.where(sure, axes.T @ (shift - start) + more, axes.T @ unknown)
+        best, told = rest, axes @ np.where(sure, axes.T @ (shift - start) + more, axes.T @ shift)
     return np.asarray(told)
 
 

@@ -14,7 +14,8 @@ from vedette_flir.estimators.appearance import (
 )
 from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
-from vedette_flir.estimators.standing import passed, stood
+from vedette_flir.estimators.seen_before import nothing_seen, remembered, unremembered
+from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.surroundings import CELLS, around, gone
 from vedette_flir.estimators.template_search import (
     LEAST,
@@ -35,6 +36,7 @@ from vedette_flir.evidence import (
     learned,
     log_odds,
     presence_ratio,
+    scene_ratio,
     standing_ratio,
 )
 from vedette_flir.initial_box import target_in
@@ -142,7 +144,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = np.zeros((*tracks, CELLS, CELLS))
         return TemplateAppearance(
             *(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
-            *(pair + np.nan, pair, beside, none, np.full((*tracks, LAG, CELLS, CELLS), np.nan), none + np.nan, none),
+            *(pair + np.nan, pair, beside, none, *nothing_seen(tracks)),
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -157,10 +159,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
         seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
-        course = np.full((LAG, CELLS, CELLS), np.nan), none + np.nan, none
-        made = TemplateAppearance(*values, *seen, np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none, *course)
+        hint = np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none
+        made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()))
         look = by.look(pixels, where + found.offset, NEAR, made)
-        made = passed(evolve(made, usual=np.asarray(max(look.clear, 1.0))), pixels, where + found.offset)
+        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
         if not self.centred:
             return Match(np.zeros(2), MOST, made, 0.0)
         return Match(found.offset, MOST, evolve(made, offset=np.zeros(2)), 0.0)
@@ -179,16 +181,16 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
         appearance, cut = self._with_scene(appearance, pixels)
-        hidden = passed(appearance, None, where)
+        hidden = appearance
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        before = past[1] + appearance.offset
-        appearance, stands = stood(appearance, pixels, here.place, before, travelled, existence)
-        standing = standing_ratio(here.first, float(appearance.usual_first)) if stands else 0.0
+        appearance, seen_new = remembered(by, appearance, pixels, here.place, existence > LOST)
+        appearance, stands = stood(appearance, travelled, existence)
+        standing = scene_ratio(seen_new) + stands * standing_ratio(here.first, float(appearance.usual_first), seen_new)
         ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
@@ -213,7 +215,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             if other is not here and odds > 0 and (apart or standing == 0):
                 # it need not stand out as before to be held from now on
                 usual = np.minimum(appearance.usual, max(other.clear, 1.0))
-                best, ratio, appearance, anew = other, odds, forgotten(evolve(other.known, usual=usual)), apart
+                best, ratio, appearance, anew = other, odds, forgotten(unremembered(evolve(other.known, usual=usual))), apart
         else:
             appearance = forgotten(appearance)
         jump = float(np.max(np.abs(best.place - where)))
@@ -225,7 +227,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             alike = max(alike, by.look(pixels, best.place, NEAR, by.lit(best.known, pixels, best.place)).likeness)
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
-        renewed = passed(renewed, pixels, place)
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if self.resize > 0 and presence > 0:
             renewed = self._resized(renewed, pixels, place, box)

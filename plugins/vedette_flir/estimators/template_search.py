@@ -50,8 +50,11 @@ class TemplateAppearance(Appearance):
     count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
     is known, and the logarithm of its growth (*b, t); while it is lost, a place where it may be, and where that was first
     (*b, t, 2), NaN without one, what was around it then (*b, t, 32, 32), and how many frames ago that was (*b, t); what was
-    around it in the last frames (*b, t, LAG, 32, 32), the oldest first, how many px it drifts before that in as many frames,
-    NaN if not known, and how far it went in them as a rule (*b, t).
+    around it when it was elsewhere, and a newer one (*b, t, 2, 48, 48), NaN outside the image, how far it went in the scene
+    since each (*b, t, 2, 2) in px, NaN without one, and goes in a frame (*b, t, 2); where it was in the last frame
+    (*b, t, 2) in px, and in the scene in the last frames (*b, t, LAG, 2), as far as it went since the older one, the oldest
+    first, NaN where that is not known; how many px it drifts in the scene in as many frames, NaN if not known, and how far
+    it went in them as a rule (*b, t).
     """
 
     patch: Array
@@ -71,7 +74,11 @@ class TemplateAppearance(Appearance):
     hint_from: Array
     hint_around: Array
     hint_age: Array
-    trail: Array
+    before: Array
+    went: Array
+    rate: Array
+    last: Array
+    path: Array
     drift: Array
     speed: Array
 

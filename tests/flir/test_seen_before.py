@@ -1,0 +1,96 @@
+"""A part of the scene was there before a track came to it; a target was not, however long it hovers."""
+
+import numpy as np
+import pytest
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import Frame, Gaussian, Scan
+from vedette_flir.estimators import template
+from vedette_flir.estimators.seen_before import remembered
+
+SIZE = (100, 220)
+
+
+def seen(k, spots, turn, land=5.0):
+    """Frame k of a land that a camera passes by `turn` px a frame, and spots in it: place, peak, spread of each."""
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]] + (k * np.array(turn))[::-1, None, None]
+    pixels = 60.0 + land * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
+    shown = [peak * np.exp(-0.5 * (((x - at[0]) / dx) ** 2 + ((y - at[1]) / dy) ** 2)) for at, peak, (dx, dy) in spots]
+    return pixels + np.max(shown, axis=0) + np.random.default_rng([9, k]).normal(0.0, 1.0, SIZE)
+
+
+def path(k, speed=1.2):
+    return np.array([100.0 + speed * k, 50.0])
+
+
+def followed(monkeypatch, frames):
+    """Existence (s,) of the example's track of a spot that is at `path(0)` first, and what is remembered of it."""
+    told = []
+
+    def spied(by, appearance, *given):
+        appearance, new = remembered(by, appearance, *given)
+        told.append((new, appearance.path.copy()))
+        return appearance, new
+
+    monkeypatch.setattr(template, "remembered", spied)
+    tracker, existence = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
+    prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 10.0, 10.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
+    state = tracker.start(prior, 0.0)
+    for k, pixels in enumerate(frames):
+        state = tracker.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
+        existence.append(float(state.existence[0]))
+    return np.array(existence), np.array([new for new, _ in told]), np.array([way for _, way in told])
+
+
+TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.7, 0.3), (1.2, 0.0)], ids=["stands", "turns", "follows"])
+
+
+@TURNS
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn, asked):
+    """The target fades where the spot is, whose likeness to it stays above .95: only that it was there says what it is."""
+    if not asked:
+        monkeypatch.setattr(template, "scene_ratio", lambda new: 0.0)
+    tip = (path(38), 55.0, (2.0, 2.0))
+    faded = [(path(k), 60.0 * float(np.interp(k, [32, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(75)]
+    existence, new, _ = followed(monkeypatch, [seen(k, [one, tip], turn) for k, one in enumerate(faded)])
+    assert existence[:30].min() > 0.9
+    assert existence[55:].max() < 0.5 if asked else existence[55:].min() > 0.5
+    assert not asked or np.nanmax(new[45:]) < 0.45
+
+
+@TURNS
+@pytest.mark.parametrize("land", [5.0, 0.0], ids=["land", "sky"])
+def test_a_target_that_stops_and_looks_otherwise_there_is_held(monkeypatch, turn, land):
+    def grows(k):
+        return (2.0 + 0.02 * max(k - 30, 0), 2.0 - 0.01 * max(k - 30, 0))
+
+    frames = [seen(k, [(path(min(k, 30)), 60.0, grows(k))], turn, land) for k in range(90)]
+    existence, new, _ = followed(monkeypatch, frames)
+    assert existence.min() > 0.9
+    assert np.nanmin(new) > 0.5
+
+
+@TURNS
+@pytest.mark.parametrize("speed", [0.3, 1.2, 4.0])
+def test_how_far_it_went_in_the_scene_is_known_whatever_the_camera_does(monkeypatch, turn, speed):
+    """What is remembered is renewed on the way, several times where the target is fast."""
+    frames = [seen(k, [(path(k, speed), 60.0, (2.0, 2.0))], turn) for k in range(min(int(110 / speed), 80))]
+    _, new, way = followed(monkeypatch, frames)
+    went = np.hypot(*(way[:, -1] - way[:, 0]).T)
+    known = np.isfinite(went)
+    assert known[10:].mean() > 0.8
+    np.testing.assert_allclose(went[known], 7.0 * speed, atol=1.0)  # each place errs by .3 px
+    assert abs(np.mean(went[known]) - 7.0 * speed) < 0.3
+    assert np.isfinite(new).mean() > 0.3
+    assert np.nanmin(new) > 0.8
+
+
+def test_another_scene_says_nothing(monkeypatch):
+    rng = np.random.default_rng(1)
+    scenes = [20.0 * rng.normal(size=SIZE).cumsum(axis=1) / 9.0 for _ in range(8)]
+    spots = [seen(0, [(path(k), 60.0, (2.0, 2.0))], (0, 0), 0.0) for k in range(40)]
+    _, new, way = followed(monkeypatch, [spots[k] + scenes[k // 5] for k in range(40)])
+    assert np.isnan(way[4::5, 0]).all()
+    assert not np.any(new < 0.5)
