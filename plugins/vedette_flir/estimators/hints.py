@@ -7,7 +7,8 @@ from attrs import evolve
 
 from vedette import Array
 from vedette_flir.estimators.surroundings import around, gone
-from vedette_flir.estimators.template_search import Look, TemplateAppearance
+from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_search import Look
 from vedette_flir.evidence import LAG
 from vedette_flir.newcomers import SPEED, moves
 

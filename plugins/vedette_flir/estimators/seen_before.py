@@ -6,7 +6,8 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Mask
-from vedette_flir.estimators.template_search import Matcher, TemplateAppearance
+from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.evidence import LAG
 from vedette_flir.patches import blurred, mask_of, sample, similarity
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import evolve
 
-from vedette_flir.estimators.template_search import TemplateAppearance
+from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.evidence import STILL
 
 SETTLING, SLOW = 0.25, 0.02

@@ -17,12 +17,12 @@ from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, remembered, unremembered
 from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.surroundings import CELLS, around, gone
+from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import (
     LEAST,
     NEAR,
     Look,
     Matcher,
-    TemplateAppearance,
     kept,
     sought,
 )
@@ -188,7 +188,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        appearance, seen_new = remembered(by, appearance, pixels, here.place, existence > LOST)
+        appearance, seen_new = remembered(by, appearance, pixels, here.place, existence >= LOST)
         appearance, stands = stood(appearance, travelled, existence)
         standing = scene_ratio(seen_new) + stands * standing_ratio(here.first, float(appearance.usual_first), seen_new)
         ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
