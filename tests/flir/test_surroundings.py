@@ -4,7 +4,7 @@ import cv2
 import numpy as np
 import pytest
 
-from vedette_flir.estimators.surroundings import around, gone
+from vedette_flir.estimators.surroundings import BESIDE, gone
 
 SIZE, ORIGIN = np.array([5.0, 5.0]), np.array([120.0, 100.0])
 
@@ -32,13 +32,13 @@ def frame(scene, turned, at, seed):
 def test_a_thing_has_gone_as_far_as_its_surroundings_have_not(scene, turned, way):
     """Before trees that is its way less theirs; sky shows nothing, and counts as standing still."""
     picture, way, turned = scenes()[scene], np.array(way, dtype=float), np.array(turned, dtype=float)
-    first = around(frame(picture, (0, 0), ORIGIN, 1), ORIGIN, SIZE)
+    first = BESIDE.around(frame(picture, (0, 0), ORIGIN, 1), ORIGIN, SIZE)
     result = gone(first, frame(picture, turned, ORIGIN + way, 2), ORIGIN + way, ORIGIN, SIZE)
     np.testing.assert_allclose(result, way - turned if scene == "trees" else way, atol=0.3)
 
 
 def test_what_a_frame_does_not_show_says_nothing():
     at, way, size = np.array([2.0, 2.0]), np.array([300.0, 0.0]), np.array([1.0, 1.0])
-    first = around(frame(scenes()["trees"], (0, 0), at, 1), at, size)
+    first = BESIDE.around(frame(scenes()["trees"], (0, 0), at, 1), at, size)
     assert np.isnan(first).any()
     np.testing.assert_allclose(gone(first, frame(scenes()["trees"], (0, 0), at, 2), at + way, at, size), way, atol=0.05)

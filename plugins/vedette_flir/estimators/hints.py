@@ -6,7 +6,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array
-from vedette_flir.estimators.surroundings import around, gone
+from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Look
 from vedette_flir.evidence import LAG
@@ -34,7 +34,7 @@ def hinted(appearance: TemplateAppearance, pixels: Array, look: Look, *, cut: bo
     first = appearance.hint_from
     if cut or not np.all(np.abs(look.place - appearance.hint_at) < size):
         first, age = look.place, 0.0
-        appearance = evolve(appearance, hint_from=first, hint_around=around(pixels, first, size))
+        appearance = evolve(appearance, hint_from=first, hint_around=BESIDE.around(pixels, first, size))
     appearance = evolve(appearance, hint_at=look.place, hint_age=np.asarray(age))
     off = gone(appearance.hint_around, pixels, look.place, first, size)
     least = min(float(np.hypot(*off)), float(np.hypot(*(look.place - first))))

@@ -16,7 +16,7 @@ from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, remembered, unremembered
 from vedette_flir.estimators.standing import stood
-from vedette_flir.estimators.surroundings import CELLS, around, gone
+from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import (
     LEAST,
@@ -141,7 +141,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return no template, and NaN as the size."""
         patch, pair, none = np.zeros((*tracks, self.cells, self.cells)), np.zeros((*tracks, 2)), np.zeros(tracks)
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
-        beside = np.zeros((*tracks, CELLS, CELLS))
+        beside = np.zeros((*tracks, BESIDE.cells, BESIDE.cells))
         return TemplateAppearance(
             *(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
             *(pair + np.nan, pair, beside, none, *nothing_seen(tracks)),
@@ -157,9 +157,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
-        beside = around(pixels, where + found.offset, found.size) if self.moves else np.zeros((CELLS, CELLS))
+        nothing = np.zeros((BESIDE.cells, BESIDE.cells))
+        beside = BESIDE.around(pixels, where + found.offset, found.size) if self.moves else nothing
         seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
-        hint = np.full(2, np.nan), np.zeros(2), np.zeros((CELLS, CELLS)), none
+        hint = np.full(2, np.nan), np.zeros(2), nothing, none
         made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()))
         look = by.look(pixels, where + found.offset, NEAR, made)
         made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
