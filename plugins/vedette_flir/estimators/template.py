@@ -189,9 +189,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        appearance, seen_new = remembered(by, appearance, pixels, here.place, existence >= LOST)
+        appearance, newness = remembered(by, appearance, pixels, here.place, existence >= LOST)
         appearance, stands = stood(appearance, travelled, existence)
-        standing = scene_ratio(seen_new) + stands * standing_ratio(here.first, float(appearance.usual_first), seen_new)
+        standing = scene_ratio(newness) + stands * standing_ratio(here.first, float(appearance.usual_first), newness)
         ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)

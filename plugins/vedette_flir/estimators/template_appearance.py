@@ -10,18 +10,21 @@ from vedette_flir.estimators.matches import Appearance
 
 @frozen(eq=False)
 class TemplateAppearance(Appearance):
-    """Patches (*b, t, p, p) as fractions of the signed amplitude (*b, t) in count; the target's offset from the box's
-    centre and its size (*b, t, 2) in px; how far it stands out as a rule, by its contrast over the spread of what is around
-    it, and its likeness to the first template (*b, t); the outline of the last frame
-    (*b, t, 16, 16) and its recent changes (*b, t) in count; what was around it where it was first found (*b, t, 32, 32) in
-    count, NaN outside the image, and where in that image (*b, t, 2); the spread that it had first (*b, t) in px, 0 before it
-    is known, and the logarithm of its growth (*b, t); while it is lost, a place where it may be, and where that was first
-    (*b, t, 2), NaN without one, what was around it then (*b, t, 32, 32), and how many frames ago that was (*b, t); what was
-    around it when it was elsewhere, and a newer one (*b, t, 2, 48, 48), NaN outside the image, how far it went in the scene
-    since each (*b, t, 2, 2) in px, NaN without one, and goes in a frame (*b, t, 2); where it was in the last frame
-    (*b, t, 2) in px, and in the scene in the last frames (*b, t, LAG, 2), as far as it went since the older one, the oldest
-    first, NaN where that is not known; how many px it drifts in the scene in as many frames, NaN if not known, and how far
-    it went in them as a rule (*b, t).
+    """What is known of targets. Every array leads with (*b, t); images are in count, NaN outside the frame, places in px.
+
+    patch, first_patch    (p, p)  contrast around it over its amplitude: of late, and in the first frame
+    amplitude             ()      its brightness over what is around it, below 0 for a dark target, in count
+    offset, size          (2,)    of the target from its box's centre, and its own, in px
+    usual, usual_first    ()      as a rule: its contrast over the spread around it, and its likeness to the first patch
+    scene, recent         (16, 16), ()  the outline of the last frame, and how much that changed of late, in count
+    around, seen_at       (32, 32), (2,)  what was around it where it was first found, and where in that frame
+    first_spread, growth  ()      its spread at first in px, 0 before it is known, and the logarithm of its growth
+    hint_at, hint_from    (2,)    a place where it may be while it is lost, and where that was first; NaN without one
+    hint_around, hint_age (32, 32), ()  what was around that then, and how many frames ago
+    before, went          (2, 48, 48), (2, 2)  what was around it, and later, and how far it went in the scene since each
+    rate, last            (2,)    how far it goes there in a frame, in px, and where it was in the last frame
+    path                  (LAG, 2)  how far it had gone since the first of `before`, the oldest frame first; NaN if not known
+    drift, speed          ()      how far it goes in the scene in `LAG` frames, in px: of late, NaN if not known; as a rule
     """
 
     patch: Array
