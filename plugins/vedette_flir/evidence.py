@@ -45,9 +45,9 @@ is told (.73 of lost frames for .90), 12 tells no more; chosen on all clips but 
 """
 
 NEWNESS, STOPPED = (30.0, 0.45), 0.85
-"""What it says against a target that it is so new in its part of the scene, for each that it is less than so much; and from
-which newness on what came to stand is the target, which stopped. By hand: of 4,626 held frames of `ir_clips` and the odd
-clips .002 are below .48, of 424 of tracks that had taken a spot planted there .99 below .32.
+"""What it says against a target, in logarithms, for each 1 by which its newness in the scene is below so much; and the
+newness from which on what came to stand is the target, which stopped. By hand: of 4,626 held frames of `ir_clips` and the
+odd clips .002 are below .48, of 424 of tracks that had taken a spot planted there .99 below .32.
 """
 
 PULL = 1.5

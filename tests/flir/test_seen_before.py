@@ -94,3 +94,22 @@ def test_another_scene_says_nothing(monkeypatch):
     _, new, way = followed(monkeypatch, [spots[k] + scenes[k // 5] for k in range(40)])
     assert np.isnan(way[:, -1] - way[:, 0]).all()
     assert not np.any(new < 0.5)
+
+
+@pytest.mark.parametrize("peak", [60.0, 120.0])
+@pytest.mark.parametrize(("speed", "ahead"), [(0.3, 8.0), (0.3, 16.0), (1.2, 16.0)])
+def test_a_target_that_follows_another_is_held(monkeypatch, speed, ahead, peak):
+    """The other was where the target is now, yet is no part of the scene: it is as far ahead now."""
+    places = [path(k, speed) for k in range(80)]
+    spots = [[(at, 60.0, (2.0, 2.0)), (at + [ahead, 0.0], peak, (2.0, 2.0))] for at in places]
+    existence, *_ = followed(monkeypatch, [seen(k, both, (0.0, 0.0)) for k, both in enumerate(spots)])
+    assert existence.min() > 0.9
+
+
+def test_a_frame_that_shows_another_scene_does_not_shift_what_is_remembered(monkeypatch):
+    frames = [seen(k, [(path(k, 2.0), 60.0, (2.0, 2.0))], (0.0, 0.0), -50.0 if k % 12 == 11 else 5.0) for k in range(55)]
+    *_, way = followed(monkeypatch, frames)
+    went = np.hypot(*(way[:, -1] - way[:, 0]).T)
+    known = np.isfinite(went)
+    assert known.sum() > 10
+    np.testing.assert_allclose(went[known], 14.0, atol=1.0)

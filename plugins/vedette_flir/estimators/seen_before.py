@@ -9,32 +9,40 @@ from vedette import Array, Mask
 from vedette_flir.estimators.surroundings import FEWEST, HALO, SURE, WIDE, Grid, by_slopes
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Matcher
-from vedette_flir.evidence import LAG
+from vedette_flir.evidence import LAG, NEWNESS
 from vedette_flir.patches import mask_of, sample, similarity
 
 SCENE = Grid(48, 6.0, 12.0, 1.0)
 """The grid over what is remembered around a target."""
 
 RENEWED = 1.9
-"""How far a target goes, over the distance at which it has left its own place, until what is remembered is renewed."""
+"""How far a target goes, over the distance at which it has left its own place, until what is remembered is renewed: within
+the grid, and so that it has nearly left the newer place, too.
+"""
 
 CLEAR = 0.3
-"""Part of the target's amplitude by which the scene around may differ from what it was, so that it is known again."""
+"""Part of the target's amplitude by which the scene around may differ from what it was, so that it is known again. By hand."""
 
 FAINT = 0.25
-"""Part of its brightness that a target adds at least to what is behind it, where that is bright, too."""
+"""Part of its brightness that a target adds at least to what is behind it, where that is bright, too. By hand."""
 
 BETTER = 0.8
-"""How much nearer what is seen must be to what was seen for a camera that did not stand still."""
+"""How much nearer what is seen must be to what was seen for a camera that did not stand still. By hand."""
 
 STEADY = 0.3
-"""Part of the way that the speed in the scene follows in a frame."""
+"""Part of the way that the speed in the scene follows in a frame. By hand."""
+
+MOVING, AHEAD = 0.12, 0.6
+"""Speed in the scene, in px a frame, beyond which a target may follow another, and likeness of the other to it, at least. By
+hand, on drawn pairs.
+"""
 
 
 @frozen(eq=False)
 class Part:
-    """A part of a frame (48, 48) that shows again what was seen before: how far from the middle a target is in it, and was
-    in what was seen (2,), in px; by how much they differ around it, in count; whether both axes tell where it is.
+    """A part of a frame (48, 48) that shows again what was seen before: how far a target's place is from the middle of it,
+    and from the middle of what was seen (2,), in px; the standard deviation, in count, of their difference away from the
+    target; whether both axes tell where it is.
     """
 
     now: Array
@@ -75,6 +83,10 @@ def remembered(
             far, gone = float(np.hypot(*(part.off / own))), part.off - went[0]
             rate, went, at = rate + STEADY * (gone - rate), went + gone, part.off if part.sure else at
             new = _new(by, appearance, before[0], part, step) if far >= 1.0 else np.nan
+            if new < NEWNESS[1] and np.hypot(*rate) > MOVING and _follows(by, appearance, pixels, place + part.off):
+                new = np.nan  # who flies ahead of it was there before
+        else:
+            went = went + rate
     path = np.concatenate([appearance.path[1:], at[None]])
     if held and np.isnan(went[1]).any() and (far >= 1.0 or not known):
         before = np.stack([before[0], SCENE.around(pixels, place, appearance.size)])
@@ -116,7 +128,7 @@ def _shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, siz
 
 def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part, step: float) -> float:
     """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before."""
-    cells, middle = int(np.ceil(1.6 * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
+    cells, middle = int(np.ceil(by.margin * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
     now, then = part.at / step, part.off / step
     if np.max(np.abs([now, then])) + 0.5 * cells > middle:
         return np.nan
@@ -128,6 +140,13 @@ def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part,
     mask = mask_of((appearance.size + 2.0) / step, cells)
     scale = np.clip(_spread(change, mask) / max(_spread(patch, mask), 1e-9), FAINT, 1.0)
     return float(similarity(change, scale * patch, mask)[0, 0])
+
+
+def _follows(by: Matcher, appearance: TemplateAppearance, pixels: Array, ahead: Array) -> bool:
+    """Return whether a thing like the target, however bright, is within its size of a place ahead of it (2,)."""
+    at = np.clip(ahead, 0.0, np.array(pixels.shape[::-1]) - 1.0)
+    near = int(np.ceil(np.max(by.grid(appearance.size)[1])))
+    return by.look(pixels, at, near, by.lit(appearance, pixels, at)).likeness > AHEAD
 
 
 def _spread(image: Array, mask: Array) -> float:
