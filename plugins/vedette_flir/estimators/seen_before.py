@@ -21,7 +21,7 @@ the grid, and so that it has nearly left the newer place, too.
 """
 
 CLEAR = 0.3
-"""Part of the target's amplitude by which the scene around may differ from what it was, so that it is known again. By hand."""
+"""Part of the target's amplitude by which the scene around may differ from what it was, and is known again. By hand."""
 
 FAINT = 0.25
 """Part of its brightness that a target adds at least to what is behind it, where that is bright, too. By hand."""
