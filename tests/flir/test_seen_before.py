@@ -113,3 +113,12 @@ def test_a_frame_that_shows_another_scene_does_not_shift_what_is_remembered(monk
     known = np.isfinite(went)
     assert known.sum() > 10
     np.testing.assert_allclose(went[known], 14.0, atol=1.0)
+
+
+def test_a_target_that_comes_nearer_is_held(monkeypatch):
+    """It goes less far than it grows: what was there before was itself, and no part of the scene."""
+    places = [path(k, 0.35) for k in range(80)]
+    frames = [seen(k, [(at, 60.0, (2.0 + 0.1 * k, 2.0 + 0.1 * k))], (0.0, 0.0)) for k, at in enumerate(places)]
+    existence, new, _ = followed(monkeypatch, frames)
+    assert existence.min() > 0.9
+    assert not np.any(new < 0.45)

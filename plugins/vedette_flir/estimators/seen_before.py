@@ -74,7 +74,7 @@ def remembered(
     remembered is renewed as it goes on, or is not known again.
     """
     before, went, rate, step = appearance.before, appearance.went, appearance.rate, SCENE.step(appearance.size)
-    own = SCENE.own * appearance.size + HALO
+    own = SCENE.own * np.exp(appearance.growth) * appearance.size + HALO
     at, far, new, known = np.full(2, np.nan), 0.0, np.nan, False
     if np.isfinite(went[0]).all():
         part = _again(before[0], pixels, place, (went[0] + place - appearance.last, went[0] + rate), appearance.size)
