@@ -29,10 +29,9 @@ def stood(appearance: TemplateAppearance, travelled: float, existence: float) ->
     drift, usual = float(appearance.drift), float(appearance.speed)
     in_scene = float(np.hypot(*(appearance.path[-1] - appearance.path[0])))
     known = bool(np.isfinite(in_scene))
-    went = in_scene if known else travelled
     if known:
         travelled = in_scene
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
-    stands = went < STILL < PART * usual or (known and drift + STILL < PART * usual)
+    stands = travelled < STILL < PART * usual or (known and drift + STILL < PART * usual)
     return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), stands
