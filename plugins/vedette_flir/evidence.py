@@ -100,10 +100,15 @@ def _ring(image: Array, centre: Array, size: Array) -> tuple[Array, Array, Array
 def _level_and_spread(around: Array) -> tuple[float, float]:
     if around.size <= 3:
         return 0.0, 1.0
-    ordered, at = np.sort(around), np.array([0.25, 0.5, 0.75]) * (around.size - 1)
-    below = at.astype(np.intp)  # numpy's percentile takes ten times as long for so few
-    low, level, high = ordered[below] + (at - below) * (ordered[np.minimum(below + 1, around.size - 1)] - ordered[below])
-    return float(level), float(high - low) / 1.349 + 1.0
+    ordered = np.sort(around)
+    low, level, high = (_quantile(ordered, share) for share in (0.25, 0.5, 0.75))
+    return level, (high - low) / 1.349 + 1.0
+
+
+def _quantile(ordered: Array, share: float) -> float:
+    below, part = divmod(share * (len(ordered) - 1), 1.0)  # numpy's percentile takes ten times as long for so few
+    low, high = float(ordered[int(below)]), float(ordered[min(int(below) + 1, len(ordered) - 1)])
+    return low + part * (high - low)
 
 
 def rival(likeness: Array, j: int, i: int, size: Array) -> float:

@@ -89,7 +89,7 @@ def contrast(image: Array, box: Array) -> float:
 
 
 def similarity(image: Array, patch: Array, mask: Array) -> Array:
-    """Return 2 cov / (var + var) of patches (*b, p, p) and each place of `image` (n, m), weighted by `mask`.
+    """Return 2 cov / (var + var) of patches (*b, p, p) and each place of `image` (n, m), weighted by masks (*b, p, p).
 
     It is the correlation coefficient times 2 a b / (a^2 + b^2), a and b the contrasts of patch and place; shape
     (*b, n - p + 1, m - p + 1).
@@ -97,16 +97,15 @@ def similarity(image: Array, patch: Array, mask: Array) -> Array:
     from scipy.fft import irfft2, next_fast_len, rfft2
 
     (n, m), p = image.shape, patch.shape[-1]
-    count = mask.sum()
+    count = mask.sum(axis=(-1, -2), keepdims=True)
     kernel = mask * (patch - (mask * patch).sum(axis=(-1, -2), keepdims=True) / count)
     if n == m == p:  # one place
         total, square, product = ((each * image).sum(axis=(-1, -2), keepdims=True) for each in (mask, mask * image, kernel))
     else:
         size = tuple(next_fast_len(side, real=True) for side in (n, m))
         near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
-        rows, columns = slice(0, n - p + 1), slice(0, m - p + 1)
-        total, square = irfft2(near * seen, size)[:, rows, columns]
-        product = irfft2(rfft2(kernel, size).conj() * seen[0], size)[..., rows, columns]
+        products = near * seen[0], near * seen[1], rfft2(kernel, size).conj() * seen[0]
+        total, square, product = (irfft2(each, size)[..., : n - p + 1, : m - p + 1] for each in products)
     energy = np.maximum(square - total * total / count, 0.0)
     energy_of_patch = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
     found: Array = 2.0 * product / np.maximum(energy + energy_of_patch, 1e-12)

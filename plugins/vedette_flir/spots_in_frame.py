@@ -84,11 +84,10 @@ def _measured(
     peak = float(grey[row, column])
     half = part.size // 2  # a median of numpy's takes longer than all the rest here
     level = float(np.partition(part, half, axis=None)[half])
-    _, labels, stats, _ = cv2.connectedComponentsWithStats((part > level + LEVEL * (peak - level)).astype(np.uint8))
-    number = labels[row - top, column - left]
-    if number == 0:
+    above = (part > level + LEVEL * (peak - level)).view(np.uint8)
+    if not above[row - top, column - left]:
         return None
-    x, y, w, h = (int(value) for value in stats[number, :4])
+    _, _, _, (x, y, w, h) = cv2.floodFill(above, None, (column - left, row - top), 2, flags=8)
     first = (x == 0 and (before_edges or left > 0)) or (y == 0 and (before_edges or top > 0))
     if first or x + w >= part.shape[1] or y + h >= part.shape[0]:
         return None
@@ -104,7 +103,8 @@ def _centroid(sign: float, grey: Array, centre: Array, size: Array) -> Array:
     half = 0.5 * size + 1.0
     low, high = np.maximum(np.rint(centre - half), 0).astype(np.intp), np.rint(centre + half).astype(np.intp) + 1
     part = sign * grey[low[1] : high[1], low[0] : high[0]]
-    edge = float(np.median(np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]])))
+    around = np.sort(np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]]))
+    edge = 0.5 * (float(around[(len(around) - 1) // 2]) + float(around[len(around) // 2]))
     excess = np.maximum(part - (edge + LEVEL * (float(part.max()) - edge)), 0.0)
     if not excess.any():
         return centre

@@ -125,7 +125,7 @@ def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, wrong)
     elif wrong:
         monkeypatch.setattr(template_search, "NOISY", 0.0)
     by, size, (y, x) = Matcher(36, 0.3, 1.3, 2.5, 40.0), np.array([30.0, 24.0]), np.mgrid[:120, :160]
-    step, inner, mask = by.grid(size)
+    (step, inner), mask = by.grid(size), by.mask(size)
     at, held = np.array([80.0, 60.0]), 0
     for seed in range(6):
         noise = np.random.default_rng(seed).normal(60.0, 28.0, x.shape)
@@ -162,13 +162,13 @@ def test_the_first_template_counts_less_once_the_target_looks_otherwise():
     """What looks as the target does now is it, and what looks as it did at first is not."""
     y, x = np.mgrid[:20, :20] - 9.5
     now, first = (np.exp(-0.5 * ((x / a) ** 2 + (y / b) ** 2)) for a, b in ((4.0, 1.2), (1.2, 4.0)))
-    by, patches, mask = Matcher(20, 1.0, 1.6, 2.5, 40.0), np.stack([now, first]), np.ones((20, 20))
-    as_now, as_first = (float(by.likeness(image, patches, mask)[0][0, 0]) for image in (now, first))
-    alike = float(similarity(now, first, mask)[0, 0])
+    by, patches, mask = Matcher(20, 1.0, 1.6, 2.5, 40.0), np.stack([now, first]), np.ones((1, 20, 20))
+    as_now, as_first = (float(by.likeness(image, patches, mask)[0][0, 0, 0]) for image in (now, first))
+    alike = float(similarity(now, first, mask)[0, 0, 0])
     assert as_now == pytest.approx((1.0 + alike**2) / (1.0 + alike))
     assert as_now > 0.5 * (1.0 + alike) + 0.05  # which it is if the first counts as much as ever
     assert as_first < as_now - 0.15
-    assert by.likeness(now, np.stack([now, now]), mask)[0][0, 0] == pytest.approx(1.0)
+    assert by.likeness(now, np.stack([now, now]), mask)[0][0, 0, 0] == pytest.approx(1.0)
 
 
 def test_the_ratio_of_a_match():

@@ -50,8 +50,11 @@ class Grid:
         return np.where(down[:, None] & across, blurred(sample(pixels, place, self.step(size), self.cells)), np.nan)
 
     def slopes(self, image: Array, size: Array) -> Array:
-        """Return the slopes (2, cells, cells) of what is around a thing along x and y, in count a px."""
-        return np.stack([np.gradient(image, self.step(size), axis=axis) for axis in (1, 0)])
+        """Return the slopes (2, cells, cells) of what is around a thing along x and y, in count a px; NaN at its edges."""
+        slopes = np.full((2, *image.shape), np.nan)
+        np.subtract(image[1:-1, 2:], image[1:-1, :-2], out=slopes[0, 1:-1, 1:-1])
+        np.subtract(image[2:, 1:-1], image[:-2, 1:-1], out=slopes[1, 1:-1, 1:-1])
+        return slopes / (2.0 * self.step(size))
 
     def others(self, offset: Array, size: Array) -> Mask:
         """Return the cells that are not of a thing `offset` (2,) px from the middle."""
@@ -94,7 +97,7 @@ def by_slopes(slopes: Array, change: Array, step: float) -> Shift:
     G, r = slopes - slopes.mean(axis=1, keepdims=True), change - change.mean()  # a camera's level changes as a slope would
     energy, axes = np.linalg.eigh(G @ G.T)
     along = axes.T @ (G @ r) / np.maximum(energy, 1e-9)
-    rest = float(np.var(r - (axes @ along) @ G))
+    rest = max(float(r @ r - energy @ (along * along)), 0.0) / len(r)
     signal = np.maximum(energy - len(change) * NOISE * 0.5 * rest / step**2, 1e-9)
     deviation = np.where(signal > 0.5 * energy, np.sqrt(ALIKE * rest / signal), np.inf)
     return Shift(axes, along * energy / signal, deviation, rest)

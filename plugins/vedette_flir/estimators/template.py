@@ -150,7 +150,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
         """Find the target in its box, and cut the template around it; whether it is one, only the next frames say."""
         found, by = target_in(pixels, where, box), self._matcher
-        step, inner, _ = by.grid(found.size)
+        step, inner = by.grid(found.size)
         # As much surroundings as a search sees: a structure that is small beside them is not removed.
         wide = by.apart(pixels, where + found.offset, found.size, step, 2 * self.cells, found.sign)
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
@@ -241,7 +241,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def _renewed(self, appearance: TemplateAppearance, best: Look, share: float) -> tuple[TemplateAppearance, Array]:
         """Return the appearance after a frame of which a `share` counts, and the target's place there."""
         amplitude, size, place, shown = float(appearance.amplitude), appearance.size, best.place, best.shown
-        step, inner, mask = self._matcher.grid(size)
+        (step, inner), mask = self._matcher.grid(size), self._matcher.mask(size)
         sign = float(np.sign(amplitude))
         if self.recentre > 0 and np.max(size) <= self.small:
             drift = self.recentre * (centroid(kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))

@@ -76,11 +76,14 @@ class Matcher:
         """Return the matcher that compares all that the grid holds."""
         return evolve(self, margin=max(self.margin, WIDE))
 
-    def grid(self, size: Array) -> tuple[float, Array, Array]:
-        """Return the step in px, the target's size in cells, and the template's mask."""
-        sides = np.maximum(size, 3.0)
-        step = max(1.0, float(np.max(max(self.margin, WIDE) * sides + 2.0)) / self.cells)
-        return step, size / step, mask_of((self.margin * sides + 2.0) / step, self.cells)
+    def grid(self, size: Array) -> tuple[float, Array]:
+        """Return the step in px, and the target's size in cells."""
+        step = max(1.0, (max(self.margin, WIDE) * max(float(np.max(size)), 3.0) + 2.0) / self.cells)
+        return step, size / step
+
+    def mask(self, size: Array) -> Array:
+        """Return the weights of a template's cells."""
+        return mask_of((self.margin * np.maximum(size, 3.0) + 2.0) / self.grid(size)[0], self.cells)
 
     def apart(
         self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], sign: float
@@ -94,14 +97,14 @@ class Matcher:
             image = sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
         return image - float(np.median(image))
 
-    def likeness(self, image: Array, patches: Array, mask: Array) -> tuple[Array, Array]:
-        """Return the likeness of each place of `image` to both `patches` (2, p, p), weighted, and to the second of them.
+    def likeness(self, image: Array, patches: Array, masks: Array) -> tuple[Array, Array]:
+        """Return the likeness of each place of `image` to both `patches` (2, p, p), and to the second of them: (m, h, w).
 
-        The first counts the less, the less the target still looks like it.
+        The first template counts the less, the less the target still looks like it. `masks` (m, p, p) weigh the cells.
         """
-        both = similarity(image, patches, mask)
-        anchor = self.anchor * max(float(similarity(patches[0], patches[1], mask)[0, 0]), 0.0)
-        return (both[0] + anchor * both[1]) / (1.0 + anchor), both[1]
+        both = similarity(image, patches, masks[:, None])
+        anchor = self.anchor * np.maximum(similarity(patches[0], patches[1], masks), 0.0)
+        return (both[:, 0] + anchor * both[:, 1]) / (1.0 + anchor), both[:, 1]
 
     def look(
         self,
@@ -117,10 +120,10 @@ class Matcher:
 
         With `close`, its mask says where the best place is, and this one how like the target it is, there or a cell beside.
         """
-        step, inner, _ = self.grid(appearance.size)
+        step, inner = self.grid(appearance.size)
         sign, reach = float(np.sign(appearance.amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
-        plain, likeness, first = self.compared(pixels, centre, reach, appearance)
-        placed = likeness if close is None else close.alike(plain, appearance)[0]
+        plain, alike, first = self.compared(pixels, centre, reach, appearance, close or self)
+        likeness, placed = alike[0], alike[-1]
         inside = slice(reach - near, reach + near + 1)
         score = placed[inside, inside]
         if where is not None and W is not None:
@@ -134,29 +137,31 @@ class Matcher:
         return Look(
             centre + step * (np.array([i, j]) - reach + fine),
             float(likeness[beside].max()),
-            float(first[beside].max()),
+            float(first[0][beside].max()),
             rival(likeness, j, i, inner),
             clearness(sign * plain, np.array([j, i]), self.cells, inner),
             plain[j : j + self.cells, i : i + self.cells],
             appearance,
         )
 
-    def compared(self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance) -> tuple[Array, ...]:
-        """Return the contrast around `centre`, and the likeness of places within `reach` cells, to both and the first."""
+    def compared(
+        self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance, close: Matcher
+    ) -> tuple[Array, Array, Array]:
+        """Return the contrast around `centre`, and the likeness of places within `reach` cells, to both and the first.
+
+        It is that by this mask, and by the one of `close` if that is another.
+        """
         step, sign = self.grid(appearance.size)[0], float(np.sign(appearance.amplitude))
         plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
-        return plain, *self.alike(plain, appearance)
-
-    def alike(self, plain: Array, appearance: TemplateAppearance) -> tuple[Array, Array]:
-        """Return the likeness of each place of a contrast to both templates, and to the first."""
+        masks = np.stack([each.mask(appearance.size) for each in ((self,) if close is self else (self, close))])
         patches = np.stack([appearance.patch, appearance.first_patch])
-        return self.likeness(kept(plain, float(appearance.amplitude)), patches, self.grid(appearance.size)[2])
+        return plain, *self.likeness(kept(plain, float(appearance.amplitude)), patches, masks)
 
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
         inner = self.grid(look.known.size)[1]
         reach = int(np.ceil(AROUND * np.max(inner)))
-        likeness = self.compared(pixels, look.place, reach, look.known)[1]
+        likeness = self.compared(pixels, look.place, reach, look.known, self)[1][0]
         own, others = float(likeness[reach - 1 : reach + 2, reach - 1 : reach + 2].max()), [0.0]
         x, y = (int(np.ceil(max(side, 3.0))) for side in inner)
         j = i = reach
@@ -168,7 +173,7 @@ class Matcher:
 
     def places(self, pixels: Array, appearance: TemplateAppearance) -> list[Array]:
         """Return the places in the whole frame that are most like the target, seen at half the resolution."""
-        step, inner, mask = self.grid(appearance.size)
+        step, inner = self.grid(appearance.size)
         amplitude, half = float(appearance.amplitude), self.cells // 2
         last = np.array(pixels.shape[::-1]) - 1.0
         rows, columns = (2 * int(np.ceil(0.25 * side / step)) for side in last[::-1])
@@ -177,9 +182,9 @@ class Matcher:
         even = 2 * half
         patches, weight = (
             each[..., :even, :even].reshape(*each.shape[:-2], half, 2, half, 2).mean(axis=(-1, -3))
-            for each in (np.stack([appearance.patch, appearance.first_patch]), mask)
+            for each in (np.stack([appearance.patch, appearance.first_patch]), self.mask(appearance.size)[None])
         )
-        likeness, found = self.likeness(kept(plain, amplitude), patches, weight)[0], []
+        likeness, found = self.likeness(kept(plain, amplitude), patches, weight)[0][0], []
         y, x = (int(np.ceil(0.5 * max(side, 3.0))) for side in inner[::-1])
         for _ in range(CANDIDATES):
             j, i = (int(k) for k in np.unravel_index(np.argmax(likeness), likeness.shape))
@@ -189,14 +194,14 @@ class Matcher:
 
     def without(self, pixels: Array, place: Array, appearance: TemplateAppearance) -> Array:
         """Return the frame less a target at a place: its template as contrast, within its mask."""
-        step, _, mask = self.grid(appearance.size)
+        step, shown = self.grid(appearance.size)[0], self.mask(appearance.size) * appearance.patch
         half = int(np.ceil(0.5 * step * self.cells))
         first = np.rint(place).astype(np.intp) - half
         low, high = np.maximum(first, 0), np.minimum(first + 2 * half + 1, pixels.shape[::-1])
         if np.any(high <= low):
             return pixels
         middle = (first + half - place) / step + 0.5 * (self.cells - 1)
-        image = sample(mask * appearance.patch, middle, 1.0 / step, 2 * half + 1) * float(appearance.amplitude)
+        image = sample(shown, middle, 1.0 / step, 2 * half + 1) * float(appearance.amplitude)
         left, top, right, bottom = *(low - first), *(high - first)
         rest = np.array(pixels, dtype=float)
         rest[low[1] : high[1], low[0] : high[0]] -= image[top:bottom, left:right]
@@ -204,7 +209,7 @@ class Matcher:
 
     def lit(self, appearance: TemplateAppearance, pixels: Array, place: Array) -> TemplateAppearance:
         """Return the appearance of a target that is as bright as what stands at a place."""
-        step, inner, _ = self.grid(appearance.size)
+        step, inner = self.grid(appearance.size)
         sign = float(np.sign(appearance.amplitude))
         bright = contrast(sign * self.apart(pixels, place, appearance.size, step, self.cells, sign), inner)
         return evolve(appearance, amplitude=np.asarray(sign * max(bright, FAINT * abs(float(appearance.amplitude)), 1.0)))
