@@ -18,7 +18,7 @@ from vedette_flir.sources.boxes import centred, within
 from vedette_flir.sources.images import Grey, frames_of
 from vedette_flir.sources.stored import IMAGES
 
-VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts")
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts", ".gif")
 """How the names of videos end, in small letters."""
 
 CAMERA = """kind = "box_centroid"

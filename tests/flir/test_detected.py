@@ -179,6 +179,18 @@ def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkey
     np.testing.assert_allclose(track.mean[-1, :2], picture(19)[1], atol=0.7)
 
 
+def test_where_what_stands_out_does_not_move_the_run_asks_for_what_does(tmp_path, monkeypatch, capsys):
+    (tmp_path / "clip").mkdir()
+    spots = sum(picture(0, 20.0, at=(x, 50.0))[0] - picture(0, 0.0)[0] for x in (40.0, 80.0, 120.0))
+    for k in range(20):
+        cv2.imwrite(str(tmp_path / "clip" / f"{k}.png"), (picture(k, 0.0)[0] + spots).clip(0, 255).astype(np.uint8))
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "clip"]) == 0
+    told = " ".join(capsys.readouterr().out.split())
+    assert "does a target move there, and stand out?" in told
+    assert "return" not in told.split("returns:", 1)[1].split("spots")[0]  # frames confirm a target, not returns
+
+
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_box_is_drawn_on_the_page_of_a_first_frame(tmp_path, monkeypatch, capsys, count):
     """The middle of a box that is drawn around a spot is where the spot is."""

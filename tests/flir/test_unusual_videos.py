@@ -106,3 +106,12 @@ def test_a_video_of_ten_frames_has_a_track_by_its_box(tmp_path):
     (track,) = tracks_of(written(tmp_path, usual, 10), box=["36.5,56.5,10,10"])
     assert len(track.times) == 10
     assert np.abs(track.mean[-1, :2] - path(9)).max() < 1.0
+
+
+def test_a_gif_with_times_of_its_own_is_followed(tmp_path):
+    file, image = tmp_path / "clip.gif", pytest.importorskip("PIL.Image")
+    frames = [image.fromarray(usual(k)) for k in range(40)]
+    frames[0].save(file, save_all=True, append_images=frames[1:], duration=40)  # ms
+    (track,) = tracks_of(file)
+    assert track.times[-1] == pytest.approx(39 * 0.04)
+    assert np.abs(track.mean[-1, :2] - path(39)).max() < 1.5

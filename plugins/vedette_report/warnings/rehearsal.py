@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from vedette.errors import VedetteError
+from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
 from vedette.types import Detections, Scan
 
@@ -21,8 +22,11 @@ def rehearsed(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, st
     """Yield what becomes of a target that gives a return in the same place in each scan, if that is nothing.
 
     Each is the place in the config, a sentence, and what would be better. The places are those of returns of `scans`, of
-    each sensor that starts tracks, and the time from scan to scan is theirs.
+    each sensor that starts tracks, and the time from scan to scan is theirs. Where a camera's frames say whether a
+    target is there, nothing is played: returns alone do not.
     """
+    if any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values()):
+        return
     for name in sorted(tracker.starters):
         of_sensor = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
         gaps = np.diff([scan.time for scan in scans if scan.sensor == name])

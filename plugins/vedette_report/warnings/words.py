@@ -48,9 +48,12 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
         )
     elif ENOUGH <= intake.scans <= intake.returns and not score.tracks:
         told = f"no track was confirmed in {intake.scans:,} scans with {intake.returns:,} returns"
-        yield from _because(
-            experiment, result, told, "compare the lifecycle, the sensor's noise and its clutter with the data"
+        better = (
+            "does a target move there, and stand out?"
+            if intake.frames
+            else "compare the lifecycle, the sensor's noise and its clutter with the data"
         )
+        yield from _because(experiment, result, told, better)
     if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
         pairs = coalesced(result.tracks)
         if pairs:
