@@ -38,9 +38,11 @@ def in_turn(times: Array, spots: Sequence[Array]) -> list[Chain]:
     every = np.concatenate(spots)
     few = slice(0, MOST)
     area = float(np.prod(np.maximum(np.ptp(every[few], axis=0), 1e-3)))
-    tried = [(part * sqrt(area), speed, speed / sqrt(lasts)) for part, speed, lasts in product(ERRORS, SPEEDS, COURSES)]
-    likely = [_followed(times[scan[few]], every[few], scan[few], *one, area)[1] for one in tried]
-    owner, _ = _followed(times[scan], every, scan, *tried[int(np.argmax(likely))], area)
+    part, speed, lasts = np.array(list(product(ERRORS, SPEEDS, COURSES))).T
+    tried = np.stack([part * sqrt(area), speed, speed / np.sqrt(lasts)], axis=-1)
+    _, likely = _followed(times[scan[few]], every[few], scan[few], tried, area)
+    best = int(np.argmax(likely))
+    (owner,), _ = _followed(times[scan], every, scan, tried[best : best + 1], area)
     return of_owners(times, spots, owner)
 
 
@@ -95,41 +97,48 @@ def steady(rows: Indices, times: Array, spots: Array) -> Indices:
     return rows
 
 
-def _followed(
-    times: Array, spots: Array, scan: Indices, error: float, speed: float, accel: float, area: float
-) -> tuple[Indices, float]:
-    """Return whose each return (n,) is, and how likely all are, with errors in m, speeds in m/s, an acceleration in m/s^2.
+def _followed(times: Array, spots: Array, scan: Indices, tried: Array, area: float) -> tuple[Indices, Array]:
+    """Return whose each return (c, n) is, and how likely all are (c,), for each error in m, speed in m/s and acceleration.
 
-    Of n returns before it the next is of a target that gave k of them with probability k / (n + 1), and of a new one with
-    1 / (n + 1) (the Chinese restaurant process): else many chains that take turns would be as likely as one.
+    `tried` holds these, (c, 3). Of n returns before it the next is of a target that gave k of them with probability
+    k / (n + 1), and of a new one with 1 / (n + 1) (the Chinese restaurant process): else many chains that take turns
+    would be as likely as one.
     """
-    owner = np.zeros(len(times), dtype=int)
-    last, velocity = np.zeros((len(times), 2)), np.zeros((len(times), 2))
-    P = np.zeros((3, len(times)))  # along either axis: the variances of place and velocity, and between them the covariance
-    then, given, looked = np.zeros(len(times)), np.zeros(len(times)), np.full(len(times), -1)
-    count, total, new = 0, 0.0, -log(area)
-    for i, (time, spot) in enumerate(zip(times.tolist(), spots, strict=True)):
-        dt = time - then[:count]
-        place, both, pace = P[:, :count]
-        place = place + dt * (2.0 * both + dt * (pace + dt * accel**2 / 3))
-        S = place + error**2
-        expected = last[:count] + velocity[:count] * dt[:, None]
+    n, every = len(times), np.arange(len(tried))
+    error, speed, accel = tried.T
+    R, Q = (error**2)[:, None], (accel**2)[:, None]
+    owner = np.zeros((len(tried), n), dtype=int)
+    last, velocity = np.zeros((2, len(tried), n)), np.zeros((2, len(tried), n))
+    P = np.zeros((3, len(tried), n))  # along either axis: the variances of place and velocity, between them the covariance
+    then, looked = np.full((len(tried), n), times[0]), np.full((len(tried), n), -1)
+    given, often = np.zeros((len(tried), n)), np.full((len(tried), n), -np.inf)  # how many returns, and the logarithm
+    count, total, new = np.zeros(len(tried), dtype=int), np.zeros(len(tried)), -log(area)
+    for i, (time, spot) in enumerate(zip(times.tolist(), spots[:, :, None, None], strict=True)):
+        most = int(count.max()) + 1  # with one that has not begun, and is likely of none
+        dt = time - then[:, :most]
+        place, both, pace = P[:, :, :most]
+        place = place + dt * (2.0 * both + dt * (pace + dt * Q / 3))
+        S = place + R
+        expected = last[:, :, :most] + velocity[:, :, :most] * dt
         apart = spot - expected
-        distance = np.sum(apart**2, axis=-1) / S
-        likely = -0.5 * distance - np.log(S) - log(2 * pi) + np.log(given[:count])
-        likely[(distance > FAR) | (looked[:count] == scan[i])] = -np.inf
-        best = int(np.argmax(likely)) if count else -1
-        if best < 0 or likely[best] < new:
-            best, count, total = count, count + 1, total + new
-            last[best], P[:, best] = spot, (error**2, 0.0, speed**2)
-        else:
-            total += float(likely[best])
-            step = dt[best]
-            ahead, quick = both[best] + step * (pace[best] + step * accel**2 / 2), pace[best] + step * accel**2
-            gain, turn = place[best] / S[best], ahead / S[best]
-            last[best], velocity[best] = expected[best] + gain * apart[best], velocity[best] + turn * apart[best]
-            P[:, best] = (1 - gain) * place[best], (1 - gain) * ahead, quick - turn * ahead
-        owner[i], then[best], looked[best] = best, time, scan[i]
-        given[best] += 1
+        distance = np.sum(apart**2, axis=0) / S
+        likely = -0.5 * distance - np.log(S) - log(2 * pi) + often[:, :most]
+        likely[(distance > FAR) | (looked[:, :most] == scan[i])] = -np.inf
+        best = np.argmax(likely, axis=-1)
+        begins = likely[every, best] < new
+        best[begins] = count[begins]
+        count[begins] += 1
+        total += np.where(begins, new, likely[every, best])
+        at = every, best
+        step, q = dt[at], Q[:, 0]
+        ahead, quick = both[at] + step * (pace[at] + step * q / 2), pace[at] + step * q
+        gain, turn = place[at] / S[at], ahead / S[at]
+        last[:, *at] = np.where(begins, spot[:, 0], expected[:, *at] + gain * apart[:, *at])
+        velocity[:, *at] += np.where(begins, 0.0, turn * apart[:, *at])
+        updated = (1 - gain) * place[at], (1 - gain) * ahead, quick - turn * ahead
+        P[:, *at] = np.where(begins, (R[:, 0], np.zeros_like(error), speed**2), updated)
+        owner[:, i], then[at], looked[at] = best, time, scan[i]
+        given[at] += 1
+        often[at] = np.log(given[at])
         total -= log(i + 1)
     return owner, total

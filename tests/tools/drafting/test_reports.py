@@ -7,7 +7,7 @@ from benchmarks import drafts
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.reading import REPORTED, Reading, opened
 from vedette_tools.drafting.recognising import read_table
-from vedette_tools.drafting.reports import LEAST, in_turn, longest_waits
+from vedette_tools.drafting.reports import LEAST, _followed, in_turn, longest_waits
 
 
 def file_of(path, rows):
@@ -109,3 +109,15 @@ def test_what_reports_are_not_wrong_by_is_motion(tmp_path):
     reported, measured = found("icao24"), found("id")
     assert reported.sensor[0] <= REPORTED < measured.sensor[0]
     assert reported.accel > 1.2 * measured.accel
+
+
+def test_what_is_tried_together_is_followed_as_if_each_were_alone():
+    rng = np.random.default_rng(3)
+    scan, spots = np.repeat(np.arange(40), 3), rng.uniform(0, 300, (120, 2))
+    tried = np.array([[1.0, 1.0, 0.1], [30.0, 10.0, 1.0], [60.0, 100.0, 20.0]])
+    owners, likely = _followed(2.0 * scan - 60.0, spots, scan, tried, 9e4)
+    assert len({owner.max() for owner in owners}) == 3  # they begin unlike numbers of chains
+    for i, one in enumerate(tried):
+        (owner,), alone = _followed(2.0 * scan - 60.0, spots, scan, one[None], 9e4)
+        np.testing.assert_array_equal(owner, owners[i])
+        assert alone == likely[i]
