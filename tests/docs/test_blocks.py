@@ -156,6 +156,7 @@ def page(tmp_path):
     return path
 
 
+@pytest.mark.costly
 def test_what_becomes_of_blocks_of_each_kind(page, tmp_path):
     told = run([page], pictures=tmp_path / "pictures")[page]
     assert [one.state for one in told] == ["saved", "tried"] + ["not reached"] * 3 + [

@@ -55,6 +55,7 @@ def test_it_runs_from_an_empty_folder_and_prints_what_the_page_says(page, tmp_pa
     assert compared
 
 
+@pytest.mark.costly
 def test_a_cell_that_fails_is_told(tmp_path):
     from nbclient.exceptions import CellExecutionError
 

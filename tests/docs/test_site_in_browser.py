@@ -74,6 +74,7 @@ def tried(pytestconfig):
 
 
 @pytest.mark.parametrize("size", [WIDE, PHONE], ids=["desktop", "phone"])
+@pytest.mark.costly
 def test_pages_say_nothing_show_their_pictures_and_need_no_scrolling_sideways(running, address, size, tried):
     tab, said = opened(running, size)
     pages = [path for path in sorted(HTML.rglob("*.html")) if path.name != "404.html"]
@@ -117,6 +118,7 @@ def test_search_finds_each_kind_and_each_cure(running, address, tried):
 
 
 @pytest.mark.parametrize(("name", "scheme"), [("index.html", "dark"), ("api/vedette.errors.html", "light")])
+@pytest.mark.costly
 def test_pages_have_no_serious_fault_for_those_who_do_not_see_well(running, address, name, scheme):
     axe = pytest.importorskip("axe_core_python.sync_playwright")
     tab = running.new_page(viewport={"width": 1200, "height": 900}, color_scheme=scheme)

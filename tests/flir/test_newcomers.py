@@ -58,6 +58,7 @@ def test_odds_rise_with_speed_and_with_being_alone():
     assert (np.diff(odds, axis=1) > 0).all()
 
 
+@pytest.mark.costly
 def test_one_spot_is_a_target_and_one_among_its_like_is_not(monkeypatch):
     """Waves drift together, each like the next; the same spot alone is confirmed."""
     alone = [drawn(k, [np.array([60.0, 70.0]) + k * STEP]) for k in range(40)]

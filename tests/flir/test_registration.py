@@ -113,6 +113,7 @@ def test_text_in_the_frames_does_not_hold_the_camera(monkeypatch, scene):
     assert off[0] < 4.0 < 10.0 < off[1]
 
 
+@pytest.mark.costly
 def test_what_is_no_longer_written_is_the_scene_again():
     path, motion = np.array([20.0, 20.0]) + np.arange(120)[:, None] * np.array([1.0, 0.4]), Registration()
     share = []
@@ -255,6 +256,7 @@ def test_velocities_are_those_in_the_scene(source, clip):
 
 
 @pytest.mark.parametrize(("shows", "steady"), [(True, "true"), (False, "false")], ids=["a scene", "noise over a slope"])
+@pytest.mark.costly
 def test_a_draft_takes_out_turns_that_frames_can_tell(tmp_path, shows, steady):
     """By noise alone the camera would seem to turn, and targets to stand where they do not."""
     slope, noise = 0.5 * np.arange(200.0), np.random.default_rng(0)
@@ -266,6 +268,7 @@ def test_a_draft_takes_out_turns_that_frames_can_tell(tmp_path, shows, steady):
     assert f"steady = {steady} " in draft(tmp_path, {})
 
 
+@pytest.mark.costly
 def test_a_draft_takes_out_a_turn_before_plain_sky(tmp_path, monkeypatch):
     """A codec draws the sky anew, and its corners agree with none; that the frames are more alike says that hills turn."""
     rng = np.random.default_rng(3)

@@ -60,6 +60,7 @@ def test_targets_that_cross_keep_their_ids_where_their_speeds_differ():
         assert existence.min() > 0.5
 
 
+@pytest.mark.costly
 def test_four_that_meet_at_once_keep_their_ids():
     """They coast together until each is found in its own place; judged in pairs some are exchanged."""
     turns = np.array([[1.4, 0.0], [-1.4, 0.0], [0.0, 1.4], [0.0, -1.4]])
@@ -85,6 +86,7 @@ def test_ids_that_nothing_tells_apart_are_told_as_possibly_exchanged():
         assert np.all(np.nan_to_num(links[:15], nan=1.0) > 0.95)
 
 
+@pytest.mark.costly
 def test_likeness_tells_apart_what_motion_does_not():
     """The scene that changes while both coast in one place is no new one; it was taken for one in 11 of 20 such runs."""
     for run in range(3):

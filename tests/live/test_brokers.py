@@ -40,6 +40,7 @@ def heard(given: Input) -> Iterator[list[bytes]]:
         assert not thread.is_alive()
 
 
+@pytest.mark.costly
 def test_a_third_partys_kafka_input_reads_a_topic() -> None:
     """The code block of the docs, as it stands there, on brokers that speak the protocol within this process."""
     kafka = pytest.importorskip("confluent_kafka")

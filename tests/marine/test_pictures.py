@@ -89,6 +89,7 @@ def loaded(scene, preprocessor):
     return vedette.load(config | {"source": scene, "preprocessors": {"radar": preprocessor}}).preprocessors["radar"]
 
 
+@pytest.mark.costly
 def test_a_boat_under_the_heading_line_is_one_return(monkeypatch):
     """The line that is drawn from the own ship to the north cuts boat 1 in two at 13 s, for who takes it for black water."""
     from vedette_marine import scenes

@@ -116,6 +116,7 @@ def test_an_own_ship_that_turns_shows_still_things_where_they_are():
         np.testing.assert_allclose(found, [100.5 + 50.0, 100.5], atol=0.6)
 
 
+@pytest.mark.costly
 def test_the_seed_decides_whatever_the_order_and_the_process():
     given = RadarPicturesScene(
         radar=evolve(SMALL, period=1.5), vessels={"far": FAR, "near": evolve(FAR, cross_section=100.0)}, frames=6,

@@ -39,6 +39,7 @@ def tracked_from_pictures(name, runs, seed):
     return found
 
 
+@pytest.mark.costly
 def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
     """Against AIS at most 12 m in the mean of 20 runs of the whole scene and none lost, at night; IMM-PDAF errs least.
 

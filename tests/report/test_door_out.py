@@ -284,6 +284,7 @@ def files_of(folder):
 
 
 @pytest.mark.parametrize("kills", [3, pytest.param(100, marks=pytest.mark.nightly("kills many runs"))])
+@pytest.mark.costly
 def test_killed_at_any_moment_nothing_is_damaged(ran, capsys, kills):
     before, chance = files(ran), random.Random(kills)
     for _ in range(kills):

@@ -2,6 +2,8 @@
 
 import json
 
+import pytest
+
 import vedette
 from support.paths import EXAMPLES
 from vedette.cli import main
@@ -25,6 +27,7 @@ def test_more_objects_than_fit_are_counted_and_the_json_has_all(tmp_path, capsys
     assert not any("Cramer" in each for each in said)
 
 
+@pytest.mark.costly
 def test_the_bound_is_told_where_it_is_asked_for(tmp_path, capsys):
     motion = "{ kind = 'constant_velocity', sigma_accel = 0.05 }"
     bound = f"judge.bound={{ motion = {motion}, start = {{ x = 6, y = 6, vx = 4, vy = 4 }} }}"

@@ -41,6 +41,7 @@ def opened(request, pages, running):
 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 @pytest.mark.parametrize("name", ["run", "study"])
+@pytest.mark.costly
 def test_axe_finds_nothing_serious(name, scheme, pages, running):
     if find_spec("axe_core_python") is None:
         pytest.skip("needs axe-core-python, which is not installed")

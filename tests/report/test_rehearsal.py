@@ -55,6 +55,7 @@ def track(number, y, count=30):
                  (np.ones(1),) * count, np.zeros(count), np.zeros(count))  # fmt: skip
 
 
+@pytest.mark.costly
 def test_tracks_that_lie_on_each_other_are_counted():
     assert coalesced([track(1, 0.0), track(2, 0.4), track(7, 9.0)]) == [(1, 2, 30)]
     assert coalesced([track(1, 0.0), track(2, 1.0)]) == []

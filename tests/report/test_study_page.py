@@ -140,6 +140,7 @@ def test_swept_parameters_have_their_units(folder):
 
 
 @pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
+@pytest.mark.costly
 def test_its_tables_and_curves_are_the_study_s_and_the_worst_runs_one_click_away(folder):
     assert main(["report", str(folder), "--worst", "1", "--out", str(folder / "page.html")]) == 0
     outcome = read_outcome(folder)

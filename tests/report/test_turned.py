@@ -66,6 +66,7 @@ def test_one_target_is_enough():
     assert "1 target of ais" in told
 
 
+@pytest.mark.costly
 def test_radars_that_are_right_are_not_told_of():
     """Of 40 scenes none: at a rate of .02 a scene, one would come in more than half of the times that this runs."""
     for seed in range(20):

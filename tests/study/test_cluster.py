@@ -79,6 +79,7 @@ def of_here_alone(tmp_path, monkeypatch):
     sys.modules.pop("alone_plugin", None)
 
 
+@pytest.mark.costly
 def test_a_worker_without_the_plugin_is_told_and_finished_chunks_are_kept(cluster, of_here_alone, tmp_path):
     options = {"chunk": 5, "out": tmp_path / "out"}
     first = vedette.monte_carlo(of_here_alone, 10, 3, **options)
@@ -142,6 +143,7 @@ def other_code(change="x"):
     identity.identity = execution.identity = executors.identity = found
 
 
+@pytest.mark.costly
 def test_a_worker_with_other_code_is_refused_before_and_while_it_works(cluster, capfd, tmp_path):
     """Once the version string alone was compared, which is always the same."""
     wait_for_workers(cluster)

@@ -87,6 +87,7 @@ def test_of_every_figure_it_is_known_whether_more_is_better():
     assert not {*less, *expected} & {*MORE}
 
 
+@pytest.mark.costly
 def test_chance_alone_is_seldom_worse():
     rng, alarms = np.random.default_rng(4), 0
     for _ in range(1500):

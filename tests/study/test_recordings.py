@@ -168,6 +168,7 @@ def test_runs_that_would_all_be_the_same_are_refused(recorded):
     assert plan(table(recorded, redraw=AS_IT_IS)).runs == 1
 
 
+@pytest.mark.costly
 def test_a_study_that_draws_nothing_is_the_run_itself(recorded, tmp_path, capsys):
     (tmp_path / "study.json").write_text(json.dumps(table(recorded, redraw=AS_IT_IS)))
     (tmp_path / "run.json").write_text(json.dumps(recorded))

@@ -17,6 +17,7 @@ CLUSTER = cluster("tcp://")
 
 
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.costly
 def test_a_scheduler_that_dies_is_told_in_a_line(tmp_path, capfd):
     options = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.DEVNULL, "text": True}
     with subprocess.Popen([sys.executable, "-c", CLUSTER], **options) as there:

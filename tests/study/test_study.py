@@ -288,6 +288,7 @@ def test_a_study_may_be_extended(tmp_path):
     equal(longer, vedette.monte_carlo(config(), 40, 3, chunk=10))
 
 
+@pytest.mark.costly
 def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
     path, out = write(tmp_path, chunk=10), tmp_path / "out"
     vedette.monte_carlo(config(), 20, 3, chunk=10, sweep=SWEEP, out=out)
@@ -307,6 +308,7 @@ def test_a_full_disk_keeps_what_is_finished(tmp_path, undisturbed):
     equal(undisturbed, vedette.monte_carlo(config(), 60, 3, chunk=10, sweep=SWEEP, out=out, resume=True))
 
 
+@pytest.mark.costly
 def test_processes_end_with_the_one_that_asked_for_them():
     """Killed as a batch system kills, it leaves none behind that wait for work for ever."""
     code = (

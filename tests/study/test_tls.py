@@ -25,6 +25,7 @@ def dotted(name):
 
 
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.costly
 def test_a_study_over_tls_and_none_without_the_certificates(tmp_path, monkeypatch):
     import dask
 

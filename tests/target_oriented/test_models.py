@@ -90,6 +90,7 @@ def test_the_consistent_model_turns_as_a_known_turn_of_that_rate(heading, speed,
 
 @PROFILE
 @given(HEADINGS, st.floats(5.0, 500.0), st.floats(0.05, 3.0), st.floats(-60.0, 60.0), st.integers(0, 1000))
+@pytest.mark.costly
 def test_the_consistent_model_is_the_papers_frame_turned_with_its_target(heading, speed, dt, accel, seed):
     """A step in the frame along the velocity, with velocity and covariance then turned into the frame of the new one.
 

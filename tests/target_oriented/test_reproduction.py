@@ -78,6 +78,7 @@ def test_the_trajectory_is_the_papers():
     np.testing.assert_allclose(np.delete(rate, [*range(20, 35), *range(55, 70)]), 0, atol=1e-12)
 
 
+@pytest.mark.costly
 def test_the_same_seed_gives_the_same_study():
     first, again = (TargetOrientedReproduction().run(2, 5, lambda items, about: items) for _ in range(2))
     assert first.tables == again.tables

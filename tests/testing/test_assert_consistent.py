@@ -90,6 +90,7 @@ def test_a_covariance_that_is_too_small_is_told_with_its_size_and_time():
     assert "NOT consistent" in str(failure.value)
 
 
+@pytest.mark.costly
 def test_the_direction_that_is_wrong_is_named():
     report = consistency(with_estimator(lambda motion: Sure(motion, factors=(1.0, 0.5, 1.0, 1.0))), runs=200)
     calibration = next(verdict for verdict in report.verdicts if verdict.name == "calibration")
@@ -126,6 +127,7 @@ class Overconfident(Imm):
         return Gaussian(found.mean, found.cov / 3)
 
 
+@pytest.mark.costly
 def test_a_wrong_mixture_fails_by_its_run_means():
     tracker = vedette.build(IMM)
     wrong = Overconfident(tracker.estimator.modes, transition=tracker.estimator.transition)

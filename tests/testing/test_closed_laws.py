@@ -39,6 +39,7 @@ class Fading(WrappedSensor):
 
 
 @pytest.mark.parametrize("seed", [0, 1])
+@pytest.mark.costly
 def test_a_wrapper_that_forgets_where_it_stands_is_found_whatever_it_is_drawn_around(seed):
     law = next(law for law in laws_of(Fading) if law.name == "sees_from_where_it_stands")
     outcome = examine(Fading, law, components(Fading), type(FAST).named("fast", seed))

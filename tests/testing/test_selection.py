@@ -126,6 +126,7 @@ def test_a_commit_draws_the_same_part_and_another_commit_another():
     assert set().union(*parts) == KINDS
 
 
+@pytest.mark.costly
 def test_what_is_chosen_is_told():
     kinds, line = chosen(KINDS, Since("a" * 40, "b" * 40, frozenset({"plugins/vedette_standard/estimators/kalman.py"})))
     assert Kalman in kinds

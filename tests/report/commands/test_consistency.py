@@ -207,6 +207,7 @@ BELIEVED = {"sigma_range": 10.0, "sigma_bearing": 0.01}
         ({"sigma_range": 40.0}, "radar bearing 1"),
     ],
 )
+@pytest.mark.costly
 def test_an_axis_that_errs_otherwise_than_stated_is_told(scene, believed, words, capsys):
     text = scene.read_text().replace('kind = "cartesian_position"\nsigma = 10.0', 'kind = "range_bearing"\nx = -3000')
     radar = "\n".join(f"{name} = {value}" for name, value in (BELIEVED | believed).items())
@@ -316,6 +317,7 @@ kind = "existence"
     ("alike", "sigma", "accel", "said"),
     [(0.7, 0.08, 1.4, "correlated in time: deviation"), (0.0, 0.15, 0.02, "are white as far as")],
 )
+@pytest.mark.costly
 def test_a_nis_near_one_is_said_not_to_show_that_r_is_right(alike, sigma, accel, said, tmp_path, monkeypatch, capsys):
     """Errors of .15 m that go on, of straight targets: with half of them, and an acceleration that no target has, the
     innovations are white and of the right size, as with all of white ones.

@@ -72,6 +72,7 @@ def test_other_sites_are_refused(picking, headers):
 
 
 @pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
+@pytest.mark.costly
 def test_a_box_is_drawn_in_a_browser(picking):
     done = Event()
     with browser() as running:

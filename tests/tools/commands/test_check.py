@@ -114,6 +114,7 @@ def test_a_counterexample_has_four_lines_and_warnings_are_counted(
     assert told.err == ""
 
 
+@pytest.mark.costly
 def test_what_cannot_be_drawn_is_told_with_its_cure(capsys: pytest.CaptureFixture[str]) -> None:
     for kind in ("csv", "template_filter"):
         assert main(["check", kind]) == 1

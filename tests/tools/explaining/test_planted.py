@@ -272,5 +272,6 @@ def test_no_shipped_example_has_any(name: str) -> None:
         ("autoferry.toml", "autoferry", ["source.scenario=13"]),
     ],
 )
+@pytest.mark.costly
 def test_no_example_has_any_on_its_recording(name: str, data: str, more: list[str]) -> None:
     assert [str(each) for each in told(EXAMPLES / name, [f"source.path={recording(data)}", *more])] == []
