@@ -1,5 +1,7 @@
 """Points in boxes: the grid finds what comparing every pair does."""
 
+from time import process_time
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -63,6 +65,41 @@ def test_many_points_in_a_corner_and_one_far_away():
         strict=True,
     ):
         np.testing.assert_array_equal(one, other)
+
+
+def crowds(rng, count):
+    """Points of three scales, each a thousand times smaller than the one before, and some in one place."""
+    scales = [rng.normal(size=(count, 2)) * 1e3**-scale + 5.0 * scale for scale in range(3)]
+    return np.concatenate([*scales, np.ones((99, 2))])
+
+
+@given(seeds)
+def test_crowds_within_crowds_are_searched_to_the_end(seed):
+    rng = np.random.default_rng(seed)
+    points = crowds(rng, 150)
+    low = points[rng.choice(len(points), 40)] - 1e-3
+    high = low + 10.0 ** rng.uniform(-4, 1, (40, 2))
+    for one, other in zip(
+        kernels.pairs_in_boxes(low, high, points, (), 10**6), boxes.pairs_in_boxes(low, high, points, (), 10**6), strict=True
+    ):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.skipif(not kernels.RUNNING.startswith("compiled"), reason="the reference compares every pair")
+def test_what_lies_far_away_makes_no_search_longer():
+    """Of 20,000 points that are spread evenly, one more far away made it take 300 times as long; it takes about as long."""
+    rng = np.random.default_rng(3)
+    points, low = rng.uniform(0, 1e4, (2, 20_000, 2))
+
+    def takes(points):
+        times = []
+        for _ in range(5):
+            begin = process_time()
+            kernels.pairs_in_boxes(low, low + 50.0, points, (), 10**6)
+            times.append(process_time() - begin)
+        return min(times)
+
+    assert takes(np.append(points, [[1e7, 1e7]], axis=0)) < 20 * takes(points)
 
 
 @pytest.mark.parametrize("find", [kernels.linked_clusters, boxes.linked_clusters], ids=["running", "reference"])
