@@ -6,7 +6,7 @@ import vedette
 from support.paths import EXAMPLES
 from vedette.config import to_config
 from vedette.metrics import judge
-from vedette_report.summary.words import summary
+from vedette_report.summary.words import MUCH, summary
 from vedette_study.summary import text as montecarlo_text
 
 
@@ -32,8 +32,16 @@ def test_what_truncated_hypotheses_lack_is_told():
     share = f"{result.lost / result.approximated:.1%}"
     assert f"{result.approximated:,} times" in " ".join(text.split())
     assert share in text
-    more, _ = told("associator={kind='k_best', hypotheses=1000}", "lifecycle={kind='existence'}")
+    more, text = told("associator={kind='k_best', hypotheses=1000}", "lifecycle={kind='existence'}")
     assert more.lost < 0.5 * result.lost
+    assert "'lmb'" not in text
+
+
+def test_where_much_was_dropped_another_associator_is_named():
+    wide = ["sensors.radar.detection_probability=0.5", "birth.spread={ vx = 60, vy = 60, turn_rate = 0.1 }"]
+    result, text = told("associator={kind='k_best', hypotheses=2}", "lifecycle={kind='existence'}", *wide)
+    assert result.lost > MUCH * result.approximated
+    assert "'lmb' drops none" in " ".join(text.split())
 
 
 def test_a_study_tells_it_too():

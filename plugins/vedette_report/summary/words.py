@@ -27,6 +27,11 @@ FIRST = 5
 MOST_OBJECTS = 30
 """Number of true objects that the summary names and tells of; `summary.json` has all."""
 
+MUCH = 0.25
+"""The share of a cluster's probability from which on dropped hypotheses are a reason for another associator. Chosen on a
+drawn scene of twelve targets, P_D .5 and 100 false returns a scan: 56 % dropped by `k_best`, GOSPA 159 m, 46 m by `lmb`.
+"""
+
 FEW = 6
 """Number of objects, or of tracks, that a brief summary tells of."""
 
@@ -87,11 +92,10 @@ def _tracked(result: Result, score: Score) -> Iterator[tuple[str, str]]:
     if result.approximated:
         times = count(result.approximated, "time")
         if result.lost:
-            share = f"{result.lost / result.approximated:.1%} of its probability on average, or less"
-            yield (
-                "association",
-                f"a track's cluster had hypotheses that were dropped {times}: they had {share}",
-            )
+            share = result.lost / result.approximated
+            told = f"they had {share:.1%} of its probability on average, or less"
+            cure = "; 'lmb' drops none, as it keeps each track's own" if share > MUCH else ""
+            yield "association", f"a track's cluster had hypotheses that were dropped {times}: {told}{cure}"
         else:
             yield "association", f"a track's weights were approximated {times}: its cluster was too large for exact sums"
 
