@@ -41,6 +41,14 @@ def moves(off: float, turned: float) -> bool:
     return off**2 > -2.0 * float(np.log(CHANCE)) * (PLACE**2 + (TURN * turned) ** 2)
 
 
+def written(off: Array, turned: Array) -> bool:
+    """Return whether a thing that went `off` (2,) px in the frames is written into them: along the way that the camera has
+    `turned` (2,) px since it was first seen it stays. A line drawn dark over bright, and bright over dark, grows across it.
+    """
+    way = float(np.hypot(*turned))
+    return not moves(abs(float(off @ turned)) / way if moves(way, 0.0) else float(np.hypot(*off)), 0.0)
+
+
 def leaps(off: Array, S: Array) -> bool:
     """Return whether a thing that is found so far from where it was expected, with covariance S, is another thing.
 

@@ -86,9 +86,24 @@ def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeyp
     """A sign moves before the scene as the camera turns; asked is whether it moves in the frames."""
     corners = [np.array([0.8 * k, 0.1 * k]) for k in range(40)]
     if not asked:
+        monkeypatch.setattr(template, "written", lambda off, turned: False)
         monkeypatch.setattr(template, "moves", lambda off, turned: True)
     sky = [np.where(drawn(k, [], corner, sign=True) > 150.0, 200.0, 60.0) + k % 2 for k, corner in enumerate(corners)]
     assert len(confirmed(sky, corners)) == (0 if asked else 1)
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_line_drawn_in_inverse_is_no_target_where_the_camera_turns(monkeypatch, asked):
+    """Bright over sky and dark over land, it ends at a treeline, and so grows and shrinks as the camera turns along that."""
+    if not asked:
+        monkeypatch.setattr(template, "written", lambda off, turned: not moves(float(np.hypot(*off)), 0.0))
+    corners, frames = [np.array([4.0 * k, 0.0]) for k in range(40)], []
+    for k, corner in enumerate(corners):
+        frames.append(drawn(k, [], corner))
+        edge = 90.0 + 9.0 * np.sin((np.arange(SIZE[1]) + corner[0]) / 25.0)
+        frames[-1][np.arange(SIZE[0])[:, None] > edge] += 60.0
+        frames[-1][70:, 100:103], frames[-1][70 : int(edge[101]), 100:103] = 20.0, 200.0
+    assert len(confirmed(frames, corners)) == (0 if asked else 1)
 
 
 def test_parked_cars_are_no_targets_where_one_after_another_leaves_the_picture():

@@ -40,7 +40,7 @@ from vedette_flir.evidence import (
     standing_ratio,
 )
 from vedette_flir.initial_box import target_in
-from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds
+from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
@@ -202,9 +202,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         elif self.moves:
             origin = past[0] + appearance.offset
             off = float(np.hypot(*gone(appearance.around, pixels, here.place, origin, appearance.size)))
-            turned = float(np.hypot(*(origin - appearance.seen_at)))
-            written = not moves(float(np.hypot(*(here.place - appearance.seen_at))), 0.0)  # into the frames: it never moves
-            if written or not moves(min(left, off), turned):
+            turned = origin - appearance.seen_at
+            stays = written(here.place - appearance.seen_at, turned)
+            if stays or not moves(min(left, off), float(np.hypot(*turned))):
                 ratio = min(ratio, -UNMOVED)
             elif existence == LOST:
                 told = newcomer_odds(by.alone(pixels, here), float(np.fmin(travelled, appearance.drift)) / LAG)
