@@ -51,7 +51,8 @@ TestLinearSensor = conformance(
 TestPolarSensor = conformance(
     StoneSoupSensor,
     known_failures={
-        "jacobian_is_the_derivative": "Stone Soup's is by differences of 1e-8, right to a few digits",
+        "inverts_where_it_stands": "8 km off, differences are right to six digits, and squared to fewer",
+        "platforms_in_a_batch_stand_apart": "a model of Stone Soup stands at one place",
     },
     model=st.just(polar()),
     state=st.just(PLANE),
