@@ -72,12 +72,14 @@ def _imports(tree: ast.Module) -> Iterator[str]:
             yield _home(packages[node.value.id], node.attr)
 
 
-def _run(node: ast.AST) -> Iterator[ast.AST]:
+def _run(tree: ast.AST) -> Iterator[ast.AST]:
     """Yield what is executed, in the order of the text."""
-    yield node
-    for child in ast.iter_child_nodes(node):
-        if not (isinstance(child, ast.If) and "TYPE_CHECKING" in ast.unparse(child.test)):
-            yield from _run(child)
+    todo = [tree]
+    while todo:
+        node = todo.pop()
+        if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)):
+            yield node
+            todo += reversed([*ast.iter_child_nodes(node)])
 
 
 @cache
