@@ -100,10 +100,11 @@ def pairs(now: Gaussian, before: Waiting, limit: Array, deviations: float) -> tu
     """
     if not len(before.mean) or not len(now.mean):
         return none_follow(now.mean.shape[-1])
-    apart = np.linalg.norm(now.mean[:, None] - before.mean[None], axis=-1)
-    nearest = np.argmin(apart, axis=-1)
+    from scipy.spatial import KDTree
+
+    apart, nearest = KDTree(before.mean).query(now.mean)
     noise = np.sqrt(np.linalg.eigvalsh(now.cov + before.cov[nearest])[..., -1])
-    near = np.flatnonzero(np.min(apart, axis=-1) <= limit * before.ago[nearest] + deviations * noise)
+    near = np.flatnonzero(apart <= limit * before.ago[nearest] + deviations * noise)
     nearest, spot = nearest[near], Gaussian(now.mean[near], now.cov[near])
     d, dt = spot.mean.shape[-1], before.ago[nearest]
     mean = np.concatenate([spot.mean, (spot.mean - before.mean[nearest]) / dt[:, None]], axis=-1)

@@ -176,7 +176,9 @@ class Poisson(Birth):
             some = (rate + clutter > 0) & detections.valid
             existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
             returns = np.flatnonzero((existence > 0) & (existence >= self.least))
-        prior = self._given(found, estimator, returns) if len(returns) else Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
+        if not len(returns):
+            return Newborn.none(n)
+        prior = self._given(found, estimator, sensor, detections, returns)
         return Newborn(returns, prior, existence[returns])
 
     def recycle(self, memory: Intensity, estimator: Estimator[Any], ended: Gaussian, existence: Array) -> Intensity:
@@ -186,17 +188,20 @@ class Poisson(Birth):
         back = estimator.start(ended, estimator.state, NO_DRAWS)
         return Intensity(np.concatenate([memory.weights, existence]), join(memory.belief, back, 0))
 
-    def _given(self, found: Any, estimator: Estimator[Any], returns: Indices) -> Gaussian:
+    def _given(
+        self, found: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, returns: Indices
+    ) -> Gaussian:
         """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
         memory, innovation, log_share, near = found
         c, n = len(log_share), len(estimator.state)
         mean, cov = np.empty((len(returns), c, n)), np.empty((len(returns), c, n, n))
         if innovation is not None:
-            component = np.tile(np.arange(c), len(returns))
-            sure = np.zeros((len(component), innovation.loglik.shape[-1]))
-            sure[range(len(component)), 1 + np.repeat(returns, c)] = 1.0
-            detail = take(innovation, component, 0)
-            after = estimator.moments(estimator.update(take(memory.belief, component, 0), detail, sure))
+            component = np.tile(np.arange(c), len(returns))[:, None]
+            belief, row = take(memory.belief, component, 0), np.repeat(returns, c)[:, None]
+            noise, missing = (None if every is None else every[row] for every in (detections.noise, detections.missing))
+            own = Detections(detections.z[row], np.ones(row.shape, dtype=bool), noise=noise, missing=missing)
+            alone = estimator.evaluate(belief, sensor, own, 1.0)  # the gate weighs a miss only
+            after = estimator.moments(estimator.update(belief, alone, np.broadcast_to([0.0, 1.0], (len(row), 1, 2))))
             mean[:], cov[:] = after.mean.reshape(mean.shape), after.cov.reshape(cov.shape)
         if near is not None:
             here = np.flatnonzero(np.isin(returns, near.returns))

@@ -7,7 +7,8 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Gaussian, Indices, Sensor, fields
+from vedette import Array, Gaussian, Indices, Sensor, fields, kernels
+from vedette.hypotheses import firsts
 from vedette_standard.births.following import Following, Waiting, none_follow, pairs
 
 
@@ -68,14 +69,18 @@ class ThreePoint(Following):
         mean = (F @ ends.mean[..., None])[..., 0]
         push = np.repeat(np.concatenate([0.5 * a * dt * dt, a * dt], axis=-1), d, axis=-1)
         cov = F @ ends.cov @ np.swapaxes(F, -1, -2) + np.eye(2 * d) * (push**2)[:, None]
-        S = cov[None, :, :d, :d] + now.cov[:, None]
-        off = now.mean[:, None] - mean[None, :, :d]
+        # Who goes on lies within the deviations on each axis, too.
+        wide = np.max(now.cov, axis=0, initial=0.0) + cov[:, :d, :d]
+        half = self.deviations * np.sqrt(np.einsum("...ii->...i", wide))
+        chain, row = kernels.pairs_in_boxes(mean[:, :d] - half, mean[:, :d] + half, now.mean, (), len(mean) * len(now.mean))
+        S, off = cov[chain, :d, :d] + now.cov[row], now.mean[row] - mean[chain, :d]
         distance = np.sum(off * np.linalg.solve(S, off[..., None])[..., 0], axis=-1)
-        chain = np.argmin(distance, axis=-1)
-        near = np.flatnonzero(np.min(distance, axis=-1) <= self.deviations**2)
-        chain = chain[near]
-        gain = cov[chain][..., :d] @ np.linalg.inv(S[near, chain])
-        after = mean[chain] + (gain @ off[near, chain][..., None])[..., 0]
+        order = np.lexsort((distance, row))
+        best = order[firsts(row[order])]
+        best = best[distance[best] <= self.deviations**2]
+        chain, near, S, off = chain[best], row[best], S[best], off[best]
+        gain = cov[chain][..., :d] @ np.linalg.inv(S)
+        after = mean[chain] + (gain @ off[..., None])[..., 0]
         rest = np.eye(2 * d) - np.concatenate([gain, np.zeros_like(gain)], axis=-1)
         left = rest @ cov[chain] @ np.swapaxes(rest, -1, -2) + gain @ now.cov[near] @ np.swapaxes(gain, -1, -2)
         left = 0.5 * (left + np.swapaxes(left, -1, -2))  # positive however long the gap before
