@@ -102,7 +102,7 @@ def pairs(now: Gaussian, before: Waiting, limit: Array, deviations: float) -> tu
         return none_follow(now.mean.shape[-1])
     from scipy.spatial import KDTree
 
-    apart, nearest = KDTree(before.mean).query(now.mean)
+    apart, nearest = map(np.asarray, KDTree(before.mean).query(now.mean))
     noise = np.sqrt(np.linalg.eigvalsh(now.cov + before.cov[nearest])[..., -1])
     near = np.flatnonzero(apart <= limit * before.ago[nearest] + deviations * noise)
     nearest, spot = nearest[near], Gaussian(now.mean[near], now.cov[near])
