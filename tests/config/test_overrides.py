@@ -84,7 +84,7 @@ def _at(value: Any, path: list[Any]) -> Any:
         ("estimatr.kind.x=3", "there is no estimatr; did you mean 'estimator'?"),
         ("estimator.mods[0].kind=ekf", "there is no list estimator.mods; did you mean 'modes'?"),
         ("judge[0]=3", "there is no list judge"),
-        ("estimator.transition=[[1, 0], [.2, .8]]", "the value is not well-formed TOML"),
+        ("estimator.transition=[[1, 0], [.2, .8]]", "write 0.2, not .2"),
     ],
 )
 def test_a_wrong_path_is_told(registry: Registry, override: str, message: str) -> None:

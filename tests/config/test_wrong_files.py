@@ -19,6 +19,7 @@ FILES: list[tuple[str, bytes, str]] = [
     ("cut.toml", b'[estimator]\nkind = "im', "is not well-formed TOML: "),
     ("cut.json", b'{"estimator": {"kind": "imm", "modes": [', "is not well-formed JSON: "),
     ("cut.yaml", b"estimator: {kind: imm, modes: [", "is not well-formed YAML: "),
+    ("bare.toml", b"a = [1, -.25]\n", "is not well-formed TOML: Invalid value (at line 1, column 9): write -0.25, not -.25"),
     ("twice.toml", b"seed = 1\nseed = 2\n", "is not well-formed TOML: Cannot overwrite a value"),
     ("twice.json", b'{"a": {"seed": 1, "x": 2, "seed": 2}}', "is not well-formed JSON: 'seed' appears twice in one table"),
     ("twice.yaml", b"a:\n  seed: 1\n  x: 2\n  seed: 2\n", "is not well-formed YAML: 'seed' appears twice in one table"),

@@ -252,9 +252,13 @@ def test_a_bad_header_refuses_the_file(tmp_path, header, text):
     assert text in str(caught.value)
 
 
-def test_an_empty_file(tmp_path):
-    with pytest.raises(InputError, match=r"r\.jsonl: is empty"):
+def test_an_empty_file_and_none_are_told_by_one_place(tmp_path):
+    with pytest.raises(InputError) as caught:
         read(tmp_path)
+    assert str(caught.value) == f"{tmp_path / 'r.jsonl'}: is empty"
+    with pytest.raises(InputError) as caught:
+        read_recording(tmp_path / "none.jsonl")
+    assert str(caught.value) == f"{tmp_path / 'none.jsonl'}: cannot be read: No such file or directory"
 
 
 def opened(folder, recording, sensors, spaces):

@@ -11,6 +11,10 @@ from vedette.limits import DEEPEST, most
 MOST_NODES = 200_000
 """Values and names in a YAML text, once merged: a tree of them takes 1 kB each."""
 
+_PLACE = re.compile(r"line (\d+), column (\d+)")
+_BARE = re.compile(r"([-+]?)(\.\d+)")
+"""A number without a digit before its point, which TOML takes for none."""
+
 _DOTTED = re.compile(rf"""(?:["']?[\w-]++["']?[ \t]*+\.[ \t]*+){{{DEEPEST + 1}}}""")
 """A name of more parts than tables may be deep: TOML's reader takes time that grows with their square."""
 
@@ -27,8 +31,10 @@ def toml(text: str) -> Any:
         raise ValueError(f"a name is nested deeper than {DEEPEST} levels (at line {line})")
     try:
         return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        raise
+    except tomllib.TOMLDecodeError as error:
+        place = _PLACE.search(str(error))
+        bare = place and _BARE.match(text.split("\n")[int(place[1]) - 1], int(place[2]) - 1)
+        raise ValueError(f"{error}: write {bare[1]}0{bare[2]}, not {bare[0]}" if bare else str(error)) from None
     except _RAISED as error:
         raise ValueError(f"a value cannot be read: {error}") from None
 

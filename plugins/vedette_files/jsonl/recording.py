@@ -104,8 +104,9 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
     refused: list[Problem] = []
     path = Path(path)
     given = lines(path)
+    _, head = next(given)
     try:
-        header = _header(parse(next(given)[1]))
+        header = _header(parse(head))
     except ValueError as error:
         raise InputError(f"{path}:1: {error}") from None
     scans: dict[str, list[Sample[tuple[int, Scan]]]] = {name: [] for name in header.sensors}
