@@ -104,6 +104,7 @@ def found(tab, field, what, ending):
     return False
 
 
+@pytest.mark.costly
 def test_search_finds_each_kind_and_each_cure(running, address, tried):
     tab, said = opened(running, WIDE)
     tab.goto(f"{address}/index.html", wait_until="load")

@@ -110,6 +110,7 @@ def out_of_the_picture(made):
 
 
 @pytest.mark.parametrize("columns", INCHES)
+@pytest.mark.costly
 def test_pictures_are_as_wide_as_they_should_be_and_cut_no_word(scene, columns):
     with canvas.styled(canvas.Look(columns=columns)):
         drawn = [errors(*scene), *map(draw, charts())] + ([picture(*scene)] if columns == "one" else [])

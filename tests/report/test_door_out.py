@@ -215,6 +215,7 @@ def test_a_folder_that_is_removed_meanwhile_is_told(given, capsys, monkeypatch):
     assert UNFINISHED in refused(capsys, "run", "config.json", "--out", "out", "--stream")
 
 
+@pytest.mark.costly
 def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
     before = files(ran)
     monkeypatch.setattr(running, "write_of_plugins", lambda *arguments: 1 / 0)

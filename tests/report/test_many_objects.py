@@ -10,6 +10,7 @@ from vedette.cli import main
 from vedette_report.summary.words import MOST_OBJECTS
 
 
+@pytest.mark.costly
 def test_more_objects_than_fit_are_counted_and_the_json_has_all(tmp_path, capsys):
     changes = ["source.populations.boats.count=60", "source.duration=10", "source.crossings={}"]
     sets = [part for change in changes for part in ("--set", change)]

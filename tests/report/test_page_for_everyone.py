@@ -70,6 +70,7 @@ def test_slider_and_charts_say_what_they_show(opened):
     assert all(" from " in label for label in labels)
 
 
+@pytest.mark.costly
 def test_what_is_drawn_in_the_dark_has_a_contrast_of_4_5(pages, running):
     opened = Opened(running, pages["run"], scheme="dark")
     paper = opened.tab.evaluate(f"({LIGHT})(THEME.paper)")

@@ -223,6 +223,7 @@ def test_damage_is_refused_with_its_file_and_harms_nothing(left, capsys, name):
             return
 
 
+@pytest.mark.costly
 def test_a_source_that_gives_something_else_is_refused(left, capsys, monkeypatch):
     write("first.json")
     assert main(["run", "first.json", "--out", "first"]) == 0

@@ -211,6 +211,7 @@ def test_the_page_on_formats_lists_every_column(run):
     assert not [name for name in run[2].about if f"`{name}`" not in section]
 
 
+@pytest.mark.costly
 def test_the_command_writes_it_beside_the_tracks(tmp_path, capsys):
     (tmp_path / "config.json").write_text(json.dumps(config()))
     assert main(["run", str(tmp_path / "config.json"), "--out", str(tmp_path / "out")]) == 0

@@ -257,6 +257,7 @@ def test_a_configured_value_that_is_not_swept_is_told(recorded):
     assert [curve.style for curve in panel.curves] == ["marked"]
 
 
+@pytest.mark.costly
 def test_the_command_says_what_is_drawn_and_draws_the_picture(recorded, tmp_path, capsys):
     path, out = Path(tmp_path / "study.json"), tmp_path / "out"
     path.write_text(json.dumps(table(recorded, runs=2, sweep={"lifecycle.confirm": [0.9, 0.95]})))

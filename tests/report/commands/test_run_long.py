@@ -1,5 +1,7 @@
 """`vedette run` over many scans: judged and written as it goes by itself, unless it is told to keep all."""
 
+import pytest
+
 from support.commands import files
 from vedette.cli import main
 from vedette_report.commands import run as command
@@ -7,6 +9,7 @@ from vedette_report.commands import run as command
 PICTURES = {"errors.png", "picture.png"}
 
 
+@pytest.mark.costly
 def test_a_long_run_keeps_nothing_and_says_what_it_leaves_out(config, tmp_path, monkeypatch, capsys):
     assert main(["run", str(config), "--out", str(tmp_path / "short")]) == 0
     monkeypatch.setattr(command, "LONG", 30)
