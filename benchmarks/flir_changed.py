@@ -19,6 +19,7 @@ from attrs import evolve
 
 from benchmarks.flir_cameras import Change, Changed, eight, still, turned
 from benchmarks.flir_clips import NEAR, Clip, Followed, clips, follow, held, losses, tracker
+from benchmarks.flir_looks import LOOKS
 from benchmarks.flir_losses import KINDS, again, cleaned
 from vedette import Array
 
@@ -161,7 +162,7 @@ CHANGES: dict[str, Change] = {
     "trees": planted("trees"),
     "crosses": planted("crosses"),
     "halts": planted("halts"),
-}
+} | LOOKS
 
 
 def changed(recorded: list[Clip], kind: str, *, losing: bool = False) -> list[tuple[Clip, int, float, float]]:

@@ -5,7 +5,7 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
-from vedette_flir.estimators import matches, template, template_search
+from vedette_flir.estimators import matches, template_search
 from vedette_flir.estimators.matches import match_ratio
 from vedette_flir.estimators.template_search import Matcher, kept
 from vedette_flir.initial_box import target_in
@@ -101,8 +101,7 @@ def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     true = np.array([at for _, at in frames])
     found, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(found - true).max() < 0.5
-    monkeypatch.setattr(template, "LEAST", np.inf)  # the mutant: what stands out at another brightness is a weak match,
-    monkeypatch.setattr(matches, "WEAK", 150.0)  # and that a sure miss: the search widens
+    monkeypatch.setattr(matches, "WEAK", 150.0)  # the mutant: a weak match is a sure miss, and the search widens
     fooled, _ = follow(tracker(limit=0.72), shown)
     assert np.abs(fooled - true)[-1].max() > 10.0
 
@@ -154,8 +153,26 @@ def test_the_amplitude_follows_a_target_that_brightens(monkeypatch):
     assert np.abs(found - np.array([at for _, at in frames])).max() < 0.8
     stays, back = tracker(brighten=0.0, smoothing=0.0), [(p, a) for p, a in frames[::-1]]
     assert follow(stays, back)[1][-1] > 0.5  # it stands out, and is found at its own brightness
-    monkeypatch.setattr(template, "LEAST", np.inf)  # the mutant: the same target, five times fainter, is another
+    monkeypatch.setattr(
+        Matcher, "of_late", lambda by, look: 0.0
+    )  # the mutant: the same target, five times fainter, is another
     assert follow(stays, back)[1][-1] < 0.5
+
+
+def test_a_target_that_turns_is_held(monkeypatch):
+    """It looks as it did a frame before, however far it has turned since its template was learned."""
+    (y, x), frames = np.mgrid[:60, :100], []
+    for k in range(60):
+        at, turned = np.array([30 + 0.5 * k, 30.0]), np.radians(6.0 * k)
+        along = (x - at[0]) * np.cos(turned) + (y - at[1]) * np.sin(turned)
+        across = (y - at[1]) * np.cos(turned) - (x - at[0]) * np.sin(turned)
+        shown = 60.0 * np.exp(-0.5 * ((along / 5.0) ** 2 + (across / 1.2) ** 2))
+        frames.append((40.0 + shown + np.random.default_rng([5, k]).normal(0.0, 1.0, x.shape), at))
+    found, hits = follow(tracker(), frames, (0.0, 0.0, 18.0, 18.0))
+    assert hits.min() > 0.9
+    assert np.abs(found - np.array([at for _, at in frames])).max() < 3.0
+    monkeypatch.setattr(Matcher, "of_late", lambda by, look: 0.0)  # the mutant
+    assert follow(tracker(), frames, (0.0, 0.0, 18.0, 18.0))[1].min() < 0.5
 
 
 def test_the_first_template_counts_less_once_the_target_looks_otherwise():

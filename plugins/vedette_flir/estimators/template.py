@@ -19,7 +19,6 @@ from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import (
-    LEAST,
     NEAR,
     Look,
     Matcher,
@@ -45,6 +44,9 @@ from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, grown, spread_of
 
+LATEST = 0.3
+"""Part of how a target looked of late that each frame renews. By hand: from .15 to .6 as many turning targets are held."""
+
 SLOWER, SLOWEST = 0.2, 0.05
 """How much slower what is usual falls than it rises; the same of the likeness to the first template."""
 
@@ -61,7 +63,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     where the same shape is much fainter, as a correlation coefficient would not. The log-likelihood ratio is (n / 2)
     log[(1 - limit^2) / (1 - s^2)] of n independent cells, at most 60, and 40 (s / limit - 1) below the limit: a weak match
     is a miss, and the track coasts while its covariance, and so the area searched, grows. Where a held target is, `margin`
-    sizes around it say, as what stands beside a slow one holds its template; whether it is there, more.
+    sizes around it say, as what stands beside a slow one holds its template; whether it is there, more. And what looks as
+    the target did in the last frames is it, however it has turned since its template was learned.
     Whether the target is there at all is judged for itself, by what stands out (`vedette_flir.evidence`). While existence is
     below one half, and where the scene changes, the whole frame is searched, at other sizes too.
     Rogers, Maybeck, Adaptive Tracking of Multiple Hot-Spot Target IR Images, IEEE T-AC 28, 1983, for the smoothed template.
@@ -143,7 +146,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         scene = np.zeros((*tracks, BLOCKS, BLOCKS))
         beside = np.zeros((*tracks, BESIDE.cells, BESIDE.cells))
         return TemplateAppearance(
-            *(none, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
+            *(none, patch, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
             *(pair + np.nan, pair, beside, none, *nothing_seen(tracks)),
         )
 
@@ -156,7 +159,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
-        values = (one, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
+        values = (one, patch, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         nothing = np.zeros((BESIDE.cells, BESIDE.cells))
         beside = BESIDE.around(pixels, where + found.offset, found.size) if self.moves else nothing
         seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
@@ -192,7 +195,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         appearance, newness = remembered(by, appearance, pixels, here.place, existence >= LOST)
         appearance, stands = stood(appearance, travelled, existence)
         standing = scene_ratio(newness) + stands * standing_ratio(here.first, float(appearance.usual_first), newness)
-        ratio = held_ratio(here.likeness, here.margin, here.clear) + standing
+        of_late = self._matcher.of_late(here)
+        ratio = held_ratio(max(here.likeness, of_late), here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
         if new:
@@ -223,9 +227,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         elsewhere = anew and jump > step * (near + 1)
         if self.moves and existence == LOST and not young and leaps(best.place - where, S):
             told = -MOST  # as one of several alike fades or leaves the picture, the next is found: that is another
-        alike = best.likeness
-        if alike < self.limit and best.clear > LEAST:  # it stands out: its brightness may have changed
-            alike = max(alike, by.look(pixels, best.place, NEAR, by.lit(best.known, pixels, best.place)).likeness)
+        alike = max(here.likeness, of_late) if best is here else best.likeness
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
@@ -251,6 +253,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         renewed = evolve(
             appearance,
             patch=appearance.patch + share * self.smoothing * (kept(shown, amplitude) - appearance.patch),
+            latest=appearance.latest + share * LATEST * (kept(best.shown, amplitude) - appearance.latest),
             amplitude=np.asarray(amplitude + share * self.brighten * (bright - amplitude)),
             usual=self._usual(appearance.usual, best.clear, share),
             usual_first=np.asarray(

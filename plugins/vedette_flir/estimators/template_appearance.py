@@ -12,7 +12,8 @@ from vedette_flir.estimators.matches import Appearance
 class TemplateAppearance(Appearance):
     """What is known of targets. Every array leads with (*b, t); images are in count, NaN outside the frame, places in px.
 
-    patch, first_patch    (p, p)  contrast around it over its amplitude: of late, and in the first frame
+    patch, first_patch    (p, p)  contrast around it over its amplitude: smoothed, and in the first frame
+    latest                (p, p)  the same as it looked in the last frames
     amplitude             ()      its brightness over what is around it, below 0 for a dark target, in count
     offset, size          (2,)    of the target from its box's centre, and its own, in px
     usual, usual_first    ()      as a rule: its contrast over the spread around it, and its likeness to the first patch
@@ -29,6 +30,7 @@ class TemplateAppearance(Appearance):
 
     patch: Array
     first_patch: Array
+    latest: Array
     amplitude: Array
     offset: Array
     size: Array

@@ -157,6 +157,11 @@ class Matcher:
         patches = np.stack([appearance.patch, appearance.first_patch])
         return plain, *self.likeness(kept(plain, float(appearance.amplitude)), patches, masks)
 
+    def of_late(self, look: Look) -> float:
+        """Return the likeness of a place to the target as it looked in the last frames."""
+        known = look.known
+        return float(similarity(kept(look.shown, float(known.amplitude)), known.latest, self.mask(known.size))[0, 0])
+
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
         inner = self.grid(look.known.size)[1]
@@ -221,9 +226,11 @@ class Matcher:
         size = scale * appearance.size
         ratio = self.grid(size)[0] / (scale * self.grid(appearance.size)[0])
         middle = np.full(2, 0.5 * (self.cells - 1))
-        patch, first = (sample(each, middle, ratio, self.cells) for each in (appearance.patch, appearance.first_patch))
+        every = (appearance.patch, appearance.first_patch, appearance.latest)
+        patch, first, latest = (sample(each, middle, ratio, self.cells) for each in every)
         growth = appearance.growth + np.log(scale)
-        return evolve(appearance, patch=patch, first_patch=first, size=size, offset=scale * appearance.offset, growth=growth)
+        known = evolve(appearance, patch=patch, first_patch=first, latest=latest, growth=growth)
+        return evolve(known, size=size, offset=scale * appearance.offset)
 
 
 def sought(by: Matcher, pixels: Array, here: Look, expected: float) -> tuple[Look, float]:
