@@ -195,7 +195,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         appearance, newness = remembered(by, appearance, pixels, here.place, existence >= LOST)
         appearance, stands = stood(appearance, travelled, existence)
         standing = scene_ratio(newness) + stands * standing_ratio(here.first, float(appearance.usual_first), newness)
-        of_late = self._matcher.of_late(here)
+        of_late = existence * self._matcher.of_late(here)  # as likely as it was there in the last frames
         ratio = held_ratio(max(here.likeness, of_late), here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)

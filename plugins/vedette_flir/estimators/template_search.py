@@ -34,6 +34,11 @@ CANDIDATES, NEAR = 2, 3
 SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
 """Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
 
+DULLER = 0.35
+"""Part of its usual contrast over what is around below which the last frames do not say that a target is there. By hand, on
+losses planted in the odd clips: without it a fade is told 18 frames later, and .5 does as well.
+"""
+
 FAINT = 0.25
 """Part of a target's brightness below which it is not found again: what is left of another that was taken out. By hand."""
 
@@ -158,9 +163,16 @@ class Matcher:
         return plain, *self.likeness(kept(plain, float(appearance.amplitude)), patches, masks)
 
     def of_late(self, look: Look) -> float:
-        """Return the likeness of a place to the target as it looked in the last frames."""
-        known = look.known
-        return float(similarity(kept(look.shown, float(known.amplitude)), known.latest, self.mask(known.size))[0, 0])
+        """Return the likeness of a place to the target as it looked in the last frames; 0 if it does not stand out as usual.
+
+        It is expected to be as bright as its template: what looks alike and is fainter is what is left of one that fades.
+        """
+        known, mask = look.known, self.mask(look.known.size)
+        if look.clear < DULLER * float(known.usual):
+            return 0.0
+        bright, latest = (np.sqrt(np.sum(mask * each**2)) for each in (known.patch, known.latest))
+        shown = kept(look.shown, float(known.amplitude))
+        return float(similarity(shown, known.latest * bright / max(float(latest), 1e-9), mask)[0, 0])
 
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
