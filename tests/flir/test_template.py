@@ -171,6 +171,23 @@ def test_a_target_that_turns_is_held(monkeypatch):
     assert existences(frames, (22.0, 22.0))[1].min() < 0.5
 
 
+def test_a_hidden_target_is_not_taken_for_a_smaller_thing_of_its_scene(monkeypatch):
+    """A spot of its shape is .3 of its size. It is told as lost while it is hidden, and found where it comes out."""
+    (y, x), frames = np.mgrid[:120, :200], []
+    for k in range(60):
+        at = np.array([40 + 0.8 * k, 40.0])
+        shown = 40.0 * np.exp(-0.5 * ((x - 150) ** 2 + (y - 90) ** 2) / 1.0**2)
+        if not 20 <= k < 32:
+            shown += 60.0 * np.exp(-0.5 * ((x - at[0]) ** 2 + (y - at[1]) ** 2) / 3.5**2)
+        frames.append((40.0 + shown + np.random.default_rng([9, k]).normal(0.0, 1.0, x.shape), at))
+    true = np.array([at for _, at in frames])
+    found, existence = existences(frames, (16.0, 16.0))
+    assert existence[22:32].max() < 0.5
+    assert np.abs(found - true).max() < 2.0
+    monkeypatch.setattr(template_search, "RESIZED", 0.0)  # the mutant
+    assert np.abs(existences(frames, (16.0, 16.0))[0] - true)[-1].max() > 50.0
+
+
 def existences(frames, box):
     """Estimates (s, 2) and existence (s,) from the first true place, in px, where existence says whether it is lost."""
     chosen = vedette.load(TRACKER | {"lifecycle": {"kind": "reappearing_target"}}).tracker

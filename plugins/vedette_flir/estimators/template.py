@@ -8,10 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Gaussian, fields
-from vedette_flir.estimators.appearance import (
-    AppearanceBelief,
-    AppearanceFilter,
-)
+from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilter
 from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, remembered, unremembered
@@ -213,7 +210,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             elif existence == LOST:
                 told = newcomer_odds(by.alone(pixels, here), float(np.fmin(travelled, appearance.drift)) / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
-            other, odds = sought(by, pixels, here, 0.0 if cut else max(log_odds(existence), PULL))
+            expected = 0.0 if cut else max(log_odds(existence), PULL) + standing
+            other, odds = sought(by, pixels, here, expected, same_scene=not cut and bool(np.isnan(appearance.hint_at).any()))
             appearance, likelier = hinted(appearance, pixels, other, cut=cut)
             odds += likelier * (other is not here)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
