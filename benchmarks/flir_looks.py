@@ -41,10 +41,8 @@ def looks(shape: Callable[[int], Array], bright: Callable[[int], float], size: C
             frame, A = frames[k].astype(float), shape(k - first)
             light, M = own(frame, box), np.column_stack([A, box[:2] - A @ box[:2]])
             moved = cv2.warpAffine(light, M, frame.shape[::-1], flags=cv2.INTER_LINEAR)
-            out[k], placed[k] = (
-                frame - light + bright(k - first) * moved,
-                np.concatenate([box[:2], box[2:] * size(k - first)]),
-            )
+            out[k] = frame - light + bright(k - first) * moved
+            placed[k] = np.concatenate([box[:2], box[2:] * size(k - first)])
         return Changed(eight(out), placed)
 
     return change

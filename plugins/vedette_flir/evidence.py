@@ -50,6 +50,11 @@ newness from which on what came to stand is the target, which stopped. By hand: 
 odd clips .002 are below .48, of 424 of tracks that had taken a spot planted there .99 below .32.
 """
 
+RESIZED = 4.5
+"""How much less likely a place of its own scene is for each e by which it is larger or smaller than the target, in
+logarithms. By hand, on a drone that passes a mast, after which dashes of a graticule were taken for it; 5.5 does as well.
+"""
+
 PULL = 1.5
 """Log-odds by which a lost target is rather where it is expected than in another place."""
 
@@ -144,12 +149,15 @@ def standing_ratio(first: float, usual: float, new: float) -> float:
     return -STANDING * float(np.clip(np.log(max(1.0 - first, 1e-3) / max(1.0 - usual, UNLIKE)), 0.0, 3.0))
 
 
-def found_ratio(likeness: float, margin: float, clear: float, again: float, bright: float, large: float) -> float:
+def found_ratio(
+    likeness: float, margin: float, clear: float, again: float, bright: float, large: float, *, same_scene: bool = False
+) -> float:
     """Return the log-odds that a place of a whole frame is that of a target that was lost.
 
     `likeness` to the templates, `margin` over other places around; `clear`: of the spot there, 0 without any; `again`: its
     contrast over the spread around, over the usual one: less than half of that speaks against it; `bright`, `large`: its
-    brightness and size over those of the target as it was. Fainter speaks against it, and so does another size.
+    brightness and size over those of the target as it was. Fainter speaks against it, and so does another size, the more
+    in the `same_scene` as it was last held in.
     """
     return (
         3.3 * likeness
@@ -157,7 +165,7 @@ def found_ratio(likeness: float, margin: float, clear: float, again: float, brig
         + 1.2 * float(np.log(max(clear, 3.0) / 3.0))
         + 2.5 * float(np.clip(np.log(max(2.0 * again, 1e-3)), -2.0, 0.0))
         + 1.6 * min(float(np.log(bright)), 0.0)
-        - 0.5 * abs(float(np.log(large)))
+        - (RESIZED if same_scene else 0.5) * abs(float(np.log(large)))
         - 4.9
     )
 

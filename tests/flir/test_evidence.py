@@ -236,6 +236,7 @@ def test_ratios_are_those_of_the_page():
         found = 3.3 * f + 3.5 * m + 1.2 * np.log(max(d, 3.0) / 3.0) + 2.5 * min(max(np.log(2.0 * c), -2.0), 0.0) - 4.9
         found += 1.6 * min(np.log(a), 0.0) - 0.5 * abs(np.log(z))
         assert found_ratio(f, m, d, c, a, z) == pytest.approx(found)
+        assert found_ratio(f, m, d, c, a, z, same_scene=True) == pytest.approx(found - 4.0 * abs(np.log(z)))
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
         assert standing_ratio(f, usual, np.nan) == pytest.approx(standing)
         assert standing_ratio(f, usual, e) == pytest.approx(standing if e <= 0.85 else 0.0)

@@ -5,6 +5,7 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
+from vedette_flir import evidence
 from vedette_flir.estimators import matches, template_search
 from vedette_flir.estimators.matches import match_ratio
 from vedette_flir.estimators.template_search import Matcher, kept
@@ -37,8 +38,8 @@ def bird(k, step=0.3, bright=60.0, trees=True, size=(60, 80)):
     return ground + bright * np.exp(-0.5 * ((x - at[0]) ** 2 + (y - at[1]) ** 2) / 1.3**2) + noise, at
 
 
-def follow(chosen, frames, box=(0.0, 0.0, 10.0, 9.0)):
-    """Estimates (s, 2) and hits (s,), from a box off by the first two numbers, in px."""
+def follow(chosen, frames, box=(0.0, 0.0, 10.0, 9.0), told="hit"):
+    """Estimates (s, 2) and hits (s,), or what else of a state is `told`, from a box off by the first two numbers, in px."""
     prior = vedette.Gaussian(
         np.array([[frames[0][1][0] + box[0], frames[0][1][1] + box[1], 0.0, 0.0, *box[2:]]]),
         np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None],
@@ -47,7 +48,7 @@ def follow(chosen, frames, box=(0.0, 0.0, 10.0, 9.0)):
     for k, (pixels, _) in enumerate(frames):
         state = chosen.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
         found.append(chosen.estimate(state).mean[0, :2])
-        hits.append(state.hit[0])
+        hits.append(getattr(state, told)[0])
     return np.array(found), np.array(hits)
 
 
@@ -184,20 +185,14 @@ def test_a_hidden_target_is_not_taken_for_a_smaller_thing_of_its_scene(monkeypat
     found, existence = existences(frames, (16.0, 16.0))
     assert existence[22:32].max() < 0.5
     assert np.abs(found - true).max() < 2.0
-    monkeypatch.setattr(template_search, "RESIZED", 0.0)  # the mutant
+    monkeypatch.setattr(evidence, "RESIZED", 0.0)  # the mutant
     assert np.abs(existences(frames, (16.0, 16.0))[0] - true)[-1].max() > 50.0
 
 
 def existences(frames, box):
     """Estimates (s, 2) and existence (s,) from the first true place, in px, where existence says whether it is lost."""
     chosen = vedette.load(TRACKER | {"lifecycle": {"kind": "reappearing_target"}}).tracker
-    prior = vedette.Gaussian(np.array([[*frames[0][1], 0.0, 0.0, *box]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
-    state, found, existence = chosen.start(prior, 0.0), [], []
-    for k, (pixels, _) in enumerate(frames):
-        state = chosen.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
-        found.append(chosen.estimate(state).mean[0, :2])
-        existence.append(state.existence[0])
-    return np.array(found), np.array(existence)
+    return follow(chosen, frames, (0.0, 0.0, *box), "existence")
 
 
 def test_the_first_template_counts_less_once_the_target_looks_otherwise():

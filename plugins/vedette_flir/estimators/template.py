@@ -240,18 +240,19 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
 
     def _renewed(self, appearance: TemplateAppearance, best: Look, share: float) -> tuple[TemplateAppearance, Array]:
         """Return the appearance after a frame of which a `share` counts, and the target's place there."""
-        amplitude, size, place, shown = float(appearance.amplitude), appearance.size, best.place, best.shown
+        amplitude, size, place = float(appearance.amplitude), appearance.size, best.place
         (step, inner), mask = self._matcher.grid(size), self._matcher.mask(size)
-        sign = float(np.sign(amplitude))
+        sign, seen = float(np.sign(amplitude)), kept(best.shown, amplitude)
+        shown = seen
         if self.recentre > 0 and np.max(size) <= self.small:
-            drift = self.recentre * (centroid(kept(shown, amplitude) * mask) - centroid(appearance.first_patch * mask))
+            drift = self.recentre * (centroid(seen * mask) - centroid(appearance.first_patch * mask))
             place = place + step * drift
-            shown = sample(shown, drift + 0.5 * (self.cells - 1), 1.0, self.cells)
+            shown = kept(sample(best.shown, drift + 0.5 * (self.cells - 1), 1.0, self.cells), amplitude)
         bright = sign * np.clip(contrast(sign * best.shown, inner), 0.5 * abs(amplitude), 2.0 * abs(amplitude))
         renewed = evolve(
             appearance,
-            patch=appearance.patch + share * self.smoothing * (kept(shown, amplitude) - appearance.patch),
-            latest=appearance.latest + share * LATEST * (kept(best.shown, amplitude) - appearance.latest),
+            patch=appearance.patch + share * self.smoothing * (shown - appearance.patch),
+            latest=appearance.latest + share * LATEST * (seen - appearance.latest),
             amplitude=np.asarray(amplitude + share * self.brighten * (bright - amplitude)),
             usual=self._usual(appearance.usual, best.clear, share),
             usual_first=np.asarray(

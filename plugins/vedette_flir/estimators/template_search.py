@@ -42,11 +42,6 @@ losses planted in the odd clips: without it a fade is told 18 frames later, and 
 FAINT = 0.25
 """Part of a target's brightness below which it is not found again: what is left of another that was taken out. By hand."""
 
-RESIZED = 4.0
-"""How much less likely a place of its own scene is for each e by which it is larger or smaller than the target, in
-logarithms. By hand, on a drone that passes a mast, after which dashes of a graticule were taken for it; 5 does as well.
-"""
-
 SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 """Limits of the scale at which a target is found again, and scales that count as 1."""
 
@@ -256,7 +251,7 @@ def sought(by: Matcher, pixels: Array, here: Look, expected: float, *, same_scen
     Looked at are where the target is expected (`here`), spots that stand out, at the scale of their size, and places that
     are like the template, each at its own brightness: a camera that shows another scene sets its gain anew. The target is
     in one of these places, or in none; `expected`: the log-odds of `here` against any other place before the frame is seen.
-    In the same scene as it was last held in, it is as large as it was.
+    `same_scene`: it is the one in which the target was last held.
     """
     known, usual = here.known, float(here.known.usual)
     sign = float(np.sign(known.amplitude))
@@ -271,8 +266,7 @@ def sought(by: Matcher, pixels: Array, here: Look, expected: float, *, same_scen
         near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.known.size, 2.0), axis=1)
         bright, large = float(look.known.amplitude / known.amplitude), float(look.known.size[0] / known.size[0])
         clear = float(seen.clear[near].max(initial=0.0))
-        odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large)
-        odds[i] -= RESIZED * same_scene * abs(float(np.log(large)))
+        odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large, same_scene=same_scene)
     odds[0] += expected
     best = found[int(np.argmax(odds))]
     apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
