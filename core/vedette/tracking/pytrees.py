@@ -42,10 +42,10 @@ def join(first: T, second: T, axis: int) -> T:
     return make([join(one, other, axis) for one, other in zip(get(first), get(second), strict=True)])  # type: ignore[no-any-return]
 
 
-def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None) -> T:
+def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None, axis: int = 0) -> T:
     """Return the tracks of all trees, one after the other, or where `rows` of each say."""
-    joined = reduce(lambda one, other: join(one, other, 0), trees)
-    return joined if rows is None else take(joined, np.argsort(np.concatenate(list(rows)), kind="stable"), 0)
+    joined = reduce(lambda one, other: join(one, other, axis), trees)
+    return joined if rows is None else take(joined, np.argsort(np.concatenate(list(rows)), kind="stable"), axis)
 
 
 def size(tree: Any) -> int:

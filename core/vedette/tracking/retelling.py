@@ -86,13 +86,8 @@ def _before(
     rows = np.sort(np.concatenate([parent, others]))  # as tracks do in all states
     goes_on = np.isin(rows, parent)
 
-    belief, later_belief = pytrees.take(leaves.belief, rows, 0), pytrees.take(after.belief, old, 0)
-    if goes_on.all():
-        belief = estimator.smooth_step(belief, later_belief, dt, rng) if len(rows) else belief
-    elif goes_on.any():
-        back = estimator.smooth_step(pytrees.take(belief, goes_on, 0), later_belief, dt, rng)
-        order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
-        belief = pytrees.take(pytrees.join(back, pytrees.take(belief, ~goes_on, 0), 0), order, 0)
+    later_belief = pytrees.take(after.belief, old, 0)
+    belief = smoothed_rows(estimator, pytrees.take(leaves.belief, rows, 0), goes_on, later_belief, dt, rng)
     confirmed = np.array(leaves.confirmed[rows])
     confirmed[goes_on] |= after.confirmed[old]
     if associator.shows_marginals:
@@ -106,6 +101,17 @@ def _before(
         existence = at_end + (1.0 - at_end) * left_before[rows]
         existence = np.where(goes_on | (stops > 0), existence, leaves.existence[rows])
     return Told(rows, belief, np.minimum(existence, 1.0), confirmed, mass, there)
+
+
+def smoothed_rows(
+    estimator: Estimator[Any], belief: Any, goes_on: Mask, later: Any, dt: float, rng: np.random.Generator, axis: int = 0
+) -> Any:
+    """Return a belief whose rows that go on are smoothed by theirs `dt` s later."""
+    if goes_on.all() or not goes_on.any():
+        return estimator.smooth_step(belief, later, dt, rng) if goes_on.any() else belief
+    back = estimator.smooth_step(pytrees.take(belief, goes_on, axis), later, dt, rng)
+    rows = np.flatnonzero(goes_on), np.flatnonzero(~goes_on)
+    return pytrees.in_order([back, pytrees.take(belief, ~goes_on, axis)], rows, axis)
 
 
 def _masses(

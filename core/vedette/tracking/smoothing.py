@@ -20,7 +20,7 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.tracking import pytrees
 from vedette.tracking.history import History
-from vedette.tracking.retelling import retold
+from vedette.tracking.retelling import retold, smoothed_rows
 from vedette.tracking.state import State, next_state
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
@@ -140,13 +140,6 @@ def _retraced(estimator: Estimator[Any], state: State, later: State, rng: np.ran
     axis, dt = state.existence.ndim - 1, later.time - state.time
     if state.ids is later.ids:
         return next_state(state, belief=estimator.smooth_step(state.belief, later.belief, dt, rng))
-    goes_on = np.isin(state.ids, later.ids)
-    if not goes_on.any():
-        return state
     after = pytrees.take(later.belief, np.isin(later.ids, state.ids), axis)
-    if goes_on.all():
-        return next_state(state, belief=estimator.smooth_step(state.belief, after, dt, rng))
-    back = estimator.smooth_step(pytrees.take(state.belief, goes_on, axis), after, dt, rng)
-    both = pytrees.join(back, pytrees.take(state.belief, ~goes_on, axis), axis)
-    order = np.argsort(np.concatenate([np.flatnonzero(goes_on), np.flatnonzero(~goes_on)]))
-    return next_state(state, belief=pytrees.take(both, order, axis))
+    goes_on = np.isin(state.ids, later.ids)
+    return next_state(state, belief=smoothed_rows(estimator, state.belief, goes_on, after, dt, rng, axis))
