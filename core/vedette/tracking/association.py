@@ -61,12 +61,12 @@ def associate(it: Expected, met: Met) -> Associated:
     plain = not framed and it.observed.evidence is None
     asked = kernels.if_existing(scores, innovation.loglik[..., 0], it.existence) if plan.decides else scores
     weights = plan.associator.associate(asked, None) if plain else _weighed(it, asked)
-    if plan.keeps_tracks and not plan.approximates:
+    if plan.keeps_tracks and not plan.associator.approximates:
         return new_associated(weights, innovation.nis, None, None, None, UNCLAIMED, 0, None, None)
     seen, claims, approximated = None, UNCLAIMED, 0
-    if plan.approximates and not framed:
+    if plan.associator.approximates and not framed:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
-    if not plan.permanent:
+    if not plan.lifecycle.permanent:
         apart = plan.associator.exclusive or framed
         seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
@@ -127,7 +127,7 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     pairs, places = _within_gates(met, t, k)
     if met[0].close is None:
         weights, misses, seen, approximated = by_cluster(
-            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.permanent
+            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.lifecycle.permanent
         )
     else:
         weights, misses, seen, approximated = plan.associator.associate_close(it, pairs, met[0], places[0])

@@ -75,7 +75,7 @@ def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
     if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
         one = plan.estimator.start(pytrees.take(begin.prior, slice(1), 0), plan.state, deepcopy(it.rng))
         check_started(one, len(plan.state), count)
-    existence = np.ones(count) if plan.certain else begin.existence
+    existence = np.ones(count) if plan.lifecycle.certain else begin.existence
     return joined(it, rows, begin, it.state.born + np.arange(count), existence)
 
 

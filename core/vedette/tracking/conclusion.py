@@ -35,7 +35,7 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
     elif parts is not None and by.parts is not None:
         belief = _of_parts(it, parts, by.parts)
     else:
-        if not plan.certain:
+        if not plan.lifecycle.certain:
             weights = kernels.given_existence(weights, scores, innovation.loglik, it.existence)
         belief = updated(plan.estimator, it.belief, innovation, weights)
     offsets, linked = it.offsets, state.linked
@@ -113,7 +113,7 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
     if by.branched is not None:
         after = by.branched
         return Gates(state.ids, state.confirmed, state.born, state.leaves.ids, scores, after.gated, after.newborn.returns)
-    if it.plan.permanent or not it.gate.axes:
+    if it.plan.lifecycle.permanent or not it.gate.axes:
         return None
     rows, returns = state.ids, by.returns
     if by.taken is not None:
@@ -151,7 +151,7 @@ def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) 
     estimator = it.plan.estimator
     after = []
     for part, weights in zip(parts, weights_of, strict=True):
-        if not it.plan.certain:
+        if not it.plan.lifecycle.certain:
             prior = it.existence[part.rows, None]
             weights = kernels.given_existence(weights, part.scores, part.innovation.loglik, prior)
         after.append(estimator.update(part.belief, part.innovation, weights))

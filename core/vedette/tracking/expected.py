@@ -152,10 +152,10 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
     rows = _rows(plan, state)
     belief, existence = rows.belief, rows.existence
-    if plan.reframes and dt > 0:
+    if estimator.traits.reframes and dt > 0:
         belief = estimator.reframe(belief, estimator.moments(belief))
     belief = estimator.predict(belief, dt, rng)
-    if not plan.certain:
+    if not plan.lifecycle.certain:
         existence = plan.lifecycle.predict(existence, dt)
         if isinstance(observed, Frame):
             belief = estimator.informed(belief, existence)

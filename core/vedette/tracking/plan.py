@@ -47,13 +47,9 @@ class Plan:
     starters: frozenset[str]
     p_gate: float
     draws: bool
-    reframes: bool
     by_pairs: bool
     keeps_hypotheses: bool
-    approximates: bool
     decides: bool
-    certain: bool
-    permanent: bool
     keeps_tracks: bool
     whole: bool
     begins: bool
@@ -104,13 +100,9 @@ def planned(
         starters=starting,
         p_gate=gate.probability,
         draws=draws,
-        reframes=estimator.traits.reframes,
         by_pairs=estimator.traits.bounded and associator.by_cluster,
         keeps_hypotheses=keeps_hypotheses,
-        approximates=associator.approximates,
         decides=associator.decides and not lifecycle.certain,
-        certain=lifecycle.certain,
-        permanent=lifecycle.permanent,
         keeps_tracks=keeps_tracks,
         whole=keeps_tracks and lifecycle.certain and in_one,
         begins=begins,

@@ -63,10 +63,10 @@ def associate_close(
         hit[tracks], existence[tracks], p_detect[tracks] = seen
     alone = ~together & ~apart[pairs.tracks]
     weights[alone], lone, seen_alone, more = by_cluster(
-        plan.associator, pairs.only(alone), prior, it.observed.evidence, plan.p_gate, plan.permanent
+        plan.associator, pairs.only(alone), prior, it.observed.evidence, plan.p_gate, plan.lifecycle.permanent
     )
     misses[~apart] = lone[~apart]
-    if not plan.permanent:
+    if not plan.lifecycle.permanent:
         for to, values in zip((hit, existence, p_detect), seen_alone, strict=True):
             to[~apart] = values[~apart]
     return weights, misses, (hit, existence, p_detect), approximated + more
