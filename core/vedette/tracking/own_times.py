@@ -77,9 +77,9 @@ def updated(estimator: Estimator[Any], belief: Any, innovation: Innovation, weig
     return estimator.merge(pytrees.in_order([belief, taken.beliefs.value]), mixtures)
 
 
-def at_the_scan(estimator: Estimator[Any], belief: Any, ago: Array | None, rng: np.random.Generator) -> Any:
-    """Return the belief of tracks that began so many s (t,) before the scan; None: at it."""
-    if ago is None or not len(ago):
+def at_the_scan(estimator: Estimator[Any], belief: Any, ago: Array, rng: np.random.Generator) -> Any:
+    """Return the belief of tracks that began so many s (t,) before the scan."""
+    if not len(ago):
         return belief
     times, which = np.unique(ago, return_inverse=True)
     rows = [np.flatnonzero(which == i) for i in range(len(times))]

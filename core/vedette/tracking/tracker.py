@@ -208,11 +208,7 @@ class Tracker:
         """
         check_state(state)
         observed = admitted(scan, self._plan.gates, state.time)
-        try:
-            return expect(self._plan, state, scan, observed)
-        except Exception as error:
-            explain(error, self, partial(expect, self._plan, state, scan, observed))
-            raise
+        return explained(self, partial(expect, self._plan, state, scan, observed))
 
     def predict(self, state: State, time: float) -> Any:
         """Return the belief at `time` in s, as `step` predicts it for a scan of that time."""
