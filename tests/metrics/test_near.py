@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 import vedette
 from support.many import problem
 from support.paths import EXAMPLES
+from vedette import kernels
 from vedette.metrics import covering, distances, gospa, judge
-from vedette.metrics.near_pairs import hanging_together, near, near_points, one_to_one
+from vedette.metrics.near_pairs import near, near_points, one_to_one
 from vedette_standard.whole_tracks import clear_mot, hota, ospa2, trajectory_gospa
 
 
@@ -76,7 +77,7 @@ def test_pairs_that_hang_together_are_the_parts_of_the_graph(seed):
     for truth, track in [*(each.T for each in pairs), (chain, chain), (np.r_[chain, chain[1:]], np.r_[chain, chain[:-1]])]:
         links = coo_matrix((np.ones(len(truth)), (truth, 40 + track)), shape=(80, 80))
         part = connected_components(links, directed=False)[1][truth]
-        found = hanging_together(truth, track)
+        found = kernels.linked_clusters(truth, track, 40, 40)[truth]
         np.testing.assert_array_equal(found[:, None] == found, part[:, None] == part)
 
 

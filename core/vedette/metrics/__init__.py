@@ -13,6 +13,6 @@ from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities
 from vedette.metrics.judging import judge, space_of
 from vedette.metrics.matching import Match, Pairs
-from vedette.metrics.near_pairs import Near, hanging_together, near, one_to_one
+from vedette.metrics.near_pairs import Near, near, one_to_one
 from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of
 from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore

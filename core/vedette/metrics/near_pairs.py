@@ -13,6 +13,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from vedette import kernels
 from vedette.space import Array, Mask
 
 Indices = NDArray[np.integer[Any]]
@@ -138,23 +139,9 @@ def _parts(truth: Indices, track: Indices, some: Indices) -> list[Indices]:
     columns, column = np.unique(track[some], return_inverse=True)
     if len(rows) * len(columns) <= _SMALL:
         return [some]
-    label = hanging_together(row, column)
+    label = kernels.linked_clusters(row, column, len(rows), len(columns))[row]
     order = np.argsort(label, kind="stable")
     return np.split(some[order], np.flatnonzero(np.diff(label[order])) + 1)
-
-
-def hanging_together(truth: Indices, track: Indices) -> Indices:
-    """Return of each pair (q,) the first object of the part that it belongs to: pairs that share an object or a track."""
-    first = np.arange(1 + int(np.max(truth, initial=-1)))
-    while True:
-        least = np.full(1 + int(np.max(track, initial=-1)), len(first))
-        np.minimum.at(least, track, first[truth])
-        lower = first.copy()
-        np.minimum.at(lower, truth, least[track])
-        lower = lower[lower]  # by what its first object has learnt, so that long chains take few rounds
-        if np.array_equal(lower, first):
-            return first[truth]
-        first = lower
 
 
 def _table(truth: Indices, track: Indices, cost: Array, without: float) -> Indices:

@@ -8,7 +8,8 @@ from typing import Any, cast
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import Indices, Near, hanging_together
+from vedette import kernels
+from vedette.metrics import Indices, Near
 from vedette.space import Array, Mask
 from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
@@ -87,7 +88,7 @@ def _parts(apart: Sequence[Array | Near], present: Sequence[Indices], cutoff: fl
     wide = int(np.max(track)) + 1
     keys, pair = np.unique(truth * wide + track, return_inverse=True)
     pairs, pair = np.stack(np.divmod(keys, wide)), pair.reshape(-1)
-    part = hanging_together(pairs[0], pairs[1])
+    part = kernels.linked_clusters(pairs[0], pairs[1], int(np.max(truth)) + 1, wide)[pairs[0]]
     order_of = np.argsort(part[pair], kind="stable")
     for entries in np.split(order_of, np.flatnonzero(np.diff(part[pair][order_of])) + 1):
         near_pairs, column = np.unique(pair[entries], return_inverse=True)
