@@ -14,6 +14,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
+from vedette.kernels.boxes import linked_clusters
 from vedette.kernels.reference import exp_or_zero, log_sum, normal_or_zero
 from vedette.kernels.results import JointWeights
 from vedette.space import Array, Mask
@@ -85,15 +86,11 @@ def _gains(scores: Array) -> Array:
 def _clusters(linked: Mask) -> Iterator[Cluster]:
     """Yield the clusters of at least two tracks; linked (t, k)."""
     shared = linked & (linked.sum(axis=0) > 1)
-    left = shared.any(axis=1)
-    while left.any():
-        members, grown = np.zeros_like(left), np.arange(len(left)) == np.argmax(left)
-        while not np.array_equal(members, grown):
-            members = grown
-            grown = shared[:, shared[members].any(axis=0)].any(axis=1)
-        tracks, returns = np.flatnonzero(members), np.flatnonzero(shared[members].any(axis=0))
+    track, taken = np.nonzero(shared)
+    labels = linked_clusters(track, taken, *shared.shape)
+    for label in np.unique(labels[track]).tolist():
+        tracks, returns = (np.flatnonzero(side == label) for side in np.split(labels, [len(shared)]))
         yield Cluster(tracks, returns, shared[np.ix_(tracks, returns)])
-        left &= ~members
 
 
 def _plan(linked: Mask, most: int) -> tuple[list[int], bool] | None:
