@@ -87,8 +87,9 @@ class Birth(Component):
         return memory
 
     def starts_from(self, sensor: str) -> bool:
-        """Return whether returns of this sensor may start tracks."""
-        return True
+        """Return whether returns of this sensor may start tracks; by default, whether `sensors` names it, or none."""
+        named = getattr(self, "sensors", ())
+        return not named or sensor in named
 
     def reveal(
         self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float

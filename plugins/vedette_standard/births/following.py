@@ -183,10 +183,6 @@ class Following(Birth):
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> None:
         """Return nothing: there was no scan yet."""
 
-    def starts_from(self, sensor: str) -> bool:
-        """Return whether it is one of `sensors`."""
-        return not self.sensors or sensor in self.sensors
-
     def predict(self, memory: Any, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Any:
         """Return the memory, `dt` longer ago."""
         return None if memory is None else {axes: waiting.later(dt) for axes, waiting in memory.items()}

@@ -96,10 +96,6 @@ class Poisson(Birth):
         if not self.appear and not self.enter:
             raise ValueError("appear: must hold at least one place where targets appear, unless `enter` does, got none")
 
-    def starts_from(self, sensor: str) -> bool:
-        """Return whether it is one of `sensors`."""
-        return not self.sensors or sensor in self.sensors
-
     def _appearing(self, estimator: Estimator[Any], initial: bool, dt: float, rng: np.random.Generator) -> Intensity:
         """Return the intensity of targets there before the first scan, or of those that came within dt and have stayed."""
         weights, means, covs = [], [], []

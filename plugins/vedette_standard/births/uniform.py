@@ -85,10 +85,6 @@ class Uniform(Birth):
         if not self.view:
             raise ValueError("view: must hold the box in which targets appear, got none")
 
-    def starts_from(self, sensor: str) -> bool:
-        """Return whether it is one of `sensors`."""
-        return not self.sensors or sensor in self.sensors
-
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Array:
         """Return the expected number of undetected targets ()."""
         return np.asarray(self.initial)
