@@ -6,6 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
+from vedette_flir import evidence
 from vedette_flir.evidence import (
     LAG,
     UNLIKE,
@@ -39,10 +40,10 @@ def trees(edge):
     return (y > crown) * (60.0 + 12.0 * rng.normal(size=SKY))
 
 
-def followed(frames, starts, *overrides):
-    """Existence (s, t) and place (s, t, 2) of the example's tracks, from boxes of 10 px at their starts."""
+def followed(frames, starts, *overrides, size=10.0):
+    """Existence (s, t) and place (s, t, 2) of the example's tracks, from boxes of 10 px or another size at their starts."""
     tracker = vedette.load(EXAMPLES / "flir_clip.toml", overrides=overrides).tracker
-    mean = np.array([[*at, 0.0, 0.0, 10.0, 10.0] for at in starts])
+    mean = np.array([[*at, 0.0, 0.0, size, size] for at in starts])
     prior = Gaussian(mean, np.repeat(np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None], len(starts), 0))
     state, rows = tracker.start(prior, 0.0), []
     for k, pixels in enumerate(frames):
@@ -168,11 +169,22 @@ def test_a_target_that_stands_in_noise_is_held():
 
 def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
     likes = np.linspace(0.99, 0.3, 30)
-    standing = [standing_ratio(like, 0.97, np.nan) for like in likes]
+    standing = [standing_ratio(like, 0.97, np.nan, like) for like in likes]
     assert standing[0] == 0.0  # a target that stops looks as it did
     assert np.all(np.diff(standing) <= 0)
     assert standing[-1] < -15.0
-    assert standing_ratio(1.0 - UNLIKE, 1.0, np.nan) == pytest.approx(0.0, abs=1e-9)  # so much it may differ in any frame
+    assert standing_ratio(1.0 - UNLIKE, 1.0, np.nan, 0.0) == pytest.approx(0.0, abs=1e-9)  # as in any frame
+
+
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_target_that_stops_and_turns_is_held(monkeypatch, asked):
+    """It has not left its own place, so that nothing was seen there before, and grows unlike its first look."""
+    if not asked:
+        monkeypatch.setattr(evidence, "UNBROKEN", 1.0)
+    turned = np.interp(np.arange(130), [36, 96], [0.0, 1.0])
+    spots = [spot((50.0 + 0.5 * min(k, 36), 50.0), 60.0, (5.0 + 3.0 * t, 5.0 - 2.0 * t)) for k, t in enumerate(turned)]
+    existence, _ = followed([sky(k) + shown for k, shown in enumerate(spots)], [(50.0, 50.0)], size=26.0)
+    assert existence.min() > 0.9 if asked else existence.min() < 0.1
 
 
 def test_how_far_a_track_went_is_counted_in_the_scene_and_from_where_it_was_found():
@@ -238,8 +250,8 @@ def test_ratios_are_those_of_the_page():
         assert found_ratio(f, m, d, c, a, z) == pytest.approx(found)
         assert found_ratio(f, m, d, c, a, z, same_scene=True) == pytest.approx(found - 4.0 * abs(np.log(z)))
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
-        assert standing_ratio(f, usual, np.nan) == pytest.approx(standing)
-        assert standing_ratio(f, usual, e) == pytest.approx(standing if e <= 0.85 else 0.0)
+        assert standing_ratio(f, usual, np.nan, a) == pytest.approx(standing if a <= 0.9 else 0.0)
+        assert standing_ratio(f, usual, e, 0.0) == pytest.approx(standing if e <= 0.85 else 0.0)
         assert scene_ratio(e) == pytest.approx(-30.0 * max(0.45 - e, 0.0))
         assert presence_ratio(held, e, cut=False, anew=False) == pytest.approx(held / 3.0)
         assert presence_ratio(held, e, cut=True, anew=False) == pytest.approx(held / 3.0 - 7.0)

@@ -85,8 +85,8 @@ def stands(monkeypatch, frames):
 def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
     """From frame 25 on it stands in the frames, and what is around it passes; the mutant sees the frames alone."""
 
-    def in_frames(appearance, travelled, existence):
-        return stood(evolve(appearance, path=np.full_like(appearance.path, np.nan)), travelled, existence)
+    def in_frames(appearance, *given):
+        return stood(evolve(appearance, path=np.full_like(appearance.path, np.nan)), *given)
 
     if not asked:
         monkeypatch.setattr(template, "stood", in_frames)

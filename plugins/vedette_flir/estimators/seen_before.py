@@ -56,12 +56,12 @@ def nothing_seen(tracks: tuple[int, ...]) -> tuple[Array, ...]:
     """Return what is remembered of targets before their first frame: the fields of an appearance from `before` on."""
     pair, none = np.zeros((*tracks, 2)), np.zeros(tracks)
     before, went = np.zeros((*tracks, 2, SCENE.cells, SCENE.cells)), np.full((*tracks, 2, 2), np.nan)
-    return before, went, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none
+    return before, went, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none, none + 1.0
 
 
 def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
     """Return the appearance of a target that is found elsewhere, around which nothing was seen before."""
-    return evolve(appearance, went=np.full((2, 2), np.nan), path=np.full((LAG, 2), np.nan))
+    return evolve(appearance, went=np.full((2, 2), np.nan), path=np.full((LAG, 2), np.nan), least=np.zeros(()))
 
 
 def remembered(

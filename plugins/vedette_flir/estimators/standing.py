@@ -17,13 +17,16 @@ well, by .2 one of two birds is told less.
 """
 
 
-def stood(appearance: TemplateAppearance, travelled: float, existence: float) -> tuple[TemplateAppearance, bool]:
+def stood(
+    appearance: TemplateAppearance, travelled: float, existence: float, likeness: float
+) -> tuple[TemplateAppearance, bool]:
     """Return the appearance with the drift of a target in the scene, and whether it stands there.
 
     Over `LAG` frames it `travelled` so many px in the frames, NaN if that is not known. One that hovers went no farther as a
     rule, and one that a camera follows stands in the frames while what is around it passes. A track that has taken a wisp of
-    cloud goes where the cloud goes, however the camera turns.
+    cloud goes where the cloud goes, however the camera turns. The least `likeness` is forgotten as the target moves.
     """
+    appearance = evolve(appearance, least=np.minimum(appearance.least, likeness))
     if not np.isfinite(travelled):
         return evolve(appearance, drift=np.asarray(np.nan)), False
     drift, usual = float(appearance.drift), float(appearance.speed)
@@ -34,4 +37,5 @@ def stood(appearance: TemplateAppearance, travelled: float, existence: float) ->
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
     stands = travelled < STILL < PART * usual or (known and drift + STILL < PART * usual)
-    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed)), stands
+    least = appearance.least if stands else appearance.least + SLOW * (1.0 - appearance.least)
+    return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed), least=np.asarray(least)), stands

@@ -190,8 +190,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
         appearance, newness = remembered(by, appearance, pixels, here.place, existence >= LOST)
-        appearance, stands = stood(appearance, travelled, existence)
-        standing = scene_ratio(newness) + stands * standing_ratio(here.first, float(appearance.usual_first), newness)
+        appearance, stands = stood(appearance, travelled, existence, here.likeness)
+        usual_first, least = float(appearance.usual_first), float(appearance.least)
+        standing = scene_ratio(newness) + stands * standing_ratio(here.first, usual_first, newness, least)
         of_late = existence * self._matcher.of_late(here)  # as likely as it was there in the last frames
         ratio = held_ratio(max(here.likeness, of_late), here.margin, here.clear) + standing
         best, anew, told = here, False, None

@@ -26,6 +26,7 @@ class TemplateAppearance(Appearance):
     rate, last            (2,)    how far it goes there in a frame, in px, and where it was in the last frame
     path                  (LAG, 2)  how far it had gone since the first of `before`, the oldest frame first; NaN if not known
     drift, speed          ()      how far it goes in the scene in `LAG` frames, in px: of late, NaN if not known; as a rule
+    least                 ()      its least likeness since it moved, 0 where it was found elsewhere
     """
 
     patch: Array
@@ -53,3 +54,4 @@ class TemplateAppearance(Appearance):
     path: Array
     drift: Array
     speed: Array
+    least: Array
