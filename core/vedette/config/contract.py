@@ -71,14 +71,10 @@ def check_version(module: Any) -> None:
     if stated is None:
         raise PluginError(
             f"it does not state the version of the contract that it is written for; this Vedette has {CONTRACT}: "
-            f"once the plugin keeps that, write `VEDETTE_CONTRACT = {CONTRACT}` in {_name(module)}"
+            f"once the plugin keeps that, write `VEDETTE_CONTRACT = {CONTRACT}` in {getattr(module, '__name__', module)}"
         )
     if stated != CONTRACT:
         raise PluginError(f"it is written for version {stated} of the contract; this Vedette has {CONTRACT}")
-
-
-def _name(module: Any) -> str:
-    return str(getattr(module, "__name__", module))
 
 
 def described(cls: type[Component], distribution: str, version: str) -> Installed:

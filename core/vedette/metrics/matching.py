@@ -88,7 +88,8 @@ def matched(
     begin, end = np.searchsorted(entries.scan, judged, "left"), np.searchsorted(entries.scan, judged, "right")
     rows = tuple(slice(i, j) for i, j in zip(begin.tolist(), end.tolist(), strict=True))
     place, spots = truth.states[..., where], entries.mean[:, where]
-    reach = max(of for of in _radii(options) if of is not None)
+    asked = options.cover_radius, options.gospa_cutoff, options.far, options.near, options.lost_error
+    reach = max(radius for radius in asked if radius is not None)  # what is farther apart counts as infinitely far
     scans = zip(place, rows, truth.alive, strict=True)
     every = tuple(near_points(there, spots[part], reach, alive) for there, part, alive in scans)
     present = tuple(entries.track[part] for part in rows)
@@ -105,8 +106,3 @@ def _told(entries: Entries, truth: Truth, judged: Indices, radius: float) -> Ent
         here, there = (np.min(apart[:, some], axis=-1, initial=np.inf) for some in (alive, unsaid))
         told[rows] = (here <= there) | (here <= radius)
     return entries.part(told, 0)
-
-
-def _radii(options: Judge) -> tuple[float | None, ...]:
-    """Return the distances in m that the figures ask about; what is farther apart counts as infinitely far."""
-    return options.cover_radius, options.gospa_cutoff, options.far, options.near, options.lost_error

@@ -68,10 +68,6 @@ class Identity:
                 raise ValueError(f"{name}: {fault}")
 
 
-def _no_stray(self: Names) -> Array:
-    return np.zeros(self.codes.shape[:-1])
-
-
 @frozen(eq=False)
 class Names:
     """The codes (*b, t, 3) that tracks or leaves may bear, -1 for none, their probabilities, and `stray` (*b, t): how many
@@ -80,7 +76,7 @@ class Names:
 
     codes: Indices
     shares: Array
-    stray: Array = field(default=Factory(_no_stray, takes_self=True))
+    stray: Array = field(default=Factory(lambda self: np.zeros(self.codes.shape[:-1]), takes_self=True))
 
     @property
     def borne(self) -> Indices:

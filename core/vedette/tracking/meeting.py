@@ -56,18 +56,13 @@ def meet(it: Expected) -> Met:
     elif it.scan.sensor in plan.coarse and (close := plan.associator.meet_close(it)) is not None:
         return None, None, (close, *_met_by_others(it, it.scan.detections, close.rows))
     elif it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
-        return _met_in_parts(it, observed)
+        return None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed))
     innovation = it.innovation
     rate = None if it.undetected is None else it.undetected.rate
     scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate, it.confirmed)
     if observed.identity is not None:
         scores = weighed(plan.identity, it.names, observed.identity, scores)
     return innovation, scores, None
-
-
-def _met_in_parts(it: Expected, observed: Detections) -> Met:
-    """Return the meetings of rows with the returns in the boxes around their gates."""
-    return None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed))
 
 
 def _met_by_others(it: Expected, observed: Detections, rows: Indices) -> list[Part]:
