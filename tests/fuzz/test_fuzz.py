@@ -100,6 +100,23 @@ def test_a_busy_machine_makes_no_hang(tmp_path, monkeypatch):
     assert not cases.carry_out(lambda rng, folder: str(time.sleep(0.3)), 0, range(2), tmp_path).found
 
 
+@pytest.mark.costly
+def test_a_case_that_gets_little_of_the_processor_does_not_hang(tmp_path, monkeypatch):
+    """A case that had 2 % of a busy machine for a minute was once told to hang."""
+    monkeypatch.setattr(cases, "SECONDS", 0.5)
+    monkeypatch.setattr(cases, "ASLEEP", 2.0)
+
+    def starved(rng, folder):
+        for _ in range(3):
+            end = time.process_time() + 0.02
+            while time.process_time() < end:
+                pass
+            time.sleep(0.4)
+        return "done"
+
+    assert not cases.carry_out(starved, 0, range(1), tmp_path).found
+
+
 def hunt(case, folder, budget):
     """Return the first fault of a fuzzer within a budget."""
     for seed in range(100, 103):
