@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.hypotheses import LOST, MIXED, Branching, HypothesisAssociator, LeafScores, firsts
+from vedette.hypotheses import LOST, MIXED, ROUNDING, Branching, HypothesisAssociator, LeafScores, firsts
 from vedette.sampling.generators import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
@@ -180,6 +180,17 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
         ended = Ended(rows.ids[~alive], branching.parent[~alive], rows.existence[~alive], probability[~alive])
 
     hypotheses, stay = associator.keep(branching.hypotheses, alive)
+    decided = associator.probability(hypotheses) > probability[stay] * (1.0 + ROUNDING)
+    if decided.any():  # which makes no target surer
+        surer = associator.existence(hypotheses, rows.existence[stay], last[stay]) / np.maximum(of_target[stay], 1e-300)
+        existence = rows.existence[stay] / np.where(decided, np.maximum(surer, 1.0), 1.0)
+        least = np.minimum(rows.existence[stay], it.plan.lifecycle.least_existence)
+        rows, shown_existence = evolve(rows, existence=np.array(rows.existence)), np.array(shown_existence)
+        rows.existence[stay], shown_existence[stay] = existence, np.minimum(shown_existence[stay], existence)
+        alive = np.array(alive)
+        alive[stay] = existence >= least
+        hypotheses, again = associator.keep(hypotheses, alive[stay])
+        stay = stay[again]
     parent, choice = branching.parent[stay], branching.choice[stay]
     staying = rows if len(stay) == len(rows.ids) else pytrees.take(rows, stay, 0)
     if associator.merges == "shown":

@@ -11,6 +11,7 @@ from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, M
 from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
+from vedette_standard.associators.parting import grown_apart
 from vedette_standard.associators.recombined import merged_by_track
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
@@ -43,7 +44,7 @@ class Growing(HypothesisAssociator):
 
     def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
-        return self._deciding(hypotheses, scores, hypotheses.grown(scores, begins, self.hypotheses, self.least))
+        return self._deciding(hypotheses, scores, grown_apart(hypotheses, scores, begins, self.hypotheses, self.least))
 
     def _deciding(self, before: Hypotheses, scores: LeafScores, after: Branching) -> Branching:
         """Return the same, with a scan more of the past, and with what `keep` will drop told as lost."""

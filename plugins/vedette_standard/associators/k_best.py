@@ -15,7 +15,8 @@ from vedette_standard.associators.growing import Growing
 class KBest(Growing):
     """Keeps the best joint associations of all scans so far: with Poisson births, the Poisson multi-Bernoulli mixture.
 
-    Tracks that share returns, now or in the hypotheses kept, are a cluster, which has hypotheses of its own.
+    Tracks that share returns, now or in the hypotheses kept, are a cluster, which has hypotheses of its own. Where
+    truncation would drop much, clusters that hardly compete for a return are not joined by it (`parting.py`).
     A hypothesis of weight w gets the ceil(w hypotheses) best associations of the scan, found by Murty's algorithm, each
     weighted by w times the product of its scores. Those with at most `least` of all weight are dropped, and equal ones
     merged. The tracks shown are those of the heaviest

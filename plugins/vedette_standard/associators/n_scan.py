@@ -17,7 +17,8 @@ class NScan(Growing):
 
     Tracks are trees of leaves. The best hypotheses of each cluster of tracks that share returns are found as in `k_best`. In
     each tree only those leaves remain that descend from the leaf which the best hypothesis had `scans` scans ago; hypotheses
-    with other leaves are dropped, and their probability is told as lost. A scan that cannot see a track does not count.
+    with other leaves are dropped, and their probability is told as lost; no target exists more surely for it. A scan that
+    cannot see a track does not count. Clusters part as in `k_best`.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
 

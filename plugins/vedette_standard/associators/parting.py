@@ -1,0 +1,79 @@
+"""Clusters of hypotheses that part where this changes less than truncation would."""
+
+from __future__ import annotations
+
+import numpy as np
+from attrs import evolve
+
+from vedette import Array, Branching, Indices, Mask
+from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
+
+LESS = 0.1
+"""So much of the probability that truncation drops may a link change that is cut. Chosen on a drawn scene of twelve targets,
+P_D .5 and 100 false returns a scan: GOSPA 61 m by `k_best`, 67 m with .03, 61 m with .3, 83 m with 1, 159 m if none is cut.
+"""
+
+LEAST = 1e-150
+"""Whose square is not 0: clusters of which truncation drops nothing stay together, however little they claim."""
+
+
+def grown_apart(hypotheses: Hypotheses, scores: LeafScores, begins: Mask, most: int, least: float) -> Branching:
+    """Return what `Hypotheses.grown` does, with clusters apart where truncation would change more than that.
+
+    Let q_c(i) be the probability that cluster c takes return i, were each of its leaves alone. If c and d took their returns
+    regardless of each other, both would take one with a probability of at most l = sum_i q_c(i) q_d(i), and that they may
+    not changes their joint probabilities by no more, in total variation. Where so many hypotheses are dropped that they have
+    `lost` of a cluster's probability, clusters with l < `LESS` lost are not joined: each of them may take the return, and a
+    track begins where the one does not that claims it most.
+    """
+    whole = hypotheses.grown(scores, begins, most, least)
+    if whole.lost is None:
+        return whole
+    old, cluster = whole.parent >= 0, hypotheses.cluster_of
+    lost = np.zeros(1 + int(np.max(cluster)))
+    np.maximum.at(lost, cluster[whole.parent[old]], whole.lost[old])
+    apart, returns = parted(hypotheses, scores, np.where(lost > LOST, LESS * lost, 0.0))
+    if apart.k == scores.k:
+        return whole
+    after = hypotheses.grown(apart, np.append(begins, np.zeros(apart.k - scores.k, dtype=bool)), most, least)
+    return evolve(after, choice=np.append(0, 1 + returns)[after.choice])
+
+
+def parted(hypotheses: Hypotheses, scores: LeafScores, most: Array) -> tuple[LeafScores, Indices]:
+    """Return the scores with numbers of their own for returns shared by clusters that part, and the return of each number.
+
+    most (c,): the largest l of a cluster's links that are cut.
+    """
+    from scipy.sparse import csr_array
+    from scipy.sparse.csgraph import connected_components
+
+    leaf, cluster = scores.leaf, hypotheses.cluster_of[scores.leaf]
+    pairs = _claims(hypotheses, scores)
+    claims = csr_array((pairs, (cluster, scores.returns)), shape=(len(most), scores.k))
+    both = (claims @ claims.T).tocoo()
+    joined = both.data >= np.minimum(most[both.row], most[both.col])
+    graph = csr_array((both.data[joined], (both.row[joined], both.col[joined])), shape=(len(most), len(most)))
+    parts, part = connected_components(graph, directed=False)
+    # Of the parts that share a return, the one that claims it most keeps its number.
+    code, which = np.unique(scores.returns * parts + part[cluster], return_inverse=True)
+    returns = code // parts
+    order = np.lexsort((-np.bincount(which, pairs), returns))
+    others = np.sort(order[~firsts(returns[order])])
+    number = returns.copy()
+    number[others] = scores.k + np.arange(len(others))
+    order = np.lexsort((number[which], leaf))
+    apart = LeafScores(scores.miss, scores.ends, number[which][order], scores.scores[order], scores.k + len(others))
+    return apart, np.append(np.arange(scores.k), returns[others])
+
+
+def _claims(hypotheses: Hypotheses, scores: LeafScores) -> Array:
+    """Return the probability of each pair (p,), were each leaf of a hypothesis alone."""
+    leaf, total = scores.leaf, np.array(scores.miss)
+    np.logaddexp.at(total, leaf, scores.scores)
+    sums = np.bincount(hypotheses.rows, total[hypotheses.leaves], len(hypotheses.weights))
+    weight = np.log(hypotheses.weights) + sums
+    best = np.maximum.reduceat(weight, np.flatnonzero(firsts(hypotheses.cluster)))
+    likely = np.exp(weight - best[hypotheses.cluster])
+    share: Array = likely / np.bincount(hypotheses.cluster, likely)[hypotheses.cluster]
+    held = np.bincount(hypotheses.leaves, share[hypotheses.rows], len(total))
+    return np.maximum(held[leaf] * np.exp(scores.scores - total[leaf]), LEAST)
