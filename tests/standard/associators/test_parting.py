@@ -118,3 +118,11 @@ def test_few_associations_are_grown_as_ever(monkeypatch):
     monkeypatch.setattr(parting, "parted", pytest.fail)
     scores = drawn_scores(np.random.default_rng(3), 3, 3)
     KBest(MANY, 0.0).branch(Hypotheses.of(3), LeafScores.of(scores), np.ones(3, dtype=bool))
+
+
+def test_a_cluster_that_is_driven_from_its_return_stays_with_whom_it_then_meets():
+    """The first would take the second return, which the second surely has; so it wants the first, which the third has."""
+    likely = np.array([[1e-3, 1e-3, 1.0], [1e-9, 0.0, 1.0], [1e-9, 1.0, 0.0]])
+    with np.errstate(divide="ignore"):
+        apart, _ = parting.parted(Hypotheses.of(3), LeafScores.of(np.log(likely)), np.full(3, 0.1))
+    assert apart.k == 2
