@@ -55,10 +55,6 @@ class Detected(Birth):
         """Return `initial`."""
         return self.initial
 
-    def starts_from(self, sensor: str) -> bool:
-        """Return whether `sensor` is one of `sensors`."""
-        return not self.sensors or sensor in self.sensors
-
     def begin(
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import evolve
 
-from vedette import Array, Branching, Indices, Mask
+from vedette import Array, Branching, Indices, Mask, kernels
 from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
 
 LESS = 0.1
@@ -49,7 +49,6 @@ def parted(hypotheses: Hypotheses, scores: LeafScores, most: Array) -> tuple[Lea
     most (c,): what l / (f_c f_d) of a cluster's links must be below to be cut.
     """
     from scipy.sparse import csr_array
-    from scipy.sparse.csgraph import connected_components
 
     leaf, cluster = scores.leaf, hypotheses.cluster_of[scores.leaf]
     pairs = _claims(hypotheses, scores)
@@ -58,8 +57,9 @@ def parted(hypotheses: Hypotheses, scores: LeafScores, most: Array) -> tuple[Lea
     others = np.where(both.row == both.col, 0.0, both.data)
     free = 1.0 - np.minimum(np.bincount(both.row, others, len(most)), 1.0)
     joined = both.data >= (np.minimum(most[both.row], most[both.col]) * free[both.row] * free[both.col])
-    graph = csr_array((both.data[joined], (both.row[joined], both.col[joined])), shape=(len(most), len(most)))
-    parts, part = connected_components(graph, directed=False)
+    row, column = (side[joined].astype(np.intp) for side in (both.row, both.col))
+    part = kernels.linked_clusters(row, column, len(most), len(most))[: len(most)]
+    parts = 1 + int(np.max(part))
     # Of the parts that share a return, the one that claims it most keeps its number.
     code, which = np.unique(scores.returns * parts + part[cluster], return_inverse=True)
     returns = code // parts
