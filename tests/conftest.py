@@ -14,8 +14,8 @@ from vedette.testing.hypothesis_constants import constants_of_no_module
 pytest.register_assert_rewrite("support")
 
 MARKERS = (
-    "kind(cls): a law of this component, tried where the component has changed and in one run of eight where it has not",
-    "costly: takes more than a second; tried where what it tests has changed, and in one run of eight where it has not",
+    "kind(cls): a law of this component, tried where the component has changed and in one run of 28 where it has not",
+    "costly: takes more than a second; tried where what it tests has changed, and in one run of 28 where it has not",
     "nightly(why): run in the nightly profile alone",
 )
 CHOSEN = pytest.StashKey[str]()

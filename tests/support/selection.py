@@ -1,4 +1,4 @@
-"""Which kinds' laws a run of the tests tries, and which costly tests: those that changed, and a fourteenth of the others.
+"""Which kinds' laws a run of the tests tries, and which costly tests: those that changed, and a share of the others.
 
 What changed is told since the branch left main. The hash of the commit draws these, so that the same commit tries
 the same kinds. Of what depends on a change, as all does on the kernels, at most `MOST_KINDS` and `MOST_COSTLY` are tried:
@@ -20,7 +20,7 @@ from support.paths import ROOT
 from vedette.roles import Component
 from vedette.testing import laws_of
 
-SHARE = 14
+SHARE = 28
 """One of so many unchanged kinds is tried."""
 
 MOST_KINDS, MOST_COSTLY = 30, 15
@@ -90,7 +90,7 @@ def files_of(cls: type[Component]) -> set[str]:
 
 
 def drawn(classes: Iterable[type[Component]], head: str) -> set[type[Component]]:
-    """Return the fourteenth of the classes that a commit draws."""
+    """Return the share of the classes that a commit draws."""
     names = {_name(cls): cls for cls in classes}
     return {names[name] for name in a_share(names, head)}
 
@@ -104,7 +104,7 @@ def _file(cls: type[Component]) -> str:
 
 
 def a_share(names: Iterable[str], head: str) -> list[str]:
-    """Return the fourteenth of some names that a commit draws."""
+    """Return the share of some names that a commit draws."""
     ordered = _shuffled(names, head)
     return ordered[: -(-len(ordered) // SHARE)]
 
