@@ -1,5 +1,6 @@
 """A sensor that cannot see a target changes nothing for it: with every birth, associator and lifecycle."""
 
+import attrs
 import numpy as np
 import pytest
 
@@ -72,12 +73,9 @@ def states(made, scans):
 @pytest.mark.parametrize(("birth", "by", "life"), CASES)
 @pytest.mark.parametrize("seed", [1, 2])
 def test_scans_of_other_places_change_no_track(birth, by, life, seed):
-    """Between two scans, and at their very time. What `n_scan` drops there it drops a scan later without: then a leaf's
-    probability and existence, whose product is the target's, differ.
-    """
+    """Between two scans, and at their very time."""
     two = {"west": RADAR, "far": {**RADAR, "view": ELSEWHERE}}
     made, alone, beside = tracker(birth, by, life, **two), list(scene(seed)), []
-    least = 1e-3 if by == "n_scan" else 1e-9
     for k, scan in enumerate(alone):
         beside.append(scan)
         if k + 1 < len(alone):
@@ -88,7 +86,7 @@ def test_scans_of_other_places_change_no_track(birth, by, life, seed):
     for (_, state, estimate), (_, other, same) in zip(states(made, alone), own, strict=True):
         assert len(state.ids) == len(other.ids)
         assert state.confirmed.tolist() == other.confirmed.tolist()
-        np.testing.assert_allclose(other.existence, state.existence, atol=least)
+        np.testing.assert_allclose(other.existence, state.existence, atol=1e-9)
         np.testing.assert_allclose(same.mean, estimate.mean, atol=1e-6)
         np.testing.assert_allclose(same.cov, estimate.cov, atol=1e-6)
         confirmed += int(state.confirmed.sum())
@@ -138,6 +136,13 @@ def test_decisions_after_so_many_scans_of_any_place_break_the_law(monkeypatch):
     for birth in ("uniform", "poisson"):
         with pytest.raises(AssertionError):
             test_scans_of_other_places_change_no_track(birth, "n_scan", "existence", 1)
+
+
+def test_decisions_made_twice_break_the_law(monkeypatch):
+    decided = growing._decided
+    monkeypatch.setattr(growing, "_decided", lambda found: attrs.evolve(decided(found), past=found.past))
+    with pytest.raises(AssertionError):
+        test_scans_of_other_places_change_no_track("three_point", "n_scan", "existence", 2)
 
 
 def test_births_that_forget_at_each_scan_break_the_law(monkeypatch):

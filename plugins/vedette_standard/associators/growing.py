@@ -131,10 +131,11 @@ def _agreeing(found: Hypotheses) -> Mask:
 
 
 def _decided(found: Hypotheses) -> Hypotheses:
-    """Return the hypotheses that agree on the oldest ancestors."""
-    agrees = _agreeing(found)
+    """Return the hypotheses that agree on the oldest ancestors, which are then forgotten: nothing is decided twice."""
+    agrees, past = _agreeing(found), found.past.copy()
+    past[:, -1] = -1
     weights = found.weights[agrees]
     weights = weights / np.bincount(found.cluster[agrees], weights)[found.cluster[agrees]]
     starts = np.concatenate([[0], np.cumsum(np.diff(found.starts)[agrees])])
     leaves = found.leaves[agrees[found.rows]]
-    return evolve(found, cluster=found.cluster[agrees], weights=weights, starts=starts, leaves=leaves)
+    return evolve(found, cluster=found.cluster[agrees], weights=weights, starts=starts, leaves=leaves, past=past)
