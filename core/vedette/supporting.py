@@ -70,6 +70,11 @@ class Birth(Component):
     """Whether it models targets without a track; otherwise only `given` and `begin` are called."""
 
     @property
+    def sensors(self) -> tuple[str, ...]:
+        """The sensors whose returns may start tracks; empty: all."""
+        return ()
+
+    @property
     def initial_existence(self) -> float | None:
         """The existence with which every track begins; None where it depends on the scan."""
         return None
@@ -88,8 +93,7 @@ class Birth(Component):
 
     def starts_from(self, sensor: str) -> bool:
         """Return whether returns of this sensor may start tracks; by default, whether `sensors` names it, or none."""
-        named = getattr(self, "sensors", ())
-        return not named or sensor in named
+        return not self.sensors or sensor in self.sensors
 
     def reveal(
         self, memory: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float

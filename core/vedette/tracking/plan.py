@@ -154,7 +154,7 @@ def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Est
                 raise
             if ": " in str(error) and hasattr(sensor, str(error).partition(": ")[0]):
                 raise ValueError(f"sensors.{name}.{error}") from None
-            if name in getattr(birth, "sensors", ()):
+            if name in birth.sensors:
                 raise ValueError(f"birth.sensors: must not hold {name!r}: {error}") from None
             unable = unable or f"birth: none of the sensors can start tracks: {name!r}: {error}"
             continue

@@ -74,14 +74,13 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
 
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
-    """If it has `sensors`: returns of those start tracks, and of no others; of all if it names none."""
-    sensors = getattr(birth, "sensors", None)
-    if not isinstance(sensors, tuple) or not all(isinstance(name, str) for name in sensors):
+    """If it states `sensors`: returns of those start tracks, and of no others; of all if it names none."""
+    if type(birth).sensors is Birth.sensors:
         raise Lacking("sensors")
-    if not sensors:
+    if not birth.sensors:
         demand(birth.starts_from("kit_other"), "starts_from: must be true of any sensor, as `sensors` names none")
         return
-    for name in sensors:
+    for name in birth.sensors:
         demand(birth.starts_from(name), f"starts_from: must be true of {name!r}, one of its sensors")
     demand(not birth.starts_from("kit_other"), "starts_from: must be false of a sensor that is none of its own")
 
