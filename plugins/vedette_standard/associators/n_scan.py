@@ -18,7 +18,9 @@ class NScan(Growing):
     Tracks are trees of leaves. The best hypotheses of each cluster of tracks that share returns are found as in `k_best`. In
     each tree only those leaves remain that descend from the leaf which the best hypothesis had `scans` scans ago; hypotheses
     with other leaves are dropped, and their probability is told as lost; no target exists more surely for it. A scan that
-    cannot see a track does not count. Clusters part as in `k_best`.
+    cannot see a track does not count. Clusters part as in `k_best`. Where targets begin with little existence, as with
+    `poisson`, early decisions take their returns for false: of twelve drawn targets, P_D .7 and 100 false returns a scan,
+    6.3 are missed with 3 scans, .4 with 5.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
 

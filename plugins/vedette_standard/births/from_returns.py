@@ -18,7 +18,9 @@ class FromReturns(Birth):
     """Starts a track at every return that belongs to no existing track: one-point initiation.
 
     The axes that the sensor observes have the mean and covariance of the return, from `Sensor.invert`; the others are 0 with
-    the standard deviations in `spread`, uncorrelated.
+    the standard deviations in `spread`, uncorrelated. `initial` is the share of unclaimed returns that are of new targets;
+    many false returns make it small. Of twelve drawn targets, P_D .5 and 100 false returns a scan, GOSPA by `k_best` is 65
+    to 77 m with .2, 37 to 46 m with .05.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 5.5.
 
     >>> from vedette import Detections
