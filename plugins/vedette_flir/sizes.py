@@ -21,6 +21,9 @@ FOLLOWED, FASTEST = 0.7, 0.3
 largest difference of both that counts in full.
 """
 
+FOLLOWS = 0.05
+"""Part of the way that a target's growth follows each frame where the box that is reported stays as it was."""
+
 DOUBT = 0.17
 """Standard deviation of the size, as a part of it: 1.96 of them held .95 of the labels of eight clips."""
 

@@ -226,6 +226,7 @@ def test_evidence_rises_with_each_of_its_parts():
         [held_ratio(0.8, margin, 0.5) for margin in grid],
         [held_ratio(likeness, 0.4, 9.0) for likeness in grid],
         [held_ratio(0.9, 0.05, clear) for clear in 5.0 * grid],
+        [scene_ratio(new, 0.1, dull=False) for new in grid],
         [found_ratio(likeness, 0.4, 10.0, 1.0, 1.0, 1.0) for likeness in grid],
         [found_ratio(0.8, margin, 10.0, 1.0, 1.0, 1.0) for margin in grid],
         [found_ratio(0.8, 0.4, clear, 1.0, 1.0, 1.0) for clear in 3.0 + 20.0 * grid],
@@ -236,7 +237,7 @@ def test_evidence_rises_with_each_of_its_parts():
         assert np.all(np.diff(rising) >= 0)
         assert rising[-1] > rising[0]
     assert held_ratio(0.9, 0.6, 9.0) > 0 > held_ratio(0.5, 0.05, 9.0)
-    assert scene_ratio(np.nan) == 0.0
+    assert scene_ratio(np.nan, 0.0, dull=False) == 0.0
 
 
 def test_ratios_are_those_of_the_page():
@@ -252,7 +253,9 @@ def test_ratios_are_those_of_the_page():
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
         assert standing_ratio(f, usual, np.nan, a) == pytest.approx(standing if a <= 0.9 else 0.0)
         assert standing_ratio(f, usual, e, 0.0) == pytest.approx(standing if e <= 0.85 else 0.0)
-        assert scene_ratio(e) == pytest.approx(-30.0 * max(0.45 - e, 0.0))
+        against = -30.0 * max(0.45 - e - 0.1 * m, 0.0)
+        assert scene_ratio(e, 0.1 * m, dull=True) == pytest.approx(against)
+        assert scene_ratio(e, 0.1 * m, dull=False) == pytest.approx(against + 15.0 * max(e - 0.1 * m - 0.7, 0.0))
         assert presence_ratio(held, e, cut=False, anew=False) == pytest.approx(held / 3.0)
         assert presence_ratio(held, e, cut=True, anew=False) == pytest.approx(held / 3.0 - 7.0)
         share = 1.0 / (1.0 + np.exp(-min(np.log(e / (1.0 - e)), 2.0) - held)) / (1.0 + np.exp(-10.0 * m))

@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
 from vedette_flir.estimators.seen_before import remembered
+from vedette_flir.estimators.template_search import Matcher
 
 SIZE = (100, 220)
 
@@ -29,9 +31,9 @@ def followed(monkeypatch, frames):
     told = []
 
     def spied(by, appearance, *given):
-        appearance, new = remembered(by, appearance, *given)
+        appearance, new, changed = remembered(by, appearance, *given)
         told.append((new, appearance.path.copy()))
-        return appearance, new
+        return appearance, new, changed
 
     monkeypatch.setattr(template, "remembered", spied)
     tracker, existence = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
@@ -51,7 +53,7 @@ TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.7, 0.3), (1.2, 0.0)], id
 def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn, asked):
     """The target fades where the spot is, whose likeness to it stays above .95: only that it was there says what it is."""
     if not asked:
-        monkeypatch.setattr(template, "scene_ratio", lambda new: 0.0)
+        monkeypatch.setattr(template, "scene_ratio", lambda *_, **__: 0.0)
     tip = (path(38), 55.0, (2.0, 2.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [32, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(75)]
     existence, new, _ = followed(monkeypatch, [seen(k, [one, tip], turn) for k, one in enumerate(faded)])
@@ -122,3 +124,35 @@ def test_a_target_that_comes_nearer_is_held(monkeypatch):
     existence, new, _ = followed(monkeypatch, frames)
     assert existence.min() > 0.9
     assert not np.any(new < 0.45)
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0), (1.2, 0.0)], ids=["stands", "follows"])
+@pytest.mark.parametrize("grows", [1.5, 2.0])
+def test_how_new_a_target_that_has_grown_is_stays_known(monkeypatch, turn, grows):
+    """What is around it is remembered as widely as it has grown: else it is known in .73 and .5 of the frames."""
+    monkeypatch.setitem(globals(), "SIZE", (100, 400))
+    sizes = 2.0 * np.interp(np.arange(200), [0, 60], [1.0, grows])
+    frames = [seen(k, [(path(k, 1.4), 60.0, (size, size))], turn) for k, size in enumerate(sizes)]
+    existence, new, _ = followed(monkeypatch, frames)
+    assert existence.min() > 0.9
+    assert np.isfinite(new[80:]).mean() > 0.85
+    assert np.nanmin(new) > 0.8
+
+
+def test_a_target_that_is_found_again_larger_has_grown_by_that_alone():
+    unseen = vedette.load(EXAMPLES / "flir_clip.toml").tracker.estimator.unseen(())
+    found = Matcher(36, 0.3, 1.3, 2.5, 40.0).scaled(evolve(unseen, size=np.array([8.0, 6.0]), growth=np.asarray(0.4)), 2.0)
+    np.testing.assert_allclose(found.grown, 2.0 * np.exp(0.4) * np.array([8.0, 6.0]))
+    np.testing.assert_allclose(found.growth, 0.4 + np.log(2.0))
+
+
+@pytest.mark.parametrize("late", [True, False], ids=["of late", "as learned alone"])
+def test_a_target_that_has_turned_is_new(monkeypatch, late):
+    """It lay and stands: its template follows slowly, and by that alone it is less new."""
+    if not late:
+        monkeypatch.setattr(template, "LATEST", 0.0)
+    share = np.interp(np.arange(60), [25, 37], [0.0, 1.0])[:, None]
+    turned = (1.0 - share) * [4.0, 1.2] + share * [1.2, 4.0]
+    frames = [seen(k, [(path(k), 60.0, each)], (0.0, 0.0)) for k, each in enumerate(turned)]
+    _, new, _ = followed(monkeypatch, frames)
+    assert (np.nanmin(new) > 0.82) == late

@@ -42,7 +42,7 @@ def followed(frames):
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
         monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
-        monkeypatch.setattr(template, "scene_ratio", lambda new: 0.0)
+        monkeypatch.setattr(template, "scene_ratio", lambda *_, **__: 0.0)
     mast = (path(38), 50.0, (1.3, 4.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
     existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])

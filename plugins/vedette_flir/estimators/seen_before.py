@@ -56,7 +56,7 @@ def nothing_seen(tracks: tuple[int, ...]) -> tuple[Array, ...]:
     """Return what is remembered of targets before their first frame: the fields of an appearance from `before` on."""
     pair, none = np.zeros((*tracks, 2)), np.zeros(tracks)
     before, went = np.zeros((*tracks, 2, SCENE.cells, SCENE.cells)), np.full((*tracks, 2, 2), np.nan)
-    return before, went, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none, none + 1.0
+    return before, went, went, none, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none, none + 1.0
 
 
 def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
@@ -66,35 +66,38 @@ def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
 
 def remembered(
     by: Matcher, appearance: TemplateAppearance, pixels: Array, place: Array, held: bool
-) -> tuple[TemplateAppearance, float]:
-    """Return the appearance that remembers what is around a `place` (2,) of this frame, and how new the target is there.
+) -> tuple[TemplateAppearance, float, float]:
+    """Return the appearance that remembers what is around a `place` (2,) of this frame, how new the target is there, and by
+    which part of its brightness the scene around has changed.
 
-    That is the likeness to the target of this frame less what it showed of that part of the scene before the target came: 1
-    for a target, however slow it is, and 0 for a part of the scene; NaN where that is not known. Where it is `held`, what is
-    remembered is renewed as it goes on, or is not known again.
+    New is the likeness to the target, as it is known or as it looked of late, of this frame less what it showed of that part
+    of the scene before the target came: 1 for a target, however slow it is, and 0 for a part of the scene; NaN where that is
+    not known. Where it is `held`, what is remembered is renewed as it goes on, or is not known again.
     """
-    before, went, rate, step = appearance.before, appearance.went, appearance.rate, SCENE.step(appearance.size)
-    own = SCENE.own * np.exp(appearance.growth) * appearance.size + HALO
-    at, far, new, known = np.full(2, np.nan), 0.0, np.nan, False
+    before, went, sizes, rate = appearance.before, appearance.went, appearance.seen_size, appearance.rate
+    own = SCENE.own * appearance.grown + HALO
+    at, far, new, changed, known = np.full(2, np.nan), 0.0, np.nan, 0.0, False
     if np.isfinite(went[0]).all():
-        part = _again(before[0], pixels, place, (went[0] + place - appearance.last, went[0] + rate), appearance.size)
-        known = part.rest < CLEAR * abs(float(appearance.amplitude))
+        part = _again(before[0], pixels, place, (went[0] + place - appearance.last, went[0] + rate), sizes[0])
+        changed = part.rest / abs(float(appearance.amplitude))
+        known = changed < CLEAR
         if known:
             far, gone = float(np.hypot(*(part.off / own))), part.off - went[0]
             rate, went, at = rate + STEADY * (gone - rate), went + gone, part.off if part.sure else at
-            new = _new(by, appearance, before[0], part, step) if far >= 1.0 else np.nan
+            new = _new(by, appearance, before[0], part, SCENE.step(sizes[0])) if far >= 1.0 else np.nan
             if new < NEWNESS[1] and np.hypot(*rate) > MOVING and _follows(by, appearance, pixels, place + part.off):
                 new = np.nan  # who flies ahead of it was there before
         else:
             went = went + rate
     path = np.concatenate([appearance.path[1:], at[None]])
     if held and np.isnan(went[1]).any() and (far >= 1.0 or not known):
-        before = np.stack([before[0], SCENE.around(pixels, place, appearance.size)])
-        went = np.stack([went[0], np.zeros(2)])
+        before = np.stack([before[0], SCENE.around(pixels, place, appearance.grown)])
+        went, sizes = np.stack([went[0], np.zeros(2)]), np.stack([sizes[0], appearance.grown])
     if held and (far >= RENEWED or not known):
         path = path + went[1] - went[0] if known else np.concatenate([np.full((LAG - 1, 2), np.nan), went[1:]])
-        before, went, rate = before[[1, 1]], np.stack([went[1], np.full(2, np.nan)]), known * rate
-    return evolve(appearance, before=before, went=went, rate=rate, last=place, path=path), new
+        before, went = before[[1, 1]], np.stack([went[1], np.full(2, np.nan)])
+        sizes, rate = sizes[[1, 1]], known * rate
+    return evolve(appearance, before=before, went=went, seen_size=sizes, rate=rate, last=place, path=path), new, changed
 
 
 def _again(before: Array, pixels: Array, place: Array, ways: tuple[Array, Array], size: Array) -> Part:
@@ -136,10 +139,13 @@ def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part,
     if not np.isfinite(change).all():
         return np.nan
     fine = by.grid(appearance.size)[0]
-    patch = sample(appearance.patch, np.full(2, 0.5 * (by.cells - 1)), step / fine, cells) * float(appearance.amplitude)
-    mask = mask_of((appearance.size + 2.0) / step, cells)
-    scale = np.clip(_spread(change, mask) / max(_spread(patch, mask), 1e-9), FAINT, 1.0)
-    return float(similarity(change, scale * patch, mask)[0, 0])
+    centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
+    likeness = []
+    for look in (appearance.patch, appearance.latest):
+        patch = sample(look, centre, step / fine, cells) * float(appearance.amplitude)
+        scale = np.clip(_spread(change, mask) / max(_spread(patch, mask), 1e-9), FAINT, 1.0)
+        likeness.append(float(similarity(change, scale * patch, mask)[0, 0]))
+    return max(likeness)
 
 
 def _follows(by: Matcher, appearance: TemplateAppearance, pixels: Array, ahead: Array) -> bool:

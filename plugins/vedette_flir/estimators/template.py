@@ -15,13 +15,7 @@ from vedette_flir.estimators.seen_before import nothing_seen, remembered, unreme
 from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.estimators.template_search import (
-    NEAR,
-    Look,
-    Matcher,
-    kept,
-    sought,
-)
+from vedette_flir.estimators.template_search import NEAR, Look, Matcher, kept, sought
 from vedette_flir.evidence import (
     COMMON,
     LAG,
@@ -39,7 +33,7 @@ from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
 from vedette_flir.patches import centroid, contrast, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
-from vedette_flir.sizes import DOUBT, grown, spread_of
+from vedette_flir.sizes import DOUBT, FOLLOWS, grown, spread_of
 
 LATEST = 0.3
 """Part of how a target looked of late that each frame renews. By hand: from .15 to .6 as many turning targets are held."""
@@ -189,10 +183,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        appearance, newness = remembered(by, appearance, pixels, here.place, existence >= LOST)
+        appearance, newness, changed = remembered(by, appearance, pixels, here.place, existence >= LOST)
         appearance, stands = stood(appearance, travelled, existence, here.likeness)
         usual_first, least = float(appearance.usual_first), float(appearance.least)
-        standing = scene_ratio(newness) + stands * standing_ratio(here.first, usual_first, newness, least)
+        standing = scene_ratio(newness, changed, dull=here.dull)
+        standing += stands * standing_ratio(here.first, usual_first, newness - changed, least)
         of_late = existence * self._matcher.of_late(here)  # as likely as it was there in the last frames
         ratio = held_ratio(max(here.likeness, of_late), here.margin, here.clear) + standing
         best, anew, told = here, False, None
@@ -230,7 +225,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
-        if self.resize > 0 and presence > 0:
+        if presence > 0:
             renewed = self._resized(renewed, pixels, place, box)
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
@@ -282,7 +277,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         if not spread > 0:
             return appearance
         first = first or spread
-        growth = grown(growth, spread, first, self.resize)
+        growth = grown(growth, spread, first, self.resize or FOLLOWS)
         return evolve(appearance, first_spread=np.asarray(first), growth=np.asarray(growth))
 
     def _with_scene(self, appearance: TemplateAppearance, pixels: Array) -> tuple[TemplateAppearance, bool]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 from attrs import frozen
 
 from vedette import Array
@@ -23,6 +24,7 @@ class TemplateAppearance(Appearance):
     hint_at, hint_from    (2,)    a place where it may be while it is lost, and where that was first; NaN without one
     hint_around, hint_age (32, 32), ()  what was around that then, and how many frames ago
     before, went          (2, 48, 48), (2, 2)  what was around it, and later, and how far it went in the scene since each
+    seen_size, scale      (2, 2), ()  how large it was then, in px; the logarithm of how much larger it was found again
     rate, last            (2,)    how far it goes there in a frame, in px, and where it was in the last frame
     path                  (LAG, 2)  how far it had gone since the first of `before`, the oldest frame first; NaN if not known
     drift, speed          ()      how far it goes in the scene in `LAG` frames, in px: of late, NaN if not known; as a rule
@@ -49,9 +51,16 @@ class TemplateAppearance(Appearance):
     hint_age: Array
     before: Array
     went: Array
+    seen_size: Array
+    scale: Array
     rate: Array
     last: Array
     path: Array
     drift: Array
     speed: Array
     least: Array
+
+    @property
+    def grown(self) -> Array:
+        """Return its size (*b, t, 2) as it has grown since it was found, in px."""
+        return self.size * np.exp(self.growth - self.scale)[..., None]

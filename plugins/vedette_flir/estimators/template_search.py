@@ -35,8 +35,8 @@ SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
 """Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
 
 DULLER = 0.35
-"""Part of its usual contrast over what is around below which the last frames do not say that a target is there. By hand, on
-losses planted in the odd clips: without it a fade is told 18 frames later, and .5 does as well.
+"""Part of its usual contrast over what is around below which neither the last frames nor its being new say that a target is
+there. By hand, on losses planted in the odd clips: without it a fade is told 18 frames later, and .5 does as well.
 """
 
 FAINT = 0.25
@@ -64,6 +64,11 @@ class Look:
     def margin(self) -> float:
         """By how much it is more like the target than any other place near it."""
         return self.likeness - self.rival
+
+    @property
+    def dull(self) -> bool:
+        """Whether it stands out far less than the target does as a rule."""
+        return self.clear < DULLER * float(self.known.usual)
 
 
 @final
@@ -168,7 +173,7 @@ class Matcher:
         It is expected to be as bright as its template: what looks alike and is fainter is what is left of one that fades.
         """
         known, mask = look.known, self.mask(look.known.size)
-        if look.clear < DULLER * float(known.usual):
+        if look.dull:
             return 0.0
         bright, latest = (np.sqrt(np.sum(mask * each**2)) for each in (known.patch, known.latest))
         shown = kept(look.shown, float(known.amplitude))
@@ -240,8 +245,8 @@ class Matcher:
         middle = np.full(2, 0.5 * (self.cells - 1))
         every = (appearance.patch, appearance.first_patch, appearance.latest)
         patch, first, latest = (sample(each, middle, ratio, self.cells) for each in every)
-        growth = appearance.growth + np.log(scale)
-        known = evolve(appearance, patch=patch, first_patch=first, latest=latest, growth=growth)
+        more = {"growth": appearance.growth + np.log(scale), "scale": appearance.scale + np.log(scale)}
+        known = evolve(appearance, patch=patch, first_patch=first, latest=latest, **more)
         return evolve(known, size=size, offset=scale * appearance.offset)
 
 
