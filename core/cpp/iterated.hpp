@@ -1,6 +1,7 @@
 // The iterated extended filter's evaluation through a sensor's twin: what estimators/iterated.py says of each return.
 #pragma once
 
+#include <utility>
 #include <vector>
 
 #include "twin_entries.hpp"
@@ -43,7 +44,8 @@ struct Factored {
     }
 };
 
-constexpr double kLowers = 1 - 1e-13;  // times the last cost, that of a pass must be less than this: the rest is rounding
+constexpr double kRises = 1 + 1e-9;  // times the last cost, that of a pass must be less than this: the rest is rounding
+constexpr double kStill = 1e-12;     // standard deviations of an axis: a pass that moves the estimate by less changes nothing
 
 // A linearisation around one point, over all axes of the state: the derivative, and the residual that it gives at the prior.
 struct Line {
@@ -55,7 +57,7 @@ struct Pair {
     const double *x, *P, *parameters, *z, *R;
 };
 
-// Gauss and Newton's steps of up to `kBlock` pairs side by side, each until its cost no longer falls.
+// Gauss and Newton's steps of up to `kBlock` pairs side by side, each until its cost rises or it stands still.
 struct Iterations {
     const Twin<SensorTwin>& twin;
     const Axes& axes;
@@ -106,7 +108,8 @@ struct Iterations {
     bool run(int count, const Pair* pairs, Line* used, double* volumes) const {
         Line now[kBlock], ahead[kBlock];
         double points[kMostStates * kBlock], unused[kMeasured2 * kBlock], detects[kBlock];
-        double cost[kBlock], pulled[kBlock], steps[kBlock][kMostStates];
+        double cost[kBlock], pulled[kBlock], steps[kBlock][kMostStates] = {};
+        bool moved[kBlock];
         Factored noises[kBlock];
         for (int i = 0; i < count; ++i) {
             std::copy_n(pairs[i].x, n, points + i * n);
@@ -124,12 +127,13 @@ struct Iterations {
                 if (!factored.factor(S, m)) return false;
                 if (pass == 0) volumes[i] = 0.5 * factored.log_det();
                 factored.solve(now[i].nu, pull);
-                pulled[i] = 0.0;
+                pulled[i] = 0.0, moved[i] = false;
                 for (int j = 0; j < m; ++j)
                     for (int l = 0; l < m; ++l) pulled[i] += pull[j] * seen[j * m + l] * pull[l];
                 for (int a = 0; a < n; ++a) {
-                    steps[i][a] = 0.0;
+                    const double last = std::exchange(steps[i][a], 0.0);
                     for (int j = 0; j < m; ++j) steps[i][a] += cross[j * n + a] * pull[j];
+                    moved[i] |= std::abs(steps[i][a] - last) > kStill * std::sqrt(pairs[i].P[a * n + a]);
                     points[i * n + a] = pairs[i].x[a] + steps[i][a];
                 }
                 wrap(points + i * n, state);
@@ -144,7 +148,7 @@ struct Iterations {
                 }
                 noises[i].solve(left, white);
                 for (int j = 0; j < m; ++j) total += left[j] * white[j];
-                if (!(total < cost[i] * kLowers)) continue;
+                if (!moved[i] || !(total < cost[i] * kRises)) continue;
                 any = true, cost[i] = total, used[i] = now[i], now[i] = ahead[i];
             }
             if (!any) break;

@@ -96,6 +96,16 @@ def test_a_scan_is_the_same_by_twins_and_by_methods(monkeypatch, estimator, sens
             assert np.all(np.abs(got - wanted) <= 1e-12 * scale + 1e-12)
 
 
+@pytest.mark.parametrize("passes", [2, 3, 4, 5, 20])
+def test_passes_near_the_mode_do_not_turn_on_rounding(monkeypatch, passes):
+    estimator = IteratedExtendedKalman(TURN, passes=passes)
+    belief = beliefs(estimator, (60,))
+    by_twins = one_scan(estimator, RADAR, belief, True)
+    without_twins(monkeypatch)
+    for got, wanted in zip(by_twins, one_scan(estimator, RADAR, belief, True), strict=True):
+        assert np.all(np.abs(got - wanted) <= 1e-11 * (np.max(np.abs(wanted), axis=0) + 1.0))
+
+
 @pytest.mark.parametrize("kind", sorted(compiled.TWINS["baseline"]))
 def test_all_instruction_sets_agree(kind):
     rng = np.random.default_rng(1)

@@ -211,8 +211,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except (TooLong, Flaky) as unsure:
         too_long = f"takes longer than {profile.seconds:g} s of CPU time"
         what = too_long if isinstance(unsure, TooLong) else "it fails once and holds when tried again with the same"
-        component, data = tried[:2]
-        return Outcome(law, "failed", counterexample(what, component, data, None), tried[2] + 1, alpha)
+        told = counterexample(what, tried[0], tried[1], None) if tried else what  # nothing, where it is late as it is drawn
+        return Outcome(law, "failed", told, sum(tried[2:]) + 1, alpha)
     except Unsatisfiable:
         text = f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
         raise Misuse(text) from None

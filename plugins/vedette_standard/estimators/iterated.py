@@ -10,8 +10,10 @@ from attrs import evolve, frozen
 from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields, kernels
 from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, noise_over, predict_linearised, prepare
 
-_LOWERS = 1 - 1e-13
-"""Times the last cost, that of a pass must be less than this: a difference below is rounding."""
+_RISES, _STILL = 1 + 1e-9, 1e-12
+"""Times the last cost, that of a pass must be less than the first: near the mode only rounding tells which is less. A pass
+that moves the estimate by less than the second, in standard deviations of each axis, changes nothing.
+"""
 
 
 @final
@@ -19,7 +21,7 @@ _LOWERS = 1 - 1e-13
 class IteratedExtendedKalman(GaussianFilter):
     """Linearises the sensor again at each return's own estimate, always against the prior: Gauss-Newton for its mode.
 
-    x_{i+1} = x- + K_i (z - h(x_i) - H_i (x- - x_i)), H_i and K_i at x_i, x_0 = x-. A pass that does not lower
+    x_{i+1} = x- + K_i (z - h(x_i) - H_i (x- - x_i)), H_i and K_i at x_i, x_0 = x-. A pass that raises
     |z - h(x)|^2_R + |x - x-|^2_P is rejected and ends the passes, so a distant or singular point cannot diverge. The
     likelihood and the covariance are those of the last linearisation; on a linear problem one pass gives the same as many. R
     stays that at x-.
@@ -75,7 +77,8 @@ class IteratedExtendedKalman(GaussianFilter):
         R = ready.noise
         x = np.broadcast_to(prior, (*belief.mean.shape[:-1], observed.z.shape[-2], len(self.state)))
         H, nu = used = self._line(x, prior, ready, where)
-        price, volume = np.full(x.shape[:-1], np.inf), None
+        price, volume, last = np.full(x.shape[:-1], np.inf), None, np.zeros_like(x)
+        least = _STILL * np.sqrt(np.diagonal(belief.cov, axis1=-2, axis2=-1))[..., None, :]
         for _ in range(self.passes):
             P = belief.cov[..., None, :, :]
             inverse, log_det, gain = kernels.gains(P, H, R)
@@ -87,10 +90,10 @@ class IteratedExtendedKalman(GaussianFilter):
             left = ahead[1] - (ahead[0] @ step[..., None])[..., 0]
             cost = np.sum(left * np.linalg.solve(R, left[..., None])[..., 0], axis=-1)
             cost += np.sum(pull * (H @ P @ np.swapaxes(H, -1, -2) @ pull), axis=(-1, -2))
-            better = cost < price * _LOWERS
+            better = (cost < price * _RISES) & np.any(np.abs(step - last) > least, axis=-1)
             if not better.any():
                 break
-            price = np.where(better, cost, price)
+            price, last = np.where(better, cost, price), step
             used = _where(better, (H, nu), used)
             H, nu = _where(better, ahead, (H, nu))
         H, nu = used

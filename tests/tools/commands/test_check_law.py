@@ -134,6 +134,12 @@ def test_every_failure_says_which_component_it_is_and_on_what(check):
     assert data.strip().startswith("and Moves(x=")
 
 
+def test_a_law_that_is_late_before_anything_was_drawn_says_so():
+    drawn = components(ConstantVelocity).map(lambda component: endless(component, None))
+    outcome = examine(ConstantVelocity, Law(unsure), drawn, attrs.evolve(FAST, seconds=0.2))
+    assert (outcome.verdict, outcome.text) == ("failed", "takes longer than 0.2 s of CPU time")
+
+
 def stepping(component, drawn):
     """Wrong for all steps but short ones."""
     calls.append((component, drawn))
