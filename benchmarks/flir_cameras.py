@@ -1,4 +1,4 @@
-"""Recorded clips as another camera shows them: one that turns, one that follows its target, or whose target hovers."""
+"""Recorded clips as another camera shows them: one that turns, zooms, or follows its target; or whose target hovers."""
 
 from __future__ import annotations
 
@@ -54,6 +54,22 @@ def turned(most: float, shake: float) -> Change:
             out.append(np.where(inside, moved, beyond))
             if box is not None and np.all((box[:2] + off > 0) & (box[:2] + off < size - 1)):
                 placed[k] = box + [*off, 0.0, 0.0]
+        return Changed(eight(out), placed)
+
+    return change
+
+
+def zooms(rate: float, most: float) -> Change:
+    """Return a camera that zooms in by the factor e^rate a frame up to `most`, out to none, and in again."""
+
+    def change(frames: Array, boxes: dict[int, Array], rng: np.random.Generator) -> Changed:
+        middle, period, out, placed = 0.5 * (np.array(frames.shape[:0:-1]) - 1.0), 2.0 * np.log(most), [], {}
+        for k, frame in enumerate(frames):
+            by = np.exp(0.5 * period - abs(0.5 * period - (rate * k) % period))
+            M = np.column_stack([by * np.eye(2), (1.0 - by) * middle])
+            out.append(cv2.warpAffine(frame.astype(float), M, frame.shape[::-1], flags=cv2.INTER_CUBIC))
+            if k in boxes and np.all(np.abs(at := by * (boxes[k][:2] - middle)) < middle):
+                placed[k] = np.array([*(middle + at), *(by * boxes[k][2:])])
         return Changed(eight(out), placed)
 
     return change

@@ -17,7 +17,7 @@ import cv2
 import numpy as np
 from attrs import evolve
 
-from benchmarks.flir_cameras import Change, Changed, eight, still, turned
+from benchmarks.flir_cameras import Change, Changed, eight, still, turned, zooms
 from benchmarks.flir_clips import NEAR, Clip, Followed, clips, follow, held, losses, tracker
 from benchmarks.flir_looks import LOOKS
 from benchmarks.flir_losses import KINDS, again, cleaned
@@ -162,7 +162,8 @@ CHANGES: dict[str, Change] = {
     "trees": planted("trees"),
     "crosses": planted("crosses"),
     "halts": planted("halts"),
-} | LOOKS
+}
+CHANGES |= LOOKS | {"zooms": zooms(0.005, 1.5), "zooms fast": zooms(0.02, 2.0)}  # the order seeds what is drawn
 
 
 def changed(recorded: list[Clip], kind: str, *, losing: bool = False) -> list[tuple[Clip, int, float, float]]:

@@ -10,6 +10,7 @@ fades      the target fades within 30 frames, and is gone for 60
 gone       it is gone at once, for 60 frames
 pole       a pole stands before where it flies, for 40 frames
 exit       the picture is shifted by 4 px a frame until the target is out of it, for 60 frames more
+returns    the picture is shifted by 5 px a frame to the nearer side until it is out of it, and after 30 frames back as fast
 tip        it fades within 10 frames, and a tip as bright as .8 of it stands where it was, for 60 frames
 passes     a tip stands still where it will be in frame 70, as bright as it, from the start on; it fades there, for 60 frames
 trees      a wood below it, 1.1 sizes away: no loss
@@ -127,6 +128,21 @@ def leaves(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) 
     return 0
 
 
+def returns(frames: Frames, boxes: Boxes, rng: np.random.Generator, other: Clip) -> int | None:
+    last, shift, out, back = frames[0].shape[1] - 1, 0, len(frames), 0
+    step = 5 if boxes[min(boxes, key=lambda k: abs(k - BEGIN))][0] > 0.5 * last else -5
+    for k in range(BEGIN, len(frames)):
+        shift += step if out == len(frames) else -step if k > out + 30 and shift else 0
+        _shift(frames, boxes, rng, k, np.array([shift, 0]))
+        if k not in boxes or 0 <= boxes[k][0] <= last:
+            back = back or (k if k in boxes and k > out else 0)
+            continue
+        if abs(boxes[k][0] - 0.5 * last) > 0.5 * (last + boxes[k][2]):
+            out = min(out, k)
+        del boxes[k]
+    return back or None
+
+
 def _bump(frames: Frames, box: Array, scale: float) -> Array:
     """Return a smooth spot (h, w) at a box, `scale` times as large as the target there, as bright as it."""
     (h, w), (x, y, across, down) = frames[0].shape, box
@@ -215,6 +231,7 @@ KINDS: dict[str, Plant] = {
     "crosses": crosses,
     "trees": trees,
     "halts": halts,
+    "returns": returns,
 }
 
 

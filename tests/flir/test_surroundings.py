@@ -16,11 +16,10 @@ def scenes():
     return {"trees": trees, "slope": 50.0 + 0.8 * np.mgrid[:200, :260][0], "sky": np.full((200, 260), 50.0)}
 
 
-def frame(scene, turned, at, seed):
-    """A frame in which the scene has moved by `turned`, with a hot thing at a place."""
-    moved = cv2.warpAffine(
-        scene, np.float64([[1, 0, turned[0]], [0, 1, turned[1]]]), (260, 200), borderMode=cv2.BORDER_REPLICATE
-    )
+def frame(scene, turned, at, seed, zoom=1.0):
+    """A frame in which the scene has moved by `turned` and grown around `ORIGIN`, with a hot thing at a place."""
+    M = np.column_stack([zoom * np.eye(2), turned + (1.0 - zoom) * ORIGIN])
+    moved = cv2.warpAffine(scene, M, (260, 200), borderMode=cv2.BORDER_REPLICATE)
     y, x = np.mgrid[:200, :260]
     thing = 60.0 * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / 8.0)
     return moved + thing + np.random.default_rng(seed).normal(0.0, 1.0, moved.shape)
@@ -35,6 +34,15 @@ def test_a_thing_has_gone_as_far_as_its_surroundings_have_not(scene, turned, way
     first = BESIDE.around(frame(picture, (0, 0), ORIGIN, 1), ORIGIN, SIZE)
     result = gone(first, frame(picture, turned, ORIGIN + way, 2), ORIGIN + way, ORIGIN, SIZE)
     np.testing.assert_allclose(result, way - turned if scene == "trees" else way, atol=0.3)
+
+
+@pytest.mark.parametrize("zoom", [0.95, 1.05])
+@pytest.mark.parametrize("way", [(0, 0), (3, 0), (2, -4)], ids=str)
+def test_how_far_a_thing_went_is_told_whatever_the_zoom(way, zoom):
+    picture, way, turned = scenes()["trees"], np.array(way, dtype=float), np.array([1.0, -2.0])
+    first = BESIDE.around(frame(picture, (0, 0), ORIGIN, 1), ORIGIN, SIZE)
+    result = gone(first, frame(picture, turned, ORIGIN + way, 2, zoom), ORIGIN + way, ORIGIN, SIZE)
+    np.testing.assert_allclose(result, way - turned, atol=0.05)
 
 
 def test_what_a_frame_does_not_show_says_nothing():

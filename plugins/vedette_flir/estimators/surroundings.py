@@ -50,11 +50,15 @@ class Grid:
         return np.where(down[:, None] & across, blurred(sample(pixels, place, self.step(size), self.cells)), np.nan)
 
     def slopes(self, image: Array, size: Array) -> Array:
-        """Return the slopes (2, cells, cells) of what is around a thing along x and y, in count a px; NaN at its edges."""
-        slopes = np.full((2, *image.shape), np.nan)
+        """Return the slopes (3, cells, cells) of what is around a thing along x and y, in count a px, and as the scene grows
+        around its middle, in count; NaN at its edges.
+        """
+        slopes, along = np.full((3, *image.shape), np.nan), self._along(size)
         np.subtract(image[1:-1, 2:], image[1:-1, :-2], out=slopes[0, 1:-1, 1:-1])
         np.subtract(image[2:, 1:-1], image[:-2, 1:-1], out=slopes[1, 1:-1, 1:-1])
-        return slopes / (2.0 * self.step(size))
+        slopes /= 2.0 * self.step(size)
+        slopes[2] = slopes[0] * along + slopes[1] * along[:, None]
+        return slopes
 
     def others(self, offset: Array, size: Array) -> Mask:
         """Return the cells that are not of a thing `offset` (2,) px from the middle."""
@@ -89,12 +93,14 @@ class Shift:
 
 
 def by_slopes(slopes: Array, change: Array, step: float) -> Shift:
-    """Return how far a thing went, as far as its scene did not, by slopes (2, n) and change (n,) of cells `step` px apart.
+    """Return how far a thing went, as far as its scene did not, by slopes (3, n) and change (n,) of cells `step` px apart.
 
-    The change is those slopes times the shift, by least squares (Lucas, Kanade, An iterative image registration technique,
-    IJCAI 1981).
+    The change is those slopes times the shift and the scene's growth, by least squares (Lucas, Kanade, An iterative image
+    registration technique, IJCAI 1981).
     """
     G, r = slopes - slopes.mean(axis=1, keepdims=True), change - change.mean()  # a camera's level changes as a slope would
+    grows = G[2] / max(float(np.hypot.reduce(G[2])), 1e-9)
+    G, r = G[:2] - np.outer(G[:2] @ grows, grows), r - (r @ grows) * grows
     energy, axes = np.linalg.eigh(G @ G.T)
     along = axes.T @ (G @ r) / np.maximum(energy, 1e-9)
     rest = max(float(r @ r - energy @ (along * along)), 0.0) / len(r)
