@@ -13,12 +13,10 @@ from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.parting import grown_apart
 from vedette_standard.associators.recombined import merged_by_track
+from vedette_standard.lifecycles.limited import UNSEEN
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.growth import grown_close
 from vedette_standard.unresolved.meeting import of_hypotheses
-
-UNSEEN = 1e-9
-"""A sensor that detects a target with no more than this probability has not looked at it."""
 
 
 class Growing(HypothesisAssociator):

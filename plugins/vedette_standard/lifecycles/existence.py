@@ -29,7 +29,7 @@ class Existence(Limited):
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
     track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
     stays so as long as e is at least `show`, and ends when e falls below `delete`; one that began below and was
-    never above, when e has fallen by a factor of 2.718.
+    never above, when e has fallen by a factor of 2.718. A scan that cannot see it ends it by `max_out_of_coverage` alone.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
 
     >>> from vedette import Review
@@ -80,7 +80,7 @@ class Existence(Limited):
         if np.any(least < self.delete):
             least = np.where(scan.existence >= self.delete, self.delete, least)
             alive = scan.existence >= least
-        return new_known(ever, least), confirmed, alive
+        return new_known(ever, least), confirmed, alive | self.unseen(scan)
 
 
 new_known = maker(Known)

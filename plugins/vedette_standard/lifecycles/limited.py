@@ -15,6 +15,8 @@ from vedette_standard.regions import Polygon, held
 
 DETECTED = 0.5
 """A track counts as detected if a return was its own with a greater probability."""
+UNSEEN = 1e-9
+"""A scan that should detect a track with no more than this probability has not looked at it."""
 COVERED = 0.01
 """A scan covers a track if it should detect it with this probability at least."""
 
@@ -82,6 +84,10 @@ class Limited(Lifecycle):
         if self.survives_in and scan.place is not None:
             alive = alive & held(self.survives_in, scan.place)
         return new_since(covered, detected, own), confirmed, alive
+
+    def unseen(self, scan: Review) -> Mask:
+        """Return which tracks the scan cannot see, and only a limit ends; none if `max_out_of_coverage` is no limit."""
+        return (scan.p_detect <= UNSEEN) & (scan.hit <= DETECTED) & (self.max_out_of_coverage is not None)
 
     @abstractmethod
     def start_own(self, existence: Array) -> Any:

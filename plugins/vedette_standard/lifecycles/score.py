@@ -76,7 +76,7 @@ class Score(Limited):
         best, confirmed, alive = by_score(
             own.first, own.best, own.confirmed, scan.existence, _CERTAIN, confirm, end, self.drop
         )
-        return new_scores(own.first, best, confirmed), confirmed, alive
+        return new_scores(own.first, best, confirmed), confirmed, alive | self.unseen(scan)
 
 
 new_scores = maker(Scores)
