@@ -47,6 +47,29 @@ def test_records_are_read_as_rows(tmp_path, form, name):
     assert [scan.detections.z.tolist() for scan in scans] == [[list(spot) for spot in scan] for scan in SCANS]
 
 
+def test_all_lists_of_a_record_give_rows(tmp_path):
+    """Of two teams the last was read alone, and of a list below a name its last record."""
+    frame = {
+        "t": 0,
+        "home": [{"x": 1}, {"x": 2}],
+        "away": [{"x": 3}],
+        "seen": {"by": [{"x": 4}, {"x": 5}]},
+        "to": [[6], [7]],
+    }
+    (tmp_path / "a.jsonl").write_text(json.dumps(frame) + "\n")
+    titles, rows = header_and_rows(tmp_path / "a.jsonl", ("t", "x", "seen.x"))
+    assert titles == ["t", "x", "seen.x"]
+    assert list(rows) == [["0", *row] for row in (["1", ""], ["2", ""], ["3", ""], ["", "4"], ["", "5"])]
+
+
+def test_waypoints_of_gpx_are_points_where_there_are_no_tracks(tmp_path):
+    mark = '<wpt lat="50.9" lon="-1.2"><time>2026-11-20T10:00:00Z</time></wpt>'
+    track = '<trk><trkseg><trkpt lat="50.8" lon="-1.1"/></trkseg></trk>'
+    for name, text, expected in (("a.gpx", mark + track, ["50.8"]), ("b.gpx", mark, ["50.9"])):
+        (tmp_path / name).write_text(f"<gpx>{text}</gpx>")
+        assert [row for (row,) in header_and_rows(tmp_path / name, ("latitude",))[1]] == expected
+
+
 def test_points_of_gpx_bear_the_number_of_their_track(tmp_path):
     point = '<trkpt lat="50.8" lon="-1.1"><ele>5</ele><time>2026-11-23T10:00:{:02d}Z</time></trkpt>'
     tracks = "".join(f"<trk><trkseg>{point.format(k)}{point.format(k + 1)}</trkseg></trk>" for k in (0, 10))

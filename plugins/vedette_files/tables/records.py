@@ -33,8 +33,8 @@ POINT = ("time", "latitude", "longitude", "altitude", "track_id")
 def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any]]]:
     """Return the titles of a file of records, and its records, as flat tables; InputError if it cannot be read.
 
-    A record within a record gives titles as `position.x`, a list of numbers `position.0`; a list of records, as the
-    detections of a frame, or of lists of numbers gives a row for each.
+    A record within a record gives titles as `position.x`, a list of numbers `position.0`; each record of its lists, as of
+    the detections of a frame, or else each list of numbers in a list gives a row.
     """
     if path.suffix.lower() == GPX:
         return list(POINT), _points(path)
@@ -91,33 +91,37 @@ def _parsed(place: str, text: str) -> Any:
         raise InputError(f'{place}: must be a record in JSON, as {{ "t": 0.0, "x": 1.0 }}: {error}') from None
 
 
-def _flat(place: str, record: Any, depth: int = 0) -> Iterator[dict[str, Any]]:
-    """Yield the rows of a record."""
+def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Iterator[dict[str, Any]]:
+    """Yield the rows of a record; lists of numbers give rows only with `points`, and where no list of records does."""
     if not isinstance(record, Mapping):
         raise InputError(f'{place}: must be a record, as {{ "t": 0.0, "x": 1.0 }}, got {shown(str(record))}')
     if depth == 0 and record.get("format") == FORMAT:
         raise InputError(f"{place}: is a recording in Vedette's own format: a source of kind 'jsonl' reads it")
     row: dict[str, Any] = {}
-    rows: list[dict[str, Any]] | None = None
+    rows: list[dict[str, Any]] = []
+    spots: list[dict[str, Any]] = []
     for name, value in record.items():
         if isinstance(value, Mapping) and depth < DEEPEST:
-            for inner in _flat(place, value, depth + 1):
-                row |= {f"{name}.{title}": part for title, part in inner.items()}
+            first, *more = (
+                {f"{name}.{title}": part for title, part in inner.items()} for inner in _flat(place, value, depth + 1, False)
+            )
+            row, rows = (row, [*rows, first, *more]) if more else (row | first, rows)
         elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value) and depth < DEEPEST:
-            rows = [inner for part in value for inner in _flat(place, part, depth + 1)]
-        elif isinstance(value, list) and value and all(isinstance(part, list) for part in value):
-            rows = [{f"{name}.{i}": number for i, number in enumerate(part)} for part in value]
+            rows += [inner for part in value for inner in _flat(place, part, depth + 1)]
+        elif points and isinstance(value, list) and value and all(isinstance(part, list) for part in value):
+            spots = [{f"{name}.{i}": number for i, number in enumerate(part)} for part in value]
         elif isinstance(value, list):
             row |= {f"{name}.{i}": part for i, part in enumerate(value) if not isinstance(part, list | Mapping)}
         else:
             row[name] = value
-    yield from [row] if rows is None else ({**row, **inner} for inner in rows)
+    yield from ({**row, **inner} for inner in rows or spots or [{}])
 
 
 def _points(path: Path) -> Iterator[dict[str, Any]]:
-    """Yield the track points of a GPX file; those of each track segment bear its number."""
+    """Yield the points of a GPX file's tracks and routes, with the number of each; without these, its waypoints."""
     check_regular(path)
     track, empty = 0, True
+    marks: list[dict[str, Any]] = []
     try:
         with path.open("rb") as file:
             for event, element in iterparse(file, events=("start", "end")):
@@ -127,10 +131,16 @@ def _points(path: Path) -> Iterator[dict[str, Any]]:
                 elif tag in ("trkpt", "rtept", "wpt"):
                     inner = {child.tag.rpartition("}")[2]: (child.text or "").strip() for child in element}
                     values = inner.get("time"), element.get("lat"), element.get("lon"), inner.get("ele"), str(track)
-                    yield dict(zip(POINT, values, strict=True))
-                    empty = False
+                    point = dict(zip(POINT, values, strict=True))
                     element.clear()
+                    if tag == "wpt":
+                        marks.append(point)
+                    else:
+                        empty = False
+                        yield point
     except (ParseError, OSError) as error:
         raise InputError(f"{path}: cannot be read as GPX: {error}; if it is cut short, export it again") from None
     if empty:
+        yield from marks
+    if empty and not marks:
         raise InputError(f"{path}: holds no point with a latitude and a longitude, as <trkpt lat=... lon=...>")

@@ -42,5 +42,9 @@ def _counted(told: Iterable[tuple[str, str]]) -> bool:
 
 
 def by_words(columns: Iterable[str]) -> dict[str, str]:
-    """Return titles by their words alone."""
-    return {re.sub(r"[^a-z0-9]+", "_", title.lower().removeprefix(PROPERTIES)).strip("_"): title for title in columns}
+    """Return titles by their words alone: playerId by player_id and playerid."""
+    plain = {title: title.removeprefix(PROPERTIES) for title in columns}
+    apart = {title: re.sub(r"(?<=[a-z])(?=[A-Z])", "_", text) for title, text in plain.items()}
+    return {
+        re.sub(r"[^a-z0-9]+", "_", text.lower()).strip("_"): title for each in (apart, plain) for title, text in each.items()
+    }

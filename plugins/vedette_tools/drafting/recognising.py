@@ -58,7 +58,11 @@ class Columns:
         titles, rows, dialect = first_rows(path)
         below = units_below(rows)
         cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-        worded = [title for title, column in cells.items() if not any(sign.isdigit() for cell in column for sign in cell)]
+        worded = [
+            title
+            for title, column in cells.items()
+            if 2 * sum(any(map(str.isdigit, cell)) for cell in column) <= len(column)
+        ]
         below_header, own = chosen(titles, below, worded)
         measured = wishes.measured(path, titles, below_header)
         time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")

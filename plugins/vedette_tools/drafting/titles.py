@@ -57,8 +57,9 @@ SENT = BORNE[:3]
 
 NAMES = (
     *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
-    "device_id", "user_id", "individual_local_identifier", "imo", "id", *BORNE[4:], "registration", "tail_number", "flight",
-    "shipname", "ship_name", "vessel_name", "vehicle", "trajectory_id", "trip_id", "tracker", "tag", "name",
+    "device_id", "user_id", "player_id", "person_id", "individual_local_identifier", "imo", "id", *BORNE[4:],
+    "registration", "tail_number", "flight", "shipname", "ship_name", "vessel_name", "vehicle", "particle", "trajectory_id",
+    "trip_id", "tracker", "tag", "name",
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
@@ -77,7 +78,7 @@ STANDS = ("sensor", "radar", "station", "site", "device")
 COORDINATES = ("coordinates.0", "coordinates.1")
 """How the titles of a longitude and a latitude end in GeoJSON."""
 
-IN_LISTS = re.compile(r"(.*\.)?(translation|position|location|center|centre|xyz)\.([012])")
+IN_LISTS = re.compile(r"(.*\.)?(translation|position|location|center|centre|centroid|xyz?|pos|coord)\.([012])")
 """A title of a number of a list that is a position: translation.0 is x."""
 
 PROPERTIES = "properties."
@@ -163,7 +164,7 @@ def meaning(title: str, below: str = "") -> Meaning:
     if title.endswith(COORDINATES):
         return Meaning(title, "latitude" if title.endswith("1") else "longitude", "", False, True)
     if listed := IN_LISTS.fullmatch(title.lower()):
-        return Meaning(title, "xyz"[int(listed[3])], "", False, True)
+        return Meaning(title, "xyz"[int(listed[3])], "", False, not listed[1])
     bracket = re.search(r"[\[(]\s*([^\])]+?)\s*[\])]", title)
     stated = bracket[1] if bracket else below.strip("[]() ")
     stated = stated or ("e7" if title.lower().endswith("e7") else "NM" if "I040.RHO" in title.upper() else "")  # as ASTERIX
@@ -224,7 +225,7 @@ def chosen(
     titles: Sequence[str], below: Sequence[str] = (), worded: Collection[str] = ()
 ) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
     """Return the columns by axis: what the sensors measure, and what the own platform does. A sure title goes first, and
-    one of `worded`, whose cells are words, after those that hold numbers.
+    one of `worded`, whose cells are mostly words or empty, after those that hold numbers.
 
     A heading is always the platform's. Positions that all say they are of a ship are what is measured, if nothing else is.
     """

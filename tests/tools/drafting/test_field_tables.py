@@ -286,6 +286,25 @@ def test_points_of_geojson_are_read_with_their_properties(tmp_path):
     assert table.measured == {"latitude": "geometry.coordinates.1", "longitude": "geometry.coordinates.0"}
 
 
+def test_frames_of_two_teams_and_a_ball_are_read(tmp_path):
+    """A time that the first frame alone holds, and the ball beside the players, were taken for those of all."""
+    frames = [
+        {
+            "generatedTime": "2026-05-12T08:30:00Z" if k == 0 else None,
+            "timeMs": 40 * k,
+            "ball": {"xyz": [0.1, 0.2]},
+            "home": [{"playerId": "a", "xyz": [k / 10, 2.0]}],
+            "away": [{"playerId": "b", "xyz": [5.0, k / 20]}],
+        }
+        for k in range(40)
+    ]
+    path = tmp_path / "d.jsonl"
+    path.write_text("\n".join(map(json.dumps, frames)))
+    table = read_table(path)
+    assert (table.time.title, table.time_unit, table.identity) == ("timeMs", "ms", "playerId")
+    assert table.measured == {"x": "xyz.0", "y": "xyz.1"}
+
+
 @pytest.mark.parametrize(
     ("titles", "axes"),
     [("utm_e,utm_n", {"x": "utm_e", "y": "utm_n"}), ("p_x,p_y,p_z", {"x": "p_x", "y": "p_y", "z": "p_z"})],
