@@ -198,7 +198,7 @@ class Sensor(Component):
         return {}
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
-        """Return the moments of `observes` given one return: (*b, m) -> mean (*b, n), cov (*b, n, n). Starts tracks."""
+        """Return the moments of `observes` given one return, all finite: (*b, m) -> mean (*b, n), cov (*b, n, n)."""
         raise NotImplementedError(f"one return of {self.kind!r} does not give a position, so it cannot start a track")
 
     def at(self, pose: Pose) -> Sensor:

@@ -25,6 +25,13 @@ WRONG = [
     ("Lidar", "detects", "return {}['p']", "sensors.lidar: x_sensor", "raised KeyError: 'p'"),
     ("Lidar", "clutter", "return None", "sensors.lidar: x_sensor", "got nothing"),
     ("Lidar", "invert", "return given.mean, given.cov", "sensors.lidar: x_sensor", "must return a Gaussian(mean, cov)"),
+    (
+        "Lidar",
+        "invert",
+        "with np.errstate(all='ignore'): return Gaussian(z[:, 1:] / 0, given.cov + self.jacobian(z[:, 1:] / 0).sum())",
+        "sensors.lidar: x_sensor",
+        "must return finite numbers; got inf in",
+    ),
     ("Alone", "associate", "return given[..., 1:]", "associator: x_associator", "must return ("),
     ("Alone", "associate", "return given, scores", "associator: x_associator", "got a tuple of 2"),
     (
@@ -99,6 +106,15 @@ def test_a_step_that_fails_says_so_too_and_leaves_the_state():
         tracker.step(state, vedette.Scan(1.0, "lidar", one))
     assert isinstance(it.value.__cause__, ValueError), "the original error is behind it"
     assert len(state.ids) == 1
+
+
+def test_a_track_that_would_begin_nowhere_fails_the_step():
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    nowhere = spoiled("Lidar", "invert", "return Gaussian(given.mean * np.nan, given.cov)")
+    tracker = vedette.build(config, with_plugin(INSTALLED, nowhere))
+    scan = vedette.Scan(0.0, "lidar", vedette.Detections.of([[5.0, 3.0, 4.0]]))
+    with pytest.raises(vedette.PluginError, match=r"Lidar\)\.invert"):
+        tracker.step(tracker.start(), scan)
 
 
 def test_what_the_filters_keep_of_earlier_answers_does_not_hide_the_fault(command, capsys):

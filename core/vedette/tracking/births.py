@@ -48,6 +48,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
             parts.append(evolve(part, returns=some[part.returns]))
         joined_parts = pytrees.in_order(parts)
         begin = pytrees.take(joined_parts, np.argsort(joined_parts.returns, kind="stable"), 0)
+    if not (np.isfinite(begin.prior.mean).all() and np.isfinite(begin.prior.cov).all()):
+        raise ValueError("birth: must begin tracks with finite means and covariances")
     if plan.offsets is not None and it.offsets is not None:
         begin = plan.offsets.begun(it.sensor, begin, it.offsets)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)

@@ -172,10 +172,15 @@ def _is_array(value: Any, kinds: str = "biuf") -> bool:
 
 
 def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = False) -> Iterator[str]:
-    """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not."""
+    """Yield that a value holds nan, or infinities where it must be finite, and what the method was given did not.
+
+    What must be finite is made of what is: nan of infinities is then the fault of whoever gave these.
+    """
+    gives, had = ([leaf for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
+    if not all(np.all(np.isfinite(leaf) if finite else ~np.isnan(leaf)) for leaf in had):
+        return
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
-        bad, before = ([which(leaf) for leaf in _leaves(one) if _is_array(leaf, "f")] for one in (gave, tuple(given)))
-        if (count := sum(map(np.count_nonzero, bad))) and not any(map(np.any, before)):
+        if count := sum(np.count_nonzero(which(leaf)) for leaf in gives):
             told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
             yield f"must return {told}{part and f' of {part}'}"
 
@@ -204,8 +209,9 @@ def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = ""
     if not isinstance(gave, Gaussian):
         yield f"must return {part and f'{part}, '}a Gaussian(mean, cov); got {_told(gave)}"
         return
-    yield from _array(given, gave.mean, batch, core, f"{part} mean".strip())
-    yield from _array(given, gave.cov, batch, core * 2, f"{part} cov".strip())
+    for values, axes, name in ((gave.mean, core, f"{part} mean".strip()), (gave.cov, core * 2, f"{part} cov".strip())):
+        yield from _array(given, values, batch, axes, name)
+        yield from _not_numbers(given, values, name, finite=True)
 
 
 def _memory(gave: Any, tracks: Shape, what: str = "memory") -> Iterator[str]:
