@@ -167,7 +167,8 @@ def array(
     check: Callable[[Array], str | None] | None = None,
 ) -> Any:
     """Declare numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
-    wanted = "a list of numbers" if ndim == 1 else f"numbers with {ndim} axes and rows of one length"
+    numbers_of = "numbers" if unit == "1" else f"numbers in {unit}"
+    wanted = f"a list of {numbers_of}" if ndim == 1 else f"{numbers_of} with {ndim} axes and rows of one length"
 
     def read(value: Any) -> Array:
         try:

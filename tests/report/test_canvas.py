@@ -174,7 +174,7 @@ def test_the_title_of_the_nis_says_what_the_summary_says(scene):
     words = " ".join(summary(experiment, done, score).split())
     nees, nis = (axes.get_title(loc="left") for axes in errors(*scene).axes[-2:])
     for title in (nees, nis):
-        ratio, share = re.fullmatch(r"mean (\S+) of 1; (\S+) % of \S+ in the 95 % band", title).groups()
+        ratio, share = re.fullmatch(r"mean (\S+) times the expected one; (\S+) % of \S+ in the 95 % band", title).groups()
         assert f" {ratio} " in words
         assert f"{share} % of" in words
 

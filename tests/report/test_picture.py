@@ -194,7 +194,7 @@ def test_the_titles_say_what_the_summary_says(scene):
     for name, axes in zip(("NEES", "NIS"), errors(experiment, done).axes[-2:], strict=True):
         told, inside = axes.get_title("left").split("; ")
         part, count = re.fullmatch(r"(\S+) % of (\S+) in the 95 % band", inside).groups()
-        ratio = re.fullmatch(r"mean (\S+) of 1", told)[1]
+        ratio = re.fullmatch(r"mean (\S+) times the expected one", told)[1]
         assert re.search(rf"{name}(?: of the position)? {re.escape(ratio)} {re.escape(part)} % of {count}", text)
 
 

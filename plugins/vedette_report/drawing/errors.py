@@ -43,9 +43,9 @@ def errors(experiment: Experiment, result: Result, judged: Judged | None = None)
         _show_object(places[i * each_has : (i + 1) * each_has], trace, begin, length_unit(experiment))
     if followed:
         nees = judged.position_nees()
-        told = f"mean {np.mean(nees.value) / np.mean(nees.axes):.3g} of 1" if len(nees.value) else ""
+        told = f"mean {np.mean(nees.value) / np.mean(nees.axes):.3g} times the expected one" if len(nees.value) else ""
         _show_normalised(places[-2], nees, begin, "NEES of the position", told)
-    told = f"mean {judged.score.nis or 0.0:.3g} of 1"
+    told = f"mean {judged.score.nis or 0.0:.3g} times the expected one"
     _show_normalised(places[-1], judged.innovations(), begin, "NIS", told)
     end = (result.scans[-1].time - begin if result.scans else 0.0) or 1.0
     last = max(row for row, _ in spots)
