@@ -65,18 +65,19 @@ def _standing_mark(name: str, space: Space, z: Array) -> Iterator[str]:
 CURE = "if that stands for what is missing, leave these cells empty"
 
 
-def set_back(name: str, samples: Sequence[Sample[Any]]) -> Iterator[str]:
+def set_back(name: str, samples: Sequence[Sample[Any]], objects: Sequence[int] = ()) -> Iterator[str]:
     """Yield that many samples in the order of time go back to among many others in order: sorted, they look as if at once.
 
-    samples: as they stand in the file.
+    samples: as they stand in the file; objects: of each, whose it is, if known: the file of one object may follow another's.
     """
     times = np.array([sample.time for sample in samples])
+    whose = np.array(objects or [-1] * len(samples))
     leaps = np.flatnonzero(np.diff(times) < 0) + 1
     begins, ends = np.concatenate([[0], leaps]), np.concatenate([leaps, [len(times)]])
     for a, b, c in zip(begins.tolist(), leaps.tolist(), ends[1:].tolist(), strict=False):
         low, high = max(times[a], times[b]), min(times[b - 1], times[c - 1])
         among = [len(np.unique(part[(part >= low) & (part <= high)])) for part in (times[a:b], times[b:c])]
-        if min(among) >= LEAST:
+        if min(among) >= LEAST and len(np.intersect1d(whose[a:b], whose[b:c])):
             told = f"{samples[b].place}: {name}: times go back by {times[b - 1] - times[b]:.6g} s and on in order"
             cure = "was a clock set back? Then read the parts apart"
             yield f"{told}: sorted, {among[1]:,} times lie among those before; {cure}"

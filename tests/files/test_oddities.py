@@ -111,6 +111,15 @@ def test_lines_out_of_order_are_sorted_without_a_word(tmp_path, written, order):
     assert written(tmp_path, [scans[i] for i in by[order]], sort=True) == ()
 
 
+@pytest.mark.parametrize(("column", "told"), [("boat", 0), ("radar", 1)])
+def test_no_clock_was_set_back_where_the_rows_of_one_object_follow_those_of_another(tmp_path, column, told):
+    rows = [f"{time},{time * speed},{speed},{speed},7" for speed in (3, 5) for time in range(40)]
+    (tmp_path / "d.csv").write_text("\n".join(["t,x,y,boat,radar", *rows]))
+    columns = DetectionColumns(time="t", columns={"x": "x", "y": "y"}, identity=column)
+    source = CsvSource(columns, str(tmp_path / "d.csv"), sort=True)
+    assert len(source.open({"gps": CartesianPosition(sigma=5.0)}, RNG).warnings) == told
+
+
 def test_scans_that_are_copies_are_told(tmp_path):
     scans = scene()
     told = lines(tmp_path, [*scans, *scans[-2:]], sort=True)

@@ -203,7 +203,8 @@ class DetectionColumns:
             else:
                 told[sensor].append(sample)
         if layout.sort:
-            odd += [said for name, samples in told.items() for said in set_back(name, samples)]
+            for name, samples in told.items():
+                odd += set_back(name, samples, [sample.value[2] for sample in samples])
         if self.scan:
             group = _by_row if self.scan == BY_ROW else _by_scan
         else:
