@@ -12,7 +12,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
 from vedette_files.tables.rows import BY_ROW, listed
 from vedette_files.tables.times import check_pattern
-from vedette_tools.drafting.titles import MEASURES, Meaning, meaning
+from vedette_tools.drafting.titles import MEASURES, UNITS, Meaning, meaning
 
 POSITIONS = (("range", "bearing"), ("latitude", "longitude"), ("x", "y"), ("east", "north"))
 """Pairs of axes of which one tells where returns are."""
@@ -45,8 +45,10 @@ class Wishes:
     ) -> Wishes:  # fmt: skip
         """Read the options of the command line; ConfigError for one that cannot be read."""
         problems: list[Problem] = []
+        named = _pairs("--units", units, problems)
+        stated = {axis: UNITS.get(MEASURES.get(axis, ""), {}).get(unit, unit) for axis, unit in named.items()}
         wishes = cls(
-            time or "", _rate(rate, problems), _pairs("--columns", columns, problems), _pairs("--units", units, problems),
+            time or "", _rate(rate, problems), _pairs("--columns", columns, problems), stated,
             dates or "", scan or "", Path(platform) if platform else None,
         )  # fmt: skip
         known = {axis for pair in POSITIONS for axis in pair} | {*OTHERS}

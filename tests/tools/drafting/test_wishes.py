@@ -74,6 +74,10 @@ def test_columns_and_units_are_as_stated(table):
     assert deep["columns"] == {"x": "a", "y": "b", "z": "c"}
 
 
+def test_units_are_stated_by_the_words_that_titles_state_them_by():
+    assert wishes(units="x=cm,y=mm,z=km,time=ms").units == {"x": "0.01 m", "y": "0.001 m", "z": "km", "time": "ms"}
+
+
 def test_pixels_are_read_as_metres_and_it_says_so(table):
     path = table("t,x,y", lambda k: f"{k},{k},{k}")
     found = read_table(path, "ignore", wishes(units="x=px,y=px"))
