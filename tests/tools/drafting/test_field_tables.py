@@ -160,6 +160,7 @@ REFUSED = {
         r"d.csv:7: must be a header line .*\(echo 'latitude,longitude,c3,c4,c5,date,time'; tail -n \+7 ",
     ),
     "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
+    "AIS below words": ("slot, timeout\n\n!AIVDM,1,1,,A,15B4FT5000JRP>PE6E68Nbkl0PS5,0*70\n", "d.csv:3: holds sentences of"),
     "letters after latitudes": (
         table("time,lat,lon", lambda *look: (look[0], "59.4Q", "10.5E")),
         r"lat must be a number, got '59.4Q'; write degrees with decimals, or as 59 25.955 N",
