@@ -22,7 +22,7 @@ from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
-from vedette_tools.drafting.reading import JUMP, Reading, opened
+from vedette_tools.drafting.reading import JUMP, SURER, Reading, opened
 from vedette_tools.drafting.recognising import NO_WISHES, read_table
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
@@ -226,7 +226,7 @@ def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
     every = np.concatenate(seen.spots)
     ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
-    third = max(third_noise(seen.chains, seen.thirds), 1e-6) if seen.thirds else 0.0
+    third = max(third_noise(seen.chains, seen.thirds), SURER if reported else 1e-6) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     each = len(every) / max(len(seen.times), 1)
     clutter = max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, each))

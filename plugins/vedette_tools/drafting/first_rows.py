@@ -45,9 +45,9 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
         raise InputError(f"{path}: is no text; {wanted}")
     numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
     text = [line for _, line in numbered]
-    if at := next((each for each, line in [(number, first), *numbered] if _SENTENCE.search(line)), 0):
+    if sentence := next((each for each, line in [(number, first), *numbered] if _SENTENCE.search(line)), 0):
         cure = "decode them to one first, or let `vedette serve` read them"
-        raise InputError(f"{path}:{at}: holds sentences of NMEA 0183, not a table: {cure}")
+        raise InputError(f"{path}:{sentence}: holds sentences of NMEA 0183, not a table: {cure}")
     if first.lstrip().startswith("<"):
         cure = "XML is read as GPX alone, from a file named .gpx: save others as CSV"
         raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")

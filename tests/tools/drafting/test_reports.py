@@ -1,5 +1,7 @@
 """Returns without names: whose they are, where errors are larger than steps, and among false ones."""
 
+import tomllib
+
 import numpy as np
 import pytest
 
@@ -121,3 +123,15 @@ def test_what_is_tried_together_is_followed_as_if_each_were_alone():
         (owner,), alone = _followed(2.0 * scan - 60.0, spots, scan, one[None], 9e4)
         np.testing.assert_array_equal(owner, owners[i])
         assert alone == likely[i]
+
+
+def test_what_a_receiver_wrote_of_itself_is_no_surer_than_a_decimetre(tmp_path):
+    """A smoothed path of steady pace and climb, whose second differences are those of rounding."""
+    points = "".join(
+        f'<trkpt lat="{45.2 + 9e-5 * k:.7f}" lon="13.7"><ele>{10 + 0.3 * k:.1f}</ele>'
+        f"<time>2024-05-01T10:{k // 60:02}:{k % 60:02}Z</time></trkpt>"
+        for k in range(120)
+    )
+    (tmp_path / "walk.gpx").write_text(f"<gpx><trk><trkseg>{points}</trkseg></trk></gpx>")
+    (receiver,) = tomllib.loads(drafted(tmp_path / "walk.gpx").text)["sensors"].values()
+    assert np.diag(receiver["R"]).min() >= 0.01
