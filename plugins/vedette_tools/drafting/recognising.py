@@ -14,7 +14,6 @@ from vedette_files import NORTH_EAST
 from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath
 from vedette_files.tables.composed import made_of
-from vedette_files.tables.records import GPX
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
@@ -184,7 +183,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         time_unit=unit,
         scan=BY_ROW if wishes.scan == BY_ROW else scan,
         identity=name,
-        reports=("sensor",) if str(path).lower().endswith(GPX) else reports_of(found_by, columns, who),
+        reports=("sensor",) if str(path).lower().endswith(".gpx") else reports_of(found_by, columns, who),
         use=use,
         sensor_column=who,
         sensors=sensors or ("sensor",),
