@@ -61,7 +61,7 @@ def test_consistency_says_that_frames_are_no_returns(tmp_path, capsys):
 def test_what_is_no_list_of_numbers_is_told_so(tmp_path, capsys, value):
     code = main(["run", EXAMPLE, "--set", f"source.path={tmp_path}", "--set", f"source.box={value}"])
     assert code == 2
-    assert "numbers in px, got" in capsys.readouterr().err
+    assert "source.box: must be a list of numbers" in capsys.readouterr().err
 
 
 def test_an_enlarged_part_covers_no_box():
