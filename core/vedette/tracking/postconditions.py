@@ -186,7 +186,15 @@ def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = Fals
 
 
 def _array(
-    given: Given, gave: Any, batch: Shape, core: Shape, part: str = "", *, loose: bool = False, mask: bool = False
+    given: Given,
+    gave: Any,
+    batch: Shape,
+    core: Shape,
+    part: str = "",
+    *,
+    loose: bool = False,
+    mask: bool = False,
+    finite: bool = False,
 ) -> Iterator[str]:
     """Yield what is wrong with an array (*batch, *core), whose batch axes may be missing if it is `loose`."""
     shape: Shape = np.shape(gave) if _is_array(gave) else ()
@@ -201,7 +209,7 @@ def _array(
         yield f"{right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
     elif shape[len(lead) :] != core or not (lead == batch or broadcasts):
         yield f"{right}; got {shape}"
-    yield from _not_numbers(given, gave, part, finite=loose and bool(core))
+    yield from _not_numbers(given, gave, part, finite=finite or (loose and bool(core)))
 
 
 def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = "") -> Iterator[str]:
@@ -209,9 +217,8 @@ def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = ""
     if not isinstance(gave, Gaussian):
         yield f"must return {part and f'{part}, '}a Gaussian(mean, cov); got {_told(gave)}"
         return
-    for values, axes, name in ((gave.mean, core, f"{part} mean".strip()), (gave.cov, core * 2, f"{part} cov".strip())):
-        yield from _array(given, values, batch, axes, name)
-        yield from _not_numbers(given, values, name, finite=True)
+    yield from _array(given, gave.mean, batch, core, f"{part} mean".strip(), finite=True)
+    yield from _array(given, gave.cov, batch, core * 2, f"{part} cov".strip(), finite=True)
 
 
 def _memory(gave: Any, tracks: Shape, what: str = "memory") -> Iterator[str]:
