@@ -227,7 +227,7 @@ class Ranking {
                 }
                 if (owner_[j] != kFree)
                     current = owner_[j];
-                else if (dist_[j] + v_[j] < sink)
+                else if (!sunk && dist_[j] + v_[j] < sink)  // later, only by rounding, and through itself
                     sink = dist_[j] + v_[j], sink_from = j;
             }
             if (current < 0) break;

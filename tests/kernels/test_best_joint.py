@@ -41,6 +41,16 @@ def test_each_hypothesis_has_the_best_of_its_own_associations(best_joint, seed, 
 
 
 @pytest.mark.parametrize("best_joint", TWINS)
+def test_two_tracks_alike_at_two_returns_alike_come_to_an_end(best_joint):
+    """As where a return is there twice: by rounding, the way back to a free return led through itself, for ever."""
+    alike = [-3.9, 0.6, 5.3, 0.6]
+    scores = np.array([alike, [-3.5, 2.0, -0.4, 2.0], [-2.8, -4.0, -4.5, -4.0], alike])
+    _, choice, total = best_joint(scores, np.arange(4)[None], np.array([ALL]))
+    np.testing.assert_allclose(total, np.sort(joint_associations(scores)[1])[::-1])
+    assert len({tuple(one) for one in choice}) == len(total)
+
+
+@pytest.mark.parametrize("best_joint", TWINS)
 def test_an_impossible_miss_is_taken_only_where_nothing_else_is_left(best_joint):
     scores = np.array([[-np.inf, 1.0], [-2500.0, 2.0]])
     _, choice, total = best_joint(scores, np.array([[0, 1]]), np.array([5]))
