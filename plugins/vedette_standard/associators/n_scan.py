@@ -19,8 +19,8 @@ class NScan(Growing):
     each tree only those leaves remain that descend from the leaf which the best hypothesis had `scans` scans ago; hypotheses
     with other leaves are dropped, and their probability is told as lost; no target exists more surely for it. A scan that
     cannot see a track does not count. Clusters part as in `k_best`. Where targets begin with little existence, as with
-    `poisson`, early decisions take their returns for false: of twelve drawn targets, P_D .7 and 100 false returns a scan,
-    6.3 are missed with 3 scans, .4 with 5.
+    `poisson`, early decisions take their returns for false: of twelve targets, P_D .5 and 100 false returns a scan, in five
+    drawn runs 5.3 +- .9 are missed with 3 scans, 1.9 +- .2 with 8, and 1.1 +- .3 by `k_best`.
     Blackman, Multiple Hypothesis Tracking for Multiple Target Tracking, IEEE Aerospace and Electronic Systems Magazine 19,
     2004.
 
