@@ -1,4 +1,4 @@
-"""Undetected targets of a wide Gaussian are found by sensors that measure nonlinearly, wherever these stand."""
+"""Undetected targets of a wide Gaussian are found, be a sensor nonlinear or its view a part of it, wherever it stands."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ import pytest
 
 import vedette
 from vedette import Detections, Gaussian, Space
-from vedette_standard import ConstantVelocity, ExtendedKalman, RangeBearing
+from vedette.sampling import Bounds
+from vedette_standard import CartesianPosition, ConstantVelocity, ExtendedKalman, RangeBearing
 from vedette_standard.births.at_returns import at_returns
 
 STATE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
@@ -41,6 +42,16 @@ def test_a_narrow_one_is_taken_as_the_filter_takes_it():
     assert np.allclose(near.loglik, own.loglik[:, 1:], atol=1e-4)
     after = ekf.update(belief, own, np.array([[0.0, 1.0]]))
     assert np.allclose(near.given.mean[:, 0], after.mean, atol=1e-3)
+
+
+def test_a_return_has_the_detection_probability_of_its_place_and_not_of_the_middle_of_a_gaussian():
+    belief, z = prior(0.0, 0.0, 800.0), np.array([[400.0, 100.0], [-400.0, 100.0]])
+    east = CartesianPosition(5.0, 0.9, 1e-6, view={"x": Bounds(100.0, 5000.0)})
+    variance = 800.0**2 + 5.0**2
+    exact = np.log(0.9) - np.log(2.0 * np.pi * variance) - 0.5 * np.sum(z[0] ** 2) / variance
+    told = at_returns(belief, STATE, east, Detections.of(z))
+    assert np.allclose(np.exp(told.loglik), [[np.exp(exact), 0.0]], atol=1e-300)
+    assert np.allclose(told.given.mean[0, 0], [*z[0] * 800.0**2 / variance, 3.0, -2.0])
 
 
 @pytest.mark.parametrize("middle", [(0.0, 0.0), (800.0, 600.0), (3000.0, 4000.0)])

@@ -27,17 +27,18 @@ def at_returns(prior: Gaussian, state: Space, sensor: Sensor, detections: Detect
 
     With x the mean of the Gaussian given what `Sensor.invert` says of the return, z = h(x) + H (s - x) + v of the state s:
     a Gauss-Newton step from there. A filter linearises at the Gaussian's mean, which a radar in its midst sees in no
-    direction.
+    direction; and takes P_D there, which a return beyond the edge of a view does not have.
     """
-    returns = complete(detections)
-    if sensor.linear or not len(returns):
+    returns, own = complete(detections), state.locate(sensor.observes)
+    if not len(returns):
         return None
     z, noise = detections.z[returns], None if detections.noise is None else detections.noise[returns]
     try:
         spot = sensor.invert(z, noise)
     except NotImplementedError:
         return None
-    own = state.locate(sensor.observes)
+    if sensor.linear and np.ptp(sensor.detects(np.concatenate([prior.mean[:, own], spot.mean]))) == 0:
+        return None
     mean, cov = prior.mean[:, None, own], prior.cov[:, None, own][..., own]
     share = np.swapaxes(np.linalg.solve(cov + spot.cov, np.broadcast_to(cov, (*cov.shape[:1], *spot.cov.shape))), -1, -2)
     x = mean + (share @ sensor.observes.difference(spot.mean, mean)[..., None])[..., 0]
