@@ -62,6 +62,24 @@ def test_all_lists_of_a_record_give_rows(tmp_path):
     assert list(rows) == [["0", *row] for row in (["1", ""], ["2", ""], ["3", ""], ["", "4"], ["", "5"])]
 
 
+def test_what_stands_beside_a_list_is_of_each_of_its_rows(tmp_path):
+    """It was lost where the list is the only one of a file, and two lists of which one is of numbers were refused."""
+    file = {"now": 7.5, "box": [1, 2, 3], "by": {"site": "a"}, "aircraft": [{"x": 1}, {"x": 2}]}
+    (tmp_path / "a.json").write_text(json.dumps(file))
+    assert list(header_and_rows(tmp_path / "a.json", ("now", "by.site", "x"))[1]) == [["7.5", "a", "1"], ["7.5", "a", "2"]]
+    (tmp_path / "b.json").write_text(json.dumps({"time": 7, "states": [["a", 1], ["b", 2]]}))
+    assert list(header_and_rows(tmp_path / "b.json", ("time", "states.1"))[1]) == [["7", "1"], ["7", "2"]]
+
+
+def test_a_list_that_tells_another_one_again_has_titles_of_its_own(tmp_path):
+    """Players and the same smoothed were two returns each."""
+    frame = {"home_raw": [{"x": 1}], "home": [{"x": 2}], "awayRaw": [{"x": 3}], "away": [{"x": 4}], "filtered": [{"x": 5}]}
+    (tmp_path / "a.jsonl").write_text(json.dumps(frame) + "\n")
+    titles, rows = header_and_rows(tmp_path / "a.jsonl", ("x", "raw.x"))
+    assert titles == ["raw.x", "x"]
+    assert list(rows) == [["1", ""], ["", "2"], ["3", ""], ["", "4"], ["", "5"]]
+
+
 def test_waypoints_of_gpx_are_points_where_there_are_no_tracks(tmp_path):
     mark = '<wpt lat="50.9" lon="-1.2"><time>2026-11-20T10:00:00Z</time></wpt>'
     track = '<trk><trkseg><trkpt lat="50.8" lon="-1.1"/></trkseg></trk>'

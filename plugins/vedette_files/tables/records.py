@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from itertools import chain, islice
 from pathlib import Path
 from typing import Any
@@ -26,6 +28,9 @@ DEEPEST = 4
 FORMAT = "vedette"
 """What the header of a recording in Vedette's own format says of itself."""
 
+VERSION = re.compile("_?((?:smooth|filter|interpolat|correct|estimat)(?:ed)?|raw)_?", re.IGNORECASE)
+"""Words of names of lists that tell the same things once more: players_smoothed beside players."""
+
 POINT = ("time", "latitude", "longitude", "altitude", "track_id")
 """The columns of a GPX file."""
 
@@ -34,7 +39,8 @@ def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any
     """Return the titles of a file of records, and its records, as flat tables; InputError if it cannot be read.
 
     A record within a record gives titles as `position.x`, a list of numbers `position.0`; each record of its lists, as of
-    the detections of a frame, or else each list of numbers in a list gives a row.
+    the detections of a frame, or else each list of numbers in a list gives a row. Of lists named alike but for a word as
+    `smoothed`, titles of all but the first begin with that word.
     """
     if path.suffix.lower() == GPX:
         return list(POINT), _points(path)
@@ -65,9 +71,10 @@ def _in_lines(path: Path) -> bool:
 
 def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
     data = _parsed(str(path), whole_text(path))
-    if isinstance(data, Mapping):  # one list below a name, as in { "detections": [...] }, or columns
-        lists = [value for value in data.values() if isinstance(value, list)]
-        data = lists[0] if len(lists) == 1 else _of_columns(data)
+    if isinstance(data, Mapping):  # columns, or a list below a name, as in { "now": 0.0, "detections": [...] }
+        data = _of_columns(data)
+    if isinstance(data, Mapping) and len(lists := [name for name in data if _holds_rows(data[name])]) == 1:
+        data = [{**data, lists[0]: [part]} for part in data[lists[0]]]
     if not isinstance(data, list):
         raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
     yield from ((f"{path}: record {number}", record) for number, record in enumerate(data, 1))
@@ -79,9 +86,13 @@ def _of_columns(data: Mapping[str, Any]) -> Any:
     if isinstance(titles, list) and isinstance(rows, list) and all(isinstance(row, list) for row in rows):
         return [dict(zip(map(str, titles), row, strict=False)) for row in rows]
     columns = [list(each.values()) if isinstance(each, Mapping) else each for each in data.values()]
-    if not columns or not all(isinstance(each, list) and len(each) == len(columns[0]) > 1 for each in columns):
+    if len(columns) < 2 or not all(isinstance(each, list) and len(each) == len(columns[0]) > 1 for each in columns):
         return data
     return [dict(zip(data, row, strict=True)) for row in zip(*columns, strict=True)]
+
+
+def _holds_rows(value: Any, of: tuple[type, ...] = (Mapping, list)) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(part, of) for part in value)
 
 
 def _parsed(place: str, text: str) -> Any:
@@ -106,15 +117,26 @@ def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Itera
                 {f"{name}.{title}": part for title, part in inner.items()} for inner in _flat(place, value, depth + 1, False)
             )
             row, rows = (row, [*rows, first, *more]) if more else (row | first, rows)
-        elif isinstance(value, list) and value and all(isinstance(part, Mapping) for part in value) and depth < DEEPEST:
-            rows += [inner for part in value for inner in _flat(place, part, depth + 1)]
-        elif points and isinstance(value, list) and value and all(isinstance(part, list) for part in value):
+        elif _holds_rows(value, (Mapping,)) and depth < DEEPEST:
+            again = _again(name, tuple(record))
+            parts = (inner for part in value for inner in _flat(place, part, depth + 1))
+            rows += [{f"{again}{title}": cell for title, cell in inner.items()} for inner in parts] if again else parts
+        elif points and _holds_rows(value, (list,)):
             spots = [{f"{name}.{i}": number for i, number in enumerate(part)} for part in value]
         elif isinstance(value, list):
             row |= {f"{name}.{i}": part for i, part in enumerate(value) if not isinstance(part, list | Mapping)}
         else:
             row[name] = value
     yield from ({**row, **inner} for inner in rows or spots or [{}])
+
+
+@lru_cache
+def _again(name: str, names: tuple[str, ...]) -> str:
+    """Return what begins the titles of a list that tells again what another of these names does, the shortest; or ""."""
+    told = VERSION.sub("", name).lower()
+    first = min((each for each in names if VERSION.sub("", each).lower() == told), key=len)
+    again = VERSION.search(name)
+    return f"{again[1].lower()}." if again and first != name else ""
 
 
 def _points(path: Path) -> Iterator[dict[str, Any]]:
