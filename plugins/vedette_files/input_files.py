@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import errno
 import os
+from codecs import getincrementaldecoder
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,6 +28,9 @@ NOT_TEXT = {
 
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 """How text begins that Windows calls Unicode."""
+
+FIRST, WESTERN = 2**16, "cp1252"
+"""Bytes of the first line that say how a text is encoded, and how text is that is not Unicode: Latin-1 with more signs."""
 
 LARGEST_WHOLE = 2**28
 """Bytes of a file that is read whole: a JSON file takes some twenty times as much memory."""
@@ -91,9 +95,9 @@ def whole_text(path: Path, most: int = 0) -> str:
 
 
 def lines(path: Path) -> Iterator[tuple[int, str]]:
-    """Yield the lines of a file in UTF-8, or in UTF-16 with its mark, counted from 1, without their ends.
+    """Yield the lines of a file in UTF-8, or as `encoding` finds it, counted from 1, without their ends.
 
-    What is neither becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
+    What is not becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
     is no text, holds nothing, or has a line of more than LONGEST_LINE characters.
     """
     number, most = 0, raised(LONGEST_LINE)
@@ -112,13 +116,19 @@ def lines(path: Path) -> Iterator[tuple[int, str]]:
 
 
 def encoding(path: Path) -> str:
-    """Return how a text is encoded, by its first bytes; InputError if they are those of a file that is no text."""
+    """Return how a text is encoded, by its first line; InputError if its first bytes are those of a file that is no text."""
     with path.open("rb") as file:
-        first = file.read(4)
+        first = file.readline(FIRST)
     for begins, told in NOT_TEXT.items():
         if first.startswith(begins):
             raise InputError(f"{path}: {told}")
-    return "utf-16" if first.startswith(UTF_16) else "utf-8-sig"
+    if first.startswith(UTF_16):
+        return "utf-16"
+    try:
+        getincrementaldecoder("utf-8")().decode(first)
+    except UnicodeDecodeError:
+        return WESTERN if first[:1].isascii() else "utf-8-sig"
+    return "utf-8-sig"
 
 
 def shown(text: str, most: int = 60) -> str:

@@ -14,6 +14,7 @@ from vedette_files.tables.columnar import TablePath, header_and_rows, is_columna
 from vedette_files.tables.numbers import is_number
 from vedette_files.tables.rows import COMMAS, Dialect, cells_of, fitted, header_line
 from vedette_tools.drafting.dates import is_day
+from vedette_tools.drafting.measures import in_degrees
 from vedette_tools.drafting.several import HELD
 from vedette_tools.drafting.titles import UNITS, meaning
 
@@ -58,7 +59,7 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if not first.strip():
         raise InputError(f"{path}: holds blank lines only, and must begin with the titles of the columns, as time,x,y")
     if not header or _is_row(header):
-        raise InputError(f"{path}:{number}: {_no_titles(path, number, first, delimiter)}")
+        raise InputError(f"{path}:{number}: {_no_titles(path, number, [first, *text], delimiter)}")
     at, between_cells = _first_of_most(header, text)
     if at is not None and any(meaning(cell).axis for cell in cells_of(text[at], between_cells) or []):
         cure = f"{shown(text[at])} looks like it: delete what stands above, or begin these lines with #"
@@ -66,8 +67,7 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     unfit = len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header)
     if at is not None and unfit and _is_row(cells_of(text[at], between_cells) or []):
-        number, line = numbered[at]
-        raise InputError(f"{path}:{number}: {_no_titles(path, number, line, between_cells)}")
+        raise InputError(f"{path}:{numbered[at][0]}: {_no_titles(path, numbered[at][0], text[at:], between_cells)}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab, | or blanks"
         raise InputError(
@@ -92,25 +92,24 @@ def _is_row(cells: list[str]) -> bool:
     return numbers > 0 and 2 * (numbers + cells.count("")) >= len(cells)
 
 
-def _no_titles(path: object, number: int, line: str, delimiter: str) -> str:
-    """Say that a row has no titles above it, and what to type."""
-    wanted = "must be a header line with the titles of the columns, as time,x,y; got"
-    cells = cells_of(line, delimiter) or []
-    if not cells or "{" in line:
-        return f"{wanted} {shown(line)}; make a table of it first, or JSON lines, each with its time"
+def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -> str:
+    """Say that rows have no titles above them, and what to type."""
+    wanted = f"must be a header line with the titles of the columns, as time,x,y; got {shown(text[0])}"
+    cells, *more = (cells_of(line, delimiter) or [] for line in text)
+    if not cells or "{" in text[0]:
+        return f"{wanted}; make a table of it first, or JSON lines, each with its time"
     named = ["time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1)]
-    for i, (first, second) in enumerate(pairwise(cells)):
-        if all(re.fullmatch(r"-?\d{1,3}\.\d{5,}", cell) for cell in (first, second)) and abs(float(first)) <= 90:
+    columns = list(zip(cells, *(row for row in more if len(row) == len(cells)), strict=True))
+    for i, (first, second) in enumerate(pairwise(columns)):
+        if in_degrees(second, first):
             named[i : i + 2] = ["latitude", "longitude"]
             break
     typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
-    return f"{wanted} {shown(line)}; write one above it, with the columns' own names: {typed}"
+    return f"{wanted}; write one above it, with the columns' own names: {typed}"
 
 
 def of_header(titles: Sequence[str], below: Sequence[str]) -> str:
     """Return what is wrong with a header, by what stands below it, or ""."""
-    if any("\ufffd" in title for title in titles):
-        return "; the titles are not in UTF-8: save the table in UTF-8"
     if any(below) and not any(sign.isdigit() for cell in below for sign in cell):
         return "; the header stands in two lines: write one, as time,x,y"
     if "sample_token" in titles:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from itertools import compress
+from pathlib import Path
 
 from attrs import evolve, frozen
 
 from vedette.errors import InputError
 from vedette.space import Array
 from vedette_files import NORTH_EAST
+from vedette_files.input_files import WESTERN, encoding
 from vedette_files.readers import FRAMES
-from vedette_files.tables.columnar import FrameTable, TablePath
+from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import pattern_of
@@ -146,11 +148,18 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
     if not others or who:
         names |= third_column(axes[0], measured, main)
+    first, second = (measured[name].title for name in axes)
+    for title in titles:
+        if title.endswith(f".{first}") and (other := title.removesuffix(first) + second) in titles:
+            typed = f"--columns {axes[0]}={title},{axes[1]}={other} takes them instead"
+            assumed.append(f"{title} and {other} are not read: {typed}")
     beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
     guessed: dict[str, str] = {}
     assumed += ["the row below the header states units; as a return it is refused"] if table.below else []
+    if isinstance(path, Path) and not is_columnar(path) and encoding(path) == WESTERN:
+        assumed.append("the titles are in Windows-1252, not in UTF-8")
     dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
     assumed += [text] if text else []
     for axis, name in every.items():

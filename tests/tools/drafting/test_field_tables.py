@@ -63,6 +63,7 @@ READ = {
     ),
     "French titles": table("temps,distance,azimut (deg)", polar(1, 180 / math.pi)),
     "units in brackets, in the row below": table("t,x,y\n(s),(km),(km)", lambda time, x, y: (time, x / 1000, y / 1000)),
+    "Latin-1": table("Zeit (µs),x,y", lambda time, x, y: (int(1e6 * time), x, y)).encode("latin-1"),
     "UTF-16, as Excel's Unicode text": PLAIN.replace(",", "\t").encode("utf-16"),
     "comments above the header": f"# radar 3\n# 12 May, rain\n\n{PLAIN}",
     "a header behind #, as numpy.savetxt writes it": f"# made by us\n# {PLAIN}",
@@ -111,10 +112,6 @@ def test_it_is_read_as_the_plain_table(name, tmp_path):
 
 REFUSED = {
     "the header in two lines": (table("time,place,\n,x,y", plain), r"d.csv: no columns .* the header stands in two lines"),
-    "titles in another encoding": (
-        table("Zeit,Breite,Länge", plain).encode("latin-1"),
-        r"d.csv: no columns .* not in UTF-8: save the table in UTF-8",
-    ),
     "words above the header": (
         "Radar log, of 12 May\nOperator: Smith\n" + PLAIN,
         r"d.csv:1: must be the titles .*'time,x,y' looks like it: delete what stands above",
@@ -154,6 +151,10 @@ REFUSED = {
         "\n".join(f"2026-05-12T08:30:{k:02d};211000001;{54 + k / 1e4:.4f};10.5" for k in range(20)),
         r"d.csv:1: must be a header line .*\(echo 'time;c2;c3;c4'; tail -n \+1 .*d.csv\) > titled.csv",
     ),
+    "no titles above metres with many decimals": (
+        "\n".join(f"{k};{k / 7 - 2:.6f};{2 - k / 9:.6f}" for k in range(20)),
+        r"d.csv:1: must be a header line .*\(echo 'c1;c2;c3'; ",
+    ),
     "lines above rows without titles, as GeoLife writes them": (
         "Geolife trajectory\nWGS 84\nAltitude is in Feet\nReserved 3\n0,2,255,My Track,0,0,2,8421376\n0\n"
         + "\n".join(f"39.9{k:02d}123,116.3{k:02d}456,0,492,39744.12,2008-10-23,02:53:{k:02d}" for k in range(20)),
@@ -188,6 +189,17 @@ REFUSED = {
 
 SPOTS = "LABEL,ID,TRACK_ID,POSITION_X,POSITION_Y,POSITION_T,FRAME"
 TRACKMATE = f"{SPOTS}\nLabel,Spot ID,Track ID,X,Y,T,Frame\n,,,(micron),(micron),(sec),"
+
+
+def test_a_draft_says_how_else_a_table_can_be_read(tmp_path):
+    (tmp_path / "d.csv").write_bytes(READ["Latin-1"])
+    assert "the titles are in Windows-1252, not in UTF-8" in read_table(tmp_path / "d.csv").assumed
+    frames = [{"t": time, "raw": [{"x": x, "y": y}], "smoothed": [{"x": x, "y": y}]} for time, x, y in LOOKS]
+    (tmp_path / "d.json").write_text(json.dumps(frames))
+    read = read_table(tmp_path / "d.json")
+    assert read.measured == {"x": "x", "y": "y"}
+    told = "smoothed.x and smoothed.y are not read: --columns x=smoothed.x,y=smoothed.y takes them instead"
+    assert told in read.assumed
 
 
 def test_spots_of_trackmate_and_poses_of_nuscenes_are_read(tmp_path):
