@@ -24,21 +24,29 @@ class Acknowledging:
     kept: dict[str, int] = field(factory=dict)
     replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
     _seen: dict[str, int] = field(factory=dict)
-    _again: deque[Number] = field(factory=deque)
+    _waiting: deque[tuple[Number, int]] = field(factory=deque)
     _taken: dict[tuple[str, str], int] = field(factory=dict)
 
     @property
     def asked(self) -> bool:
-        """Whether somebody sent again what had come, and waits for an answer."""
-        return bool(self._again)
+        """Whether somebody waits for the answer to a message that was not taken: it had come, or was refused."""
+        return bool(self._waiting)
+
+    def last(self, number: Number) -> int:
+        """Return the highest number that has come of a message's input and sensor; -1 if none has."""
+        key = _key(*number[:2])
+        return max(self._seen.get(key, -1), self.kept.get(key, -1))
 
     def came(self, number: Number) -> bool:
         """Return whether a message has come before; whoever sent it again is answered once it is kept."""
-        key = _key(*number[:2])
-        if number[2] > max(self._seen.get(key, -1), self.kept.get(key, -1)):
+        if number[2] > self.last(number):
             return False
-        self._again.append(number)
+        self._waiting.append((number, number[2]))
         return True
+
+    def refuse(self, number: Number) -> None:
+        """Answer a message that cannot be used once all before it is kept."""
+        self._waiting.append((number, self.last(number)))
 
     def note(self, number: Number) -> None:
         """Remember that a message has come: of a sensor that is known, as others may have very many names."""
@@ -59,12 +67,12 @@ class Acknowledging:
     def keep(self, numbers: Mapping[str, int]) -> None:
         """Answer, each connection once, with the latest of its numbers, now that all up to these are kept."""
         self.kept, done, self._taken = dict(numbers), self._taken, {}
-        for _ in range(len(self._again)):
-            again = self._again.popleft()
-            if again[2] <= self.kept.get(_key(*again[:2]), -1):
-                _raise(done, [again])
-            else:  # it waits to be taken, or to be kept
-                self._again.append(again)
+        for _ in range(len(self._waiting)):
+            untaken, needed = self._waiting.popleft()
+            if needed <= self.kept.get(_key(*untaken[:2]), -1):
+                _raise(done, [untaken])
+            else:  # it waits for others to be taken, or to be kept
+                self._waiting.append((untaken, needed))
         for (stream, sensor), number in done.items():
             self.reply((stream, sensor, number))
 

@@ -66,7 +66,7 @@ class Keeping:
         for grouper, clocks, feed in feeds:
             grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
         self.listening.numbers.kept = dict(saved.acknowledged)
-        if self.recorder is not None and "recorded" in saved.states:
+        if self.recorder is not None and "recorded" in saved.states and not getattr(self.store, "older", False):
             self.recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
             if name in self.counters.counts:
@@ -86,9 +86,10 @@ class Keeping:
         """Keep the state and the tracks since the last time; then acknowledge what they hold."""
         if self.recorder is not None:
             self._write_record(self.recorder)
-        if self.store is None or window is None:
-            return
         numbers = self.listening.numbers.taken()
+        if self.store is None or window is None:
+            self.listening.numbers.keep(numbers)
+            return
         clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {
             "made": self.made,

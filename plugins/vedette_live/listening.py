@@ -10,7 +10,7 @@ from typing import Any, final
 from attrs import define, field
 
 from vedette.errors import VedetteError
-from vedette.streams import Arrival, now
+from vedette.streams import Arrival, Message, now
 from vedette.tracking import raw_sensors
 from vedette_live.acknowledging import Acknowledging
 from vedette_live.config import Feed, Service
@@ -123,6 +123,11 @@ class Listening:
         for message in decoded.messages:
             stream = f"{i} {arrival.stream}"
             number = None if message.number is None else (stream, message.sensor, message.number)
+            if number is not None and number[2] <= (last := self.numbers.last(number)) and self._is_new(i, message):
+                told = f"n: must rise, got {number[2]} after {last}, with a later time"
+                self.ails[f"numbers of {message.sensor!r}"] = told
+                self._refuse(told, arrival, log)
+                continue
             if number is not None and self.numbers.came(number):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
@@ -133,14 +138,22 @@ class Listening:
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
                 if number is not None:
-                    self.numbers.reply(number)
+                    self.numbers.refuse(number)
                 continue
             if number is not None:
                 self.numbers.note(number)
+                self.ails.pop(f"numbers of {message.sensor!r}", None)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
                 self.put(formed, feed)
+
+    def _is_new(self, i: int, message: Message) -> bool:
+        """Return whether a message is later than all that came of its sensor, so that it is none of them again."""
+        clock = self.groupers[i].clocks.get(message.sensor)
+        if clock is None or clock.by == "receiver" or clock.last is None or message.time is None:
+            return False
+        return message.time > clock.last
 
     def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
         self.counters.add("messages_refused_total")

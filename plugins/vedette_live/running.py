@@ -113,7 +113,7 @@ class Running:
             elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
-            if self.kept.store is None and self.listening.numbers.asked:
+            if (self.kept.store is None or self._window is None) and self.listening.numbers.asked:
                 self.listening.numbers.keep(self.listening.numbers.taken())
             if now() - saved_at >= every:
                 self.kept.save(self._window)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import socket
 import time
 from contextlib import suppress
@@ -30,6 +31,21 @@ def test_a_file_that_was_moved_away_is_begun_anew_and_a_link_is_refused(tmp_path
         pass
     assert path.read_bytes() == b"two\n"
     assert sorted(file.name for file in tmp_path.iterdir()) == ["link", "old", "tracks"]
+
+
+def test_a_report_that_a_full_disk_takes_in_part_is_no_half_line(tmp_path: Path) -> None:
+    """A limit on the file's size stands for the disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    with FileOutput(path=str(tmp_path / "tracks")).open() as send:
+        send(b"one\n")
+        resource.setrlimit(resource.RLIMIT_FSIZE, (6, hard))
+        try:
+            with pytest.raises(OSError, match="too large"):
+                send(b"two\n")
+        finally:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+        send(b"three\n")
+    assert (tmp_path / "tracks").read_bytes() == b"one\nthree\n"
 
 
 def test_a_file_that_another_writes_is_left_alone(tmp_path: Path) -> None:

@@ -17,9 +17,22 @@ import numpy as np
 import pytest
 
 import vedette
-from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, replayed, served, undisturbed, wait_for
+from support.services import (
+    PATIENCE,
+    TRACKER,
+    as_json,
+    connected,
+    feed,
+    free_port,
+    lines,
+    ran,
+    replayed,
+    served,
+    undisturbed,
+    wait_for,
+)
 from vedette import ConfigError
-from vedette.streams import Saved
+from vedette.streams import Arrival, Saved
 from vedette_live import saving
 from vedette_live.config import load_service
 from vedette_live.running import Running
@@ -78,6 +91,38 @@ def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Pat
     assert {answer["sensor"]: answer["ack"] for answer in answers} == {"north": 39, "south": 38}
     assert running.counters.counts["messages_repeated_total"] == 30
     assert as_json(running.state) == as_json(undisturbed(todo))
+
+
+def numbered(sensor: str, number: int, time: float, z: list[list[float]], answers: list[bytes]) -> Arrival:
+    told = json.dumps({"time": time, "sensor": sensor, "z": z, "n": number})
+    return Arrival(f"{told}\n".encode(), time, "", answers.append)
+
+
+def test_a_message_that_cannot_be_used_is_answered_once_all_before_it_is_kept(tmp_path: Path) -> None:
+    """Its answer says so of them; one of a sensor that nobody knows has none before it."""
+    answers = list[bytes]()
+    came = [("north", 5, [[0.0, 0.0]]), ("north", 6, [[1.0, 2.0, 3.0]]), ("nroth", 7, [[0.0, 0.0]])]
+    ran(
+        {**config(tmp_path, 1, save=3600.0), "inputs": [feed()]},
+        [numbered(sensor, n, float(n), z, answers) for sensor, n, z in came],
+    )
+    assert [json.loads(answer) for answer in answers] == [{"ack": 6, "sensor": "north"}, {"ack": 7, "sensor": "nroth"}]
+    answers.clear()
+    ran({**TRACKER, "inputs": [feed()]}, [numbered("north", 3, 0.0, [[1.0]], answers)])
+    assert [json.loads(answer) for answer in answers] == [{"ack": 3, "sensor": "north"}]
+
+
+def test_a_sender_that_counts_anew_is_told_and_not_answered(tmp_path: Path) -> None:
+    """It was answered as one that sends again, and what it sent was taken by nobody."""
+    answers, z = list[bytes](), [[0.0, 0.0]]
+    given = {**config(tmp_path, 1), "inputs": [feed()]}
+    ran(given, [numbered("north", 7, 7.0, z, answers)])
+    anew = ran(given, [numbered("north", 7, 7.0, z, answers), numbered("north", 2, 200.0, z, answers)])
+    assert list(anew.ails) == ["numbers of 'north'"]
+    assert "got 2 after 7" in anew.ails["numbers of 'north'"]
+    assert (anew.counters.counts["messages_repeated_total"], anew.counters.counts["messages_refused_total"]) == (1, 1)
+    assert [json.loads(answer)["ack"] for answer in answers] == [7, 7]
+    assert ran(given, [numbered("north", 8, 201.0, z, answers)]).ails == {}
 
 
 def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> None:
@@ -150,7 +195,21 @@ def test_a_damaged_state_is_told_and_the_one_before_it_used(tmp_path: Path) -> N
     saved = again.load()
     assert saved is not None
     assert saved.states == {"i": 1}
+    assert len(getattr(again, "told", [])) == 1
     again.close()
+
+
+def test_a_record_keeps_what_a_damaged_store_forgot(tmp_path: Path) -> None:
+    """A sender that was answered does not send it again."""
+    port, record = free_port(), tmp_path / "record.jsonl"
+    given = config(tmp_path, port, record=str(record))
+    for count in (10, 20):
+        with served(given):
+            send(port, lines(count), count)
+    whole = record.read_bytes()
+    (tmp_path / "state.sqlite").write_bytes(b"")
+    assert goes_on(given) == undisturbed(lines(10)).time
+    assert record.read_bytes() == whole
 
 
 def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path) -> None:

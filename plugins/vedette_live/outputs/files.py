@@ -61,9 +61,13 @@ def _appended(path: Path) -> Iterator[Callable[[bytes], None]]:
             if not _is_at(path, file):
                 opened.close()
                 file = opened.enter_context(open_growing(path))
-            file.seek(0, os.SEEK_END)
-            while data:
-                data = data[file.write(data) :]
+            end = file.seek(0, os.SEEK_END)
+            try:
+                while data:
+                    data = data[file.write(data) :]
+            except OSError:
+                file.truncate(end)  # a full disk took a part of it
+                raise
 
         yield send
 
