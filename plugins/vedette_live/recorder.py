@@ -26,6 +26,8 @@ from vedette_live.window import Taken
 
 MOST = 10_000
 """Lines that wait for a file that cannot be written, as on a full disk; then the oldest are dropped."""
+PIECE = 2**20
+"""Bytes that are read at once."""
 
 
 @final
@@ -51,15 +53,16 @@ class Recorder:
         try:
             file = open_growing(place)
             held.callback(file.close)
-            there = file.read(len(head))
+            there, end = file.read(len(head)), _end_of_lines(file)
         except OSError as error:
             held.close()
             raise InputError(f"service.record: {place}: cannot be written: {error.strerror}") from None
-        if there and there != head:
+        if not head.startswith(there):
             held.close()
             raise InputError(f"service.record: {place}: is not a record of these sensors; name another file")
-        recorder = cls(spaces, file, held, file.seek(0, os.SEEK_END))
-        if not there:
+        file.truncate(end)
+        recorder = cls(spaces, file, held, end)
+        if not end:
             recorder.waiting.append(head)
         return recorder
 
@@ -96,3 +99,14 @@ class Recorder:
     def close(self) -> None:
         """Close the file, and let others have it."""
         self.held.close()
+
+
+def _end_of_lines(file: FileIO) -> int:
+    """Return where the last whole line ends: a service that was killed may have left a part of the next one."""
+    end = file.seek(0, os.SEEK_END)
+    while end:
+        start = file.seek(max(0, end - PIECE))
+        if line_end := file.read(end - start).rfind(b"\n") + 1:
+            return start + line_end
+        end = start
+    return 0

@@ -11,10 +11,12 @@ from typing import Any
 import numpy as np
 
 import vedette
-from support.services import TRACKER, as_json, feed, lines, made, ran, replayed
+from support.services import TRACKER, as_json, feed, lines, made, ran, replayed, undisturbed
 from vedette.streams import Arrival
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
+from vedette_live.recorder import Recorder
+from vedette_live.window import Taken
 
 
 def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_out(tmp_path: Path) -> None:
@@ -47,6 +49,27 @@ def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_o
     for time, number, mean, cov in rows:
         i = found[time, number]
         assert (mean, cov) == (json.dumps(tracks[number].mean[i].tolist()), json.dumps(tracks[number].cov[i].tolist()))
+
+
+def test_a_record_that_ends_in_a_part_of_a_line_goes_on_after_the_last_whole_one(tmp_path: Path) -> None:
+    record = tmp_path / "record.jsonl"
+    experiment, state = vedette.load(TRACKER), undisturbed([])
+
+    def record_scan(time: float) -> list[bytes]:
+        recorder = Recorder.append(str(record), experiment)
+        scan = vedette.Scan(time, "north", vedette.Detections.of([[time, 1.0]]))
+        recorder.write(Taken(scan, (), state))
+        recorder.flush()
+        recorder.close()
+        return record.read_bytes().splitlines(keepends=True)
+
+    head, first = record_scan(0.0)
+    *_, second = record_scan(1.0)
+    whole = head + first
+    for cut in {*range(0, len(whole), 9), len(head) - 1, len(head), len(whole) - 1, len(whole)}:
+        record.write_bytes(whole[:cut])
+        kept = [head, *[first] * (cut == len(whole))]
+        assert record_scan(1.0) == [*kept, second], cut
 
 
 def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
