@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import select
 import socket
 import sys
 from argparse import Namespace
@@ -14,6 +15,11 @@ from vedette.commands import DONE, INTERRUPTED, options
 from vedette.errors import ConfigError, Problem
 from vedette_files import read_recording, scan_line
 from vedette_report.watching.real_time import Pace, read_speed
+
+PIECE = 2**16
+"""Bytes that are read at once."""
+PATIENCE = 10.0
+"""s for a connection, and for an answer at the end."""
 
 
 def run(arguments: Namespace) -> int:
@@ -51,7 +57,20 @@ def _sender(address: str) -> Iterator[Callable[[bytes], None]]:
                 here.connect((host.strip("[]"), int(port)))
                 yield here.sendall
         else:
-            with socket.create_connection((host.strip("[]"), int(port)), timeout=10.0) as connection:
-                yield connection.sendall
+            with socket.create_connection((host.strip("[]"), int(port)), timeout=PATIENCE) as connection:
+
+                def numbered(data: bytes) -> None:
+                    connection.sendall(data)
+                    _read_answers(connection, 0.0)
+
+                yield numbered
+                connection.shutdown(socket.SHUT_WR)
+                _read_answers(connection, PATIENCE)
     except OSError as error:
         raise ConfigError([Problem("--to", f"{address}: {error.strerror or error}")]) from None
+
+
+def _read_answers(connection: socket.socket, patience: float) -> None:
+    """Read until nothing comes: whoever closes with answers unread throws away what is still on its way."""
+    while select.select([connection], [], [], patience)[0] and connection.recv(PIECE):
+        pass
