@@ -203,6 +203,20 @@ def test_layers_can_be_turned_off_and_the_map_moved(opened):
     assert opened.said == []
 
 
+def test_without_truth_nothing_is_compared_with_it(folder, tmp_path, running):
+    head, *scans = map(json.loads, (folder / "recording.jsonl").read_text().splitlines())
+    told = [{**head, "truth": {}}, *({name: scan[name] for name in scan if name != "truth"} for scan in scans[:20])]
+    (tmp_path / "seen.jsonl").write_text("".join(json.dumps(line) + "\n" for line in told))
+    line = ["run", str(EXAMPLES / "harbour.toml"), "--set", "source.kind=jsonl", "--stream", "--report"]
+    assert main([*line, "--set", f"source.path={tmp_path / 'seen.jsonl'}", "--out", str(tmp_path)]) == 0
+    seen = Opened(running, tmp_path / "report.html")
+    assert "truth" not in seen.tab.locator("#layers").inner_text()
+    seen.tab.evaluate("page.goTo(19)")
+    assert seen.tab.locator("#details .list thead").inner_text().split() == ["track", "existence"]
+    assert "covered" not in seen.tab.locator("#details").inner_text()
+    assert seen.said == []
+
+
 def test_sensors_can_be_filtered(tmp_path, running):
     from support.results import config
 

@@ -55,14 +55,15 @@ class Details {
 
   showScan() {
     const { data, state, host } = this, { scans, entries, tracks, facts } = data, s = state.scan;
-    const rows = [];
+    const rows = [], judged = facts.objects.length > 0, heads = judged ? ["object", "error"] : [];
     for (let k = entries.atScan.first[s]; k < entries.atScan.first[s + 1]; k++) {
       const e = entries.atScan.row[k], t = entries.track[e];
       if (entries.confirmed[e]) rows.push({ entry: e, pick: () => this.choose({ track: t }) });
     }
     for (const row of rows.slice(0, LISTED)) {
       const e = row.entry;
-      row.cells = [String(tracks.id[entries.track[e]]), this.objectOf(e), shown(entries.position_error[e]), shown(entries.existence[e])];
+      const compared = judged ? [this.objectOf(e), shown(entries.position_error[e])] : [];
+      row.cells = [String(tracks.id[entries.track[e]]), ...compared, shown(entries.existence[e])];
     }
     host.replaceChildren(
       element("h2", `Scan ${s + 1} of ${scans.count}`),
@@ -70,11 +71,11 @@ class Details {
         facts.dated ? ["time", dateOf(scans.time[s]), "time"] : ["time [s]", scans.time[s].toFixed(3), "time"],
         ["sensor", Object.keys(facts.sensors)[scans.sensor[s]]],
         ["returns", String(scans.returns[s]), "returns"],
-        ...this.known("scans", s, [["objects covered", "covered"], [`position error [${facts.unit}]`, "position_rmse"], ["NEES", "nees"], ["NIS", "nis"]]),
+        ...this.known("scans", s, [...(judged ? [["objects covered", "covered"]] : []), [`position error [${facts.unit}]`, "position_rmse"], ["NEES", "nees"], ["NIS", "nis"]]),
       ]),
       element("h3", rows.length ? "Confirmed tracks" : "No confirmed track"),
     );
-    if (rows.length) host.append(this.list(["track", "object", "error", "existence"], rows.slice(0, LISTED)));
+    if (rows.length) host.append(this.list(["track", ...heads, "existence"], rows.slice(0, LISTED)));
     if (rows.length > LISTED) host.append(element("p", `and ${rows.length - LISTED} more on the map`, "hint"));
     host.append(element("p", "Click a track or a return on the map.", "hint"));
   }

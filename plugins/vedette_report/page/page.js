@@ -69,7 +69,7 @@ class Page {
     const speed = byId("speed");
     for (const value of SPEEDS) speed.append(new Option(`${value}×`, value, value === this.state.speed, value === this.state.speed));
     speed.addEventListener("change", () => { this.state.speed = Number(speed.value); });
-    const none = { frames: !this.data.facts.frames.length };
+    const none = { frames: !this.data.facts.frames.length, truth: !this.data.facts.objects.length };
     for (const [name, [label]] of Object.entries(LAYERS)) if (!none[name]) byId("layers").append(this.switch(label, this.state.layers, name));
     const sensors = Object.keys(this.data.facts.sensors);
     if (sensors.length > 1) sensors.forEach((name, i) => byId("sensors").append(this.switch(name, this.state.sensors, i)));
