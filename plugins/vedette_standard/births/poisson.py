@@ -41,6 +41,7 @@ class Poisson(Birth):
     A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
     moments given z, for a nonlinear sensor linearised around z. So the tracker is a Poisson multi-Bernoulli filter.
+    A look thins a Gaussian by P_D at its mean: where a view ends within one, state several narrower ones.
     Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
 
     >>> from vedette import Detections
