@@ -18,7 +18,7 @@ import numpy as np
 from attrs import evolve
 
 from benchmarks.flir_cameras import Change, Changed, eight, still, turned, zooms
-from benchmarks.flir_clips import NEAR, Clip, Followed, clips, follow, held, losses, tracker
+from benchmarks.flir_clips import NEAR, Clip, Followed, clips, cut, follow, held, losses, tracker
 from benchmarks.flir_looks import LOOKS
 from benchmarks.flir_losses import KINDS, again, cleaned
 from vedette import Array
@@ -171,9 +171,7 @@ def changed(recorded: list[Clip], kind: str, *, losing: bool = False) -> list[tu
     parts = [(clip, *part) for clip in recorded for part in clip.segments]
     made, number = [], list(CHANGES).index(kind)
     for i, (clip, begin, end) in enumerate(parts):
-        start = min(k for k in clip.boxes if k >= begin)
-        frames = clip.frames[start : min(end, len(clip.frames))]
-        boxes = {k - start: box.copy() for k, box in clip.boxes.items() if start <= k < start + len(frames)}
+        frames, boxes = cut(clip, begin, end)
         rng, back = np.random.default_rng([number, i, losing]), 0
         if losing:
             if len(frames) < 150:

@@ -101,6 +101,13 @@ def clips(which: str = "all") -> list[Clip]:
     return found
 
 
+def cut(clip: Clip, begin: int, end: int) -> tuple[Array, dict[int, Array]]:
+    """Return a segment's frames from its first box on, and copies of their boxes."""
+    start = min(k for k in clip.boxes if k >= begin)
+    frames = clip.frames[start : min(end, len(clip.frames))]
+    return frames, {k - start: box.copy() for k, box in clip.boxes.items() if start <= k < start + len(frames)}
+
+
 def exact(box: Array) -> Array:
     """Return the box as it is."""
     return box

@@ -16,7 +16,7 @@ from attrs import evolve
 
 from benchmarks.flir_cameras import eight
 from benchmarks.flir_changed import told
-from benchmarks.flir_clips import NEAR, Clip, clips, follow, held, tracker
+from benchmarks.flir_clips import NEAR, Clip, clips, cut, follow, held, tracker
 from benchmarks.flir_looks import own
 from vedette import Array
 
@@ -24,13 +24,6 @@ BEYOND, FEWEST, PART = 4.0, 30, 0.1
 """Px by which light may reach beyond 1.3 boxes, the fewest frames, and the part of them that may be otherwise."""
 
 Part = tuple[Clip, int, int]
-
-
-def cut(clip: Clip, begin: int, end: int) -> tuple[Array, dict[int, Array]]:
-    """Return a segment's frames from its first box on, and their boxes."""
-    start = min(k for k in clip.boxes if k >= begin)
-    frames = clip.frames[start : min(end, len(clip.frames))]
-    return frames, {k - start: box for k, box in clip.boxes.items() if start <= k < start + len(frames)}
 
 
 def wrong(light: Array, box: Array, other: Array | None) -> bool:
@@ -47,11 +40,9 @@ def exchanged(one: Part, other: Part) -> Clip | None:
     boxes = {k: box for k, box in boxes.items() if k < count}
     if one[0].name == other[0].name or frames.shape[1:] != scenes.shape[1:] or len(boxes) < FEWEST:
         return None
-    drawn = scenes[:count].astype(float)
-    for k, box in others.items():
-        if k < count:
-            drawn[k] -= own(drawn[k], box)
-    odd = 0
+    drawn, odd = scenes[:count].astype(float), 0
+    for k in others.keys() & set(range(count)):
+        drawn[k] -= own(drawn[k], others[k])
     for k, box in boxes.items():
         light = own(frames[k].astype(float), box)
         odd += wrong(light, box, others.get(k))

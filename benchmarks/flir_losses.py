@@ -30,7 +30,7 @@ import cv2
 import numpy as np
 from attrs import evolve
 
-from benchmarks.flir_clips import Clip, Followed, clips, follow, held, losses, tracker
+from benchmarks.flir_clips import Clip, Followed, clips, cut, follow, held, losses, tracker
 from vedette import Array
 
 BEGIN = 50
@@ -243,9 +243,8 @@ def planted(recorded: list[Clip], every: int) -> list[tuple[str, Clip, int]]:
         for i, (clip, begin, end) in enumerate(parts):
             if i % every != number % every:
                 continue
-            start = min(k for k in clip.boxes if k >= begin)
-            frames = [each.astype(float) for each in clip.frames[start:end]]
-            boxes = {k - start: box.copy() for k, box in clip.boxes.items() if start <= k < end}
+            part, boxes = cut(clip, begin, end)
+            frames = [each.astype(float) for each in part]
             other = parts[(i + len(parts) // 2) % len(parts)][0]
             back = plant(frames, boxes, np.random.default_rng([number, i]), other)
             if back is None:
