@@ -30,8 +30,8 @@ def at_returns(prior: Gaussian, state: Space, sensor: Sensor, detections: Detect
     direction; and takes P_D there, which a return beyond the edge of a view does not have.
     """
     returns, own = complete(detections), state.locate(sensor.observes)
-    if not len(returns):
-        return None
+    if not len(returns) or (sensor.linear and np.ndim(sensor.detects(prior.mean[:, own])) == 0):
+        return None  # P_D is one number
     z, noise = detections.z[returns], None if detections.noise is None else detections.noise[returns]
     try:
         spot = sensor.invert(z, noise)
