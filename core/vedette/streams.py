@@ -162,7 +162,7 @@ class Output(Component):
 class Saved:
     """What a service needs to go on: its config's digest, plain data of its states, and what it had counted.
 
-    `notes`: what x, y and times mean, as a recording's.
+    `notes`: what x, y and times mean, as a recording's. `older`: something saved later is damaged.
     """
 
     digest: str
@@ -170,6 +170,7 @@ class Saved:
     counters: Mapping[str, int] = Factory(dict)
     acknowledged: Mapping[str, int] = field(factory=dict)
     notes: Mapping[str, str] = field(factory=dict)
+    older: bool = False
 
 
 class Storage(Protocol):

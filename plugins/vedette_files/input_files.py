@@ -29,8 +29,11 @@ NOT_TEXT = {
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")
 """How text begins that Windows calls Unicode."""
 
-FIRST, WESTERN = 2**16, "cp1252"
-"""Bytes of the first line that say how a text is encoded, and how text is that is not Unicode: Latin-1 with more signs."""
+FIRST = 2**16
+"""Bytes of the first line, at most, that say how a text is encoded."""
+
+WESTERN = "cp1252"
+"""How a text is taken to be encoded that is not Unicode: Latin-1 with more signs."""
 
 LARGEST_WHOLE = 2**28
 """Bytes of a file that is read whole: a JSON file takes some twenty times as much memory."""
@@ -97,8 +100,8 @@ def whole_text(path: Path, most: int = 0) -> str:
 def lines(path: Path) -> Iterator[tuple[int, str]]:
     """Yield the lines of a file in UTF-8, or as `encoding` finds it, counted from 1, without their ends.
 
-    What is not becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be read,
-    is no text, holds nothing, or has a line of more than LONGEST_LINE characters.
+    What cannot be decoded becomes U+FFFD, so that one bad byte costs one line and not the file. InputError if it cannot be
+    read, is no text, holds nothing, or has a line of more than LONGEST_LINE characters.
     """
     number, most = 0, raised(LONGEST_LINE)
     check_regular(path)

@@ -66,7 +66,7 @@ class Keeping:
         for grouper, clocks, feed in feeds:
             grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
         self.listening.numbers.kept = dict(saved.acknowledged)
-        if self.recorder is not None and "recorded" in saved.states and not getattr(self.store, "older", False):
+        if self.recorder is not None and "recorded" in saved.states and not saved.older:
             self.recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
             if name in self.counters.counts:

@@ -10,7 +10,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import Any, ClassVar, final
 
-from attrs import define, frozen
+from attrs import define, evolve, frozen
 
 from vedette import fields
 from vedette.errors import InputError
@@ -56,7 +56,7 @@ class SqliteStore(Store):
     def _opened(self, path: Path, held: ExitStack) -> _Open:
         told = list[str]()
         try:
-            connection, saved, older = _opened(path)
+            connection, saved = _opened(path)
         except sqlite3.OperationalError as error:
             raise InputError(f"service.store: {path}: cannot be opened: {error}") from None
         except sqlite3.DatabaseError as error:
@@ -70,19 +70,19 @@ class SqliteStore(Store):
                 _copy(before, path)
                 told.append(f"{before.name}, a copy made at the last start, is used")
             try:
-                connection, saved, _ = _opened(path)
+                connection, saved = _opened(path)
             except sqlite3.DatabaseError as second:
                 raise InputError(f"service.store: {path}: neither it nor {before.name} can be used: {second}") from None
-            older = True
+            saved = saved and evolve(saved, older=True)
         else:
-            if older:
+            if saved is not None and saved.older:
                 told.append(f"the latest state in {path} is damaged: the one before it is used")
         if saved is not None:
             try:
                 _copy(path, _before(path))
             except (sqlite3.Error, OSError) as error:
                 told.append(f"{_before(path).name} cannot be written: {error}")
-        return _Open(connection, self.keep, saved, told, older, held)
+        return _Open(connection, self.keep, saved, told, held)
 
 
 def _before(path: Path) -> Path:
@@ -101,7 +101,7 @@ def _copy(source: Path, target: Path) -> None:
         part.unlink(missing_ok=True)
 
 
-def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None, bool]:
+def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
     if path.exists() and not path.stat().st_size and _before(path).exists():
         raise sqlite3.DatabaseError("it is empty")
     connection = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=5.0)
@@ -116,38 +116,37 @@ def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None, bool]:
                 f"service.store: {path}: is of version {version}, and this Vedette reads {VERSION}: move it away"
             )
         connection.executescript(f"{_TABLES} {SCHEMA} PRAGMA user_version = {VERSION};")
-        return connection, *_latest(connection)
+        return connection, _latest(connection)
     except BaseException:
         connection.close()
         raise
 
 
-def _latest(connection: sqlite3.Connection) -> tuple[Saved | None, bool]:
-    """Return the latest state that is whole, and whether there was a later one."""
+def _latest(connection: sqlite3.Connection) -> Saved | None:
+    """Return the latest state that is whole."""
     rows = connection.execute("SELECT digest, content FROM states ORDER BY id DESC").fetchall()
     for i, (digest, content) in enumerate(rows):
         if sha256(content.encode()).hexdigest() != digest:
             continue
         try:
             given = json.loads(content)
-            return Saved(given["digest"], given["states"], given["counters"], given["acknowledged"]), i > 0
+            return Saved(given["digest"], given["states"], given["counters"], given["acknowledged"], older=i > 0)
         except (ValueError, KeyError, TypeError):
             continue
     if rows:
         raise sqlite3.DatabaseError("no state in it is whole")
-    return None, False
+    return None
 
 
 @final
 @define(eq=False)
 class _Open:
-    """The store, open. `told`: what was wrong when it was opened; `older`: `saved` is not what was saved last."""
+    """The store, open. `told`: what was wrong when it was opened."""
 
     connection: sqlite3.Connection
     keep: float
     saved: Saved | None
     told: list[str]
-    older: bool
     held: ExitStack
 
     def load(self) -> Saved | None:
