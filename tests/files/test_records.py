@@ -69,6 +69,9 @@ def test_what_stands_beside_a_list_is_of_each_of_its_rows(tmp_path):
     assert list(header_and_rows(tmp_path / "a.json", ("now", "by.site", "x"))[1]) == [["7.5", "a", "1"], ["7.5", "a", "2"]]
     (tmp_path / "b.json").write_text(json.dumps({"time": 7, "states": [["a", 1], ["b", 2]]}))
     assert list(header_and_rows(tmp_path / "b.json", ("time", "states.1"))[1]) == [["7", "1"], ["7", "2"]]
+    (tmp_path / "c.json").write_text(json.dumps({"now": 7.5, "aircraft": []}))
+    with pytest.raises(InputError, match=r"c\.json: holds no record"):
+        header_and_rows(tmp_path / "c.json", ("now",))
 
 
 def test_a_list_that_tells_another_one_again_has_titles_of_its_own(tmp_path):

@@ -73,8 +73,10 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
     data = _parsed(str(path), whole_text(path))
     if isinstance(data, Mapping):  # columns, or a list below a name, as in { "now": 0.0, "detections": [...] }
         data = _of_columns(data)
-    if isinstance(data, Mapping) and len(lists := [name for name in data if _holds_rows(data[name])]) == 1:
-        data = [{**data, lists[0]: [part]} for part in data[lists[0]]]
+    if isinstance(data, Mapping):
+        lists = [name for name in data if _holds_rows(data[name])]
+        if len(lists) == 1 or (not lists and [] in data.values()):
+            data = [{**data, name: [part]} for name in lists for part in data[name]]
     if not isinstance(data, list):
         raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
     yield from ((f"{path}: record {number}", record) for number, record in enumerate(data, 1))
