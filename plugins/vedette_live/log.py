@@ -11,6 +11,7 @@ from attrs import define, field
 from vedette.streams import now
 
 LOG = logging.getLogger("vedette.live")
+CLOSED = "connection closed"
 _QUIET = 10.0
 """s between two lines of the log that say the same of one input."""
 

@@ -12,10 +12,11 @@ from time import monotonic, sleep
 
 import pytest
 
-from support.services import PATIENCE, free_port
+from support.services import PATIENCE, connected, free_port
 from vedette.streams import Arrival, Input
 from vedette_live.health import notify
 from vedette_live.inputs.files import FileInput
+from vedette_live.inputs.tcp import TcpServerInput
 from vedette_live.inputs.udp import UdpInput
 
 LOOPBACK = "127.0.0.1"
@@ -77,6 +78,21 @@ def test_datagrams_that_the_system_dropped_are_counted_to_the_last() -> None:
     lost = sum(arrival.lost or 0 for arrival in arrivals)
     assert numbers[-1] - numbers[0] + 1 == len(arrivals) + lost
     assert lost > 100
+
+
+def test_a_connection_too_many_is_closed_and_told(caplog: pytest.LogCaptureFixture) -> None:
+    port = free_port()
+    with (
+        _listening(TcpServerInput(port=port, most=1), _now()) as arrivals,
+        connected(port) as first,
+        connected(port) as second,
+    ):
+        assert second.recv(1) == b""
+        first.sendall(b"one\n")
+        _until(lambda: bool(arrivals))
+    (told,) = [vars(record) for record in caplog.records if record.getMessage() == "connection closed"]
+    assert "more than `most`" in told["why"]
+    assert told["from"].startswith(f"tcp {port} 127.0.0.1:")
 
 
 def test_a_multicast_group_is_joined() -> None:

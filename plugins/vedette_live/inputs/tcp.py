@@ -18,6 +18,7 @@ from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Arrival, Input, now
 from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+from vedette_live.log import CLOSED, Sparing
 
 PIECE = 2**16
 """Bytes that are read at once."""
@@ -30,7 +31,7 @@ FIRST_LINE = 4200
 class TcpServerInput(Input):
     """Connections that come to a port, each a stream of its own; what acknowledges a message goes back by its connection.
 
-    A connection that is silent for `idle`, or one more than `most`, is closed.
+    A connection that is silent for `idle`, one more than `most`, or one without the token is closed, and the log says so.
     RFC 9293, Transmission Control Protocol, 2022.
     """
 
@@ -44,6 +45,7 @@ class TcpServerInput(Input):
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
         context, wants = self.security.server(), self.security.token is not None
+        log = Sparing(f"tcp {self.port}")
         try:
             family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
             server = socket.create_server((self.host, self.port), family=family, backlog=self.most)
@@ -57,12 +59,13 @@ class TcpServerInput(Input):
                 while not stop.is_set():
                     for key, _ in chosen.select(PATIENCE):
                         if key.fileobj is server:
-                            self._accept(server, chosen, connections, context, wants)
+                            self._accept(server, chosen, connections, context, wants, log)
                         else:
-                            yield from self._read(connections[key.fileobj], chosen, connections)  # type: ignore[index]
+                            yield from self._read(connections[key.fileobj], chosen, connections, log)  # type: ignore[index]
                     if (at := monotonic()) - looked > PATIENCE:
                         looked = at
                         for late in [each for each in connections.values() if at - each.heard > self.idle]:
+                            log.warn(CLOSED, f"nothing came for {self.idle:g} s", late.name)
                             yield _closed(late, chosen, connections)
             finally:
                 for connection in connections.values():
@@ -75,12 +78,14 @@ class TcpServerInput(Input):
         connections: dict[socket.socket, _Connection],
         context: ssl.SSLContext | None,
         wants: bool,
+        log: Sparing,
     ) -> None:
         try:
             here, sender = server.accept()
         except OSError:
             return
         if len(connections) >= self.most:
+            log.warn(CLOSED, f"it is one more than `most` of the input, {self.most}", f"{sender[0]}:{sender[1]}")
             here.close()
             return
         here.setblocking(False)
@@ -90,7 +95,7 @@ class TcpServerInput(Input):
         chosen.register(here, selectors.EVENT_READ)
 
     def _read(
-        self, one: _Connection, chosen: selectors.BaseSelector, connections: dict[socket.socket, _Connection]
+        self, one: _Connection, chosen: selectors.BaseSelector, connections: dict[socket.socket, _Connection], log: Sparing
     ) -> Iterator[Arrival]:
         while data := one.receive():
             one.heard = monotonic()
@@ -100,6 +105,7 @@ class TcpServerInput(Input):
                 if not end and len(line) <= FIRST_LINE:
                     continue
                 if not end or not self.security.allows(line):
+                    log.warn(CLOSED, "its first line is not the token", one.name)
                     break
                 one.allowed, data = True, rest
             yield Arrival(data, now(), one.name, one.send)

@@ -14,6 +14,7 @@ from attrs import define, field, frozen
 from vedette import fields
 from vedette.streams import Output
 from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+from vedette_live.log import CLOSED, Sparing
 
 LARGEST = 1400
 """Bytes of a datagram at most, where a report has several lines: what passes most networks whole."""
@@ -95,7 +96,10 @@ class TcpClientOutput(Output):
 @final
 @frozen
 class TcpServerOutput(Output):
-    """Whoever connects gets what is sent from then on; a reader that takes nothing for 2 s loses its connection."""
+    """Whoever connects gets what is sent from then on; a reader that takes nothing for 2 s loses its connection.
+
+    One more than `most` is closed; the log tells of both.
+    """
 
     kind: ClassVar[str] = "tcp_server"
 
@@ -110,7 +114,7 @@ class TcpServerOutput(Output):
     @contextmanager
     def _opened(self) -> Iterator[Callable[[bytes], None]]:
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
-        readers = _Readers(self.most, self.security, self.security.server())
+        readers = _Readers(self.most, self.security, self.security.server(), Sparing(f"tcp {self.port}"))
         with socket.create_server((self.host, self.port), family=family, backlog=64) as server:
             server.settimeout(PATIENCE)
             thread = Thread(target=readers.accept, args=(server,), daemon=True)
@@ -131,6 +135,7 @@ class _Readers:
     most: int
     security: Security
     context: ssl.SSLContext | None
+    log: Sparing
     stop: Event = field(factory=Event)
     lock: Lock = field(factory=Lock)
     connected: list[socket.socket] = field(factory=list)
@@ -164,6 +169,7 @@ class _Readers:
     def _add(self, here: socket.socket) -> None:
         with self.lock:
             if len(self.connected) >= self.most:
+                self.log.warn(CLOSED, f"it is one more than `most` of the output, {self.most}", "")
                 here.close()
             else:
                 self.connected.append(here)
@@ -175,7 +181,8 @@ class _Readers:
         for here in there:
             try:
                 here.sendall(data)
-            except (OSError, ValueError):
+            except (OSError, ValueError) as error:
+                self.log.warn(CLOSED, f"its reader: {error}", "")
                 with self.lock:
                     self.connected.remove(here)
                 here.close()
