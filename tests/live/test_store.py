@@ -229,6 +229,10 @@ def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path) -
     assert (tmp_path / "state.sqlite.damaged").read_bytes() == bytes(data)
     assert getattr(again, "told", [])
     again.close()
+    path.write_bytes(b"damaged again")
+    store.open().close()
+    assert (tmp_path / "state.sqlite.damaged").read_bytes() == bytes(data)
+    assert (tmp_path / "state.sqlite.damaged2").read_bytes() == b"damaged again"
 
 
 def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:

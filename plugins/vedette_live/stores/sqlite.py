@@ -7,6 +7,7 @@ import sqlite3
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
 from hashlib import sha256
+from itertools import count
 from pathlib import Path
 from typing import Any, ClassVar, final
 
@@ -60,7 +61,7 @@ class SqliteStore(Store):
         except sqlite3.OperationalError as error:
             raise InputError(f"service.store: {path}: cannot be opened: {error}") from None
         except sqlite3.DatabaseError as error:
-            aside, before = path.with_name(f"{path.name}.damaged"), _before(path)
+            aside, before = _free(path.with_name(f"{path.name}.damaged")), _before(path)
             told.append(f"{path} is damaged ({error}): it is kept as {aside.name}")
             path.replace(aside)
             for end in ("-wal", "-shm"):
@@ -83,6 +84,11 @@ class SqliteStore(Store):
             except (sqlite3.Error, OSError) as error:
                 told.append(f"{_before(path).name} cannot be written: {error}")
         return _Open(connection, self.keep, saved, told, held)
+
+
+def _free(path: Path) -> Path:
+    """Return a path where no file is: this one, or with the first number from 2 that is free."""
+    return next(free for i in count(1) if not (free := path.with_name(f"{path.name}{i if i > 1 else ''}")).exists())
 
 
 def _before(path: Path) -> Path:
