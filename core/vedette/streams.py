@@ -58,6 +58,7 @@ class Message:
     marker   "north" or "sector": the antenna passes there; else "". `angle`: where it points, rad clockwise from north
     period   s after which `time` starts anew, such as 86,400 of a time of day; None: it does not
     number   by which the sender wants it acknowledged, or None
+    refused  why it cannot be used, where no more than its sensor and number can; else ""
     """
 
     sensor: str
@@ -73,6 +74,7 @@ class Message:
     angle: float | None = None
     period: float | None = None
     number: int | None = None
+    refused: str = ""
 
 
 @frozen(eq=False)

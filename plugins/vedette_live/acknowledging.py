@@ -18,19 +18,15 @@ Number = tuple[str, str, int]
 class Acknowledging:
     """The numbers of messages, which rise by input and sensor: those that have come, been taken and been kept.
 
-    Inputs add what comes, in their threads; the thread that tracks says what is taken and kept.
+    Inputs add what comes, in their threads; the thread that tracks says what is taken and kept. `replies`: of the
+    connections whose messages have numbers.
     """
 
     kept: dict[str, int] = field(factory=dict)
     replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
     _seen: dict[str, int] = field(factory=dict)
-    _waiting: deque[tuple[Number, int]] = field(factory=deque)
+    _waiting: deque[tuple[Number, int, str]] = field(factory=deque)
     _taken: dict[tuple[str, str], int] = field(factory=dict)
-
-    @property
-    def asked(self) -> bool:
-        """Whether somebody waits for the answer to a message that was not taken: it had come, or was refused."""
-        return bool(self._waiting)
 
     def last(self, number: Number) -> int:
         """Return the highest number that has come of a message's input and sensor; -1 if none has."""
@@ -41,12 +37,12 @@ class Acknowledging:
         """Return whether a message has come before; whoever sent it again is answered once it is kept."""
         if number[2] > self.last(number):
             return False
-        self._waiting.append((number, number[2]))
+        self._waiting.append((number, number[2], ""))
         return True
 
-    def refuse(self, number: Number) -> None:
-        """Answer a message that cannot be used once all before it is kept."""
-        self._waiting.append((number, self.last(number)))
+    def refuse(self, number: Number, why: str) -> None:
+        """Answer, once all before it is kept, that a message cannot be used; its number is -1 where nobody knows it."""
+        self._waiting.append((number, min(number[2], self.last(number)), why))
 
     def note(self, number: Number) -> None:
         """Remember that a message has come: of a sensor that is known, as others may have very many names."""
@@ -65,27 +61,31 @@ class Acknowledging:
         return numbers
 
     def keep(self, numbers: Mapping[str, int]) -> None:
-        """Answer, each connection once, with the latest of its numbers, now that all up to these are kept."""
+        """Answer with the latest number of each connection, now that all up to these are kept, and with what is refused."""
         self.kept, done, self._taken = dict(numbers), self._taken, {}
+        refused = list[tuple[Number, str]]()
         for _ in range(len(self._waiting)):
-            untaken, needed = self._waiting.popleft()
-            if needed <= self.kept.get(_key(*untaken[:2]), -1):
+            untaken, needed, why = self._waiting.popleft()
+            if needed > self.kept.get(_key(*untaken[:2]), -1):  # it waits for others to be taken, or to be kept
+                self._waiting.append((untaken, needed, why))
+            elif why:
+                refused.append((untaken, why))
+            else:
                 _raise(done, [untaken])
-            else:  # it waits for others to be taken, or to be kept
-                self._waiting.append((untaken, needed))
-        for (stream, sensor), number in done.items():
-            self.reply((stream, sensor, number))
+        told = {number for number, _ in refused}
+        kept = [((*key, count), "") for key, count in done.items() if (*key, count) not in told]
+        for number, why in sorted([*refused, *kept]):
+            self.reply(number, why)
 
-    def reply(self, number: Number) -> None:
+    def reply(self, number: Number, refused: str = "") -> None:
         """Answer one message, if its connection is still there."""
         stream, sensor, count = number
-        reply = self.replies.get(stream)
-        if reply is not None:
-            named = {"sensor": sensor} if sensor else {}
-            try:
-                reply(json.dumps({"ack": count, **named}).encode() + b"\n")
-            except OSError:
-                self.replies.pop(stream, None)
+        answer = {"ack": count, "sensor": sensor, "refused": refused}
+        try:
+            if reply := self.replies.get(stream):
+                reply(json.dumps({name: told for name, told in answer.items() if told not in ("", -1)}).encode() + b"\n")
+        except OSError:
+            self.replies.pop(stream, None)
 
 
 def _key(stream: str, sensor: str) -> str:

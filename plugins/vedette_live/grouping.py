@@ -127,6 +127,8 @@ class Grouper:
 
     def add(self, message: Message, arrived: float | None, stream: str = "") -> Iterator[Formed]:
         """Yield the scans that a message completes; ValueError, and no change, if it cannot be used."""
+        if message.refused:
+            raise ValueError(message.refused)
         name = self.placing.sensor(message.sensor)
         z = self.placing.returns(message, name)
         clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock, self.grouping.leap))

@@ -82,13 +82,15 @@ class Keeping:
         window.take(saving.formed_from(given) for given in saved.states["scans"])
         return window
 
-    def save(self, window: Window | None) -> None:
-        """Keep the state and the tracks since the last time; then acknowledge what they hold."""
-        if self.recorder is not None:
+    def save(self, window: Window | None, *, due: bool = True) -> None:
+        """Keep, if it is due, the state and the tracks since the last time; answer what is kept, or all where nothing is."""
+        if due and self.recorder is not None:
             self._write_record(self.recorder)
         numbers = self.listening.numbers.taken()
         if self.store is None or window is None:
             self.listening.numbers.keep(numbers)
+            return
+        if not due:
             return
         clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {

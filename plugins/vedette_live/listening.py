@@ -51,9 +51,10 @@ class Listening:
         return [Thread(target=self._listen, args=(i, feed, stop), name=f"input {i}", daemon=True) for i, feed in inputs]
 
     def put(self, formed: Formed, feed: Feed) -> None:
-        """Queue a scan; where the queue is full, drop the oldest, or wait, as the config says."""
+        """Queue a scan; where the queue is full, drop the oldest, or wait, as the config says; who is answered waits."""
         full = self.service.parts.service.full
-        wait = full == "wait" or (full is None and not feed.input.datagrams)
+        answered = any(stream in self.numbers.replies for stream, *_ in formed.acknowledge)
+        wait = full == "wait" or (not feed.input.datagrams and (full is None or answered))
         for dropped in self.scans.put(formed, wait=wait):
             self.counters.add("scans_dropped_total")
             self.counters.add("messages_dropped_total", dropped.messages)
@@ -101,8 +102,6 @@ class Listening:
         if arrival.lost is not None:
             self.counters.values["datagrams_lost_known"] = 1.0
             self.counters.add("datagrams_lost_total", arrival.lost)
-        if arrival.reply is not None:
-            self.numbers.replies[f"{i} {arrival.stream}"] = arrival.reply
         whole = feed.input.datagrams
         memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
         decoded = feed.format.decode(memory, arrival.data)
@@ -118,17 +117,18 @@ class Listening:
     def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
         """Group messages, and count what cannot be used."""
         self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
-        for told in decoded.refused:
-            self._refuse(told, arrival, log)
+        stream = f"{i} {arrival.stream}"
         for message in decoded.messages:
-            stream = f"{i} {arrival.stream}"
             number = None if message.number is None else (stream, message.sensor, message.number)
+            if number is not None and arrival.reply is not None:
+                self.numbers.replies[stream] = arrival.reply
             if number is not None and number[2] <= (last := self.numbers.last(number)) and self._is_new(i, message):
                 told = f"n: must rise, got {number[2]} after {last}, with a later time"
                 self.ails[f"numbers of {message.sensor!r}"] = told
                 self._refuse(told, arrival, log)
+                self.numbers.refuse((stream, message.sensor, -1), told)
                 continue
-            if number is not None and self.numbers.came(number):
+            if number is not None and not message.refused and self.numbers.came(number):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
                 continue
@@ -138,7 +138,7 @@ class Listening:
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
                 if number is not None:
-                    self.numbers.refuse(number)
+                    self.numbers.refuse(number, str(error))
                 continue
             if number is not None:
                 self.numbers.note(number)
@@ -147,6 +147,10 @@ class Listening:
                 self.counters.add("messages_taken_total")
             for formed in done:
                 self.put(formed, feed)
+        for told in decoded.refused:
+            self._refuse(told, arrival, log)
+            if stream in self.numbers.replies:
+                self.numbers.refuse((stream, "", -1), told)
 
     def _is_new(self, i: int, message: Message) -> bool:
         """Return whether a message is later than all that came of its sensor, so that it is none of them again."""

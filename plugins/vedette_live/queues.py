@@ -14,10 +14,10 @@ T = TypeVar("T")
 @final
 @define
 class BoundedQueue(Generic[T]):
-    """At most `most` items. What is put into a full one pushes out the oldest, or waits for room."""
+    """At most `most` items. What is put into a full one waits for room, or pushes out the oldest that did not wait."""
 
     most: int
-    items: deque[T] = field(factory=deque)
+    items: deque[tuple[T, bool]] = field(factory=deque)
     closed: bool = False
     _changed: Condition = field(factory=Condition)
 
@@ -28,17 +28,21 @@ class BoundedQueue(Generic[T]):
                 self._changed.wait()
             if self.closed:
                 return [item]
-            self.items.append(item)
-            pushed_out = [self.items.popleft() for _ in range(len(self.items) - self.most)]
+            self.items.append((item, wait))
             self._changed.notify_all()
-            return pushed_out
+            if len(self.items) <= self.most:
+                return []
+            oldest = next(i for i, (_, waited) in enumerate(self.items) if not waited)
+            pushed_out, _ = self.items[oldest]
+            del self.items[oldest]
+            return [pushed_out]
 
     def take(self, most: int, timeout: float) -> list[T]:
         """Return up to `most` items in order, as soon as there is one; none after `timeout` s."""
         with self._changed:
             if not self.items and not self.closed:
                 self._changed.wait(timeout)
-            taken = [self.items.popleft() for _ in range(min(most, len(self.items)))]
+            taken = [self.items.popleft()[0] for _ in range(min(most, len(self.items)))]
             self._changed.notify_all()
             return taken
 

@@ -29,6 +29,8 @@ from vedette_report.watching.page import LivePage
 
 _TICK = 0.05
 """s between looks at what silence completes."""
+_LAST = 2.0
+"""s, at the stop, for what has come to be formed into scans."""
 _DEAF = 10
 """Scans of a sensor, refused one after the other, of which the health tells."""
 
@@ -105,18 +107,19 @@ class Running:
 
     def _take_until_the_end(self, feeds: list[Thread]) -> None:
         every = self.service.parts.service.save
-        saved_at = now()
-        while True:
+        saved_at, end = now(), np.inf
+        while now() < end:
+            if self.stop.is_set() and end == np.inf:
+                end = now() + _LAST
             formed = self.listening.scans.take(TOGETHER, _TICK)
             if formed:
                 self._take(formed)
-            elif self.stop.is_set() or not any(thread.is_alive() for thread in feeds):
+            elif not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
-            if (self.kept.store is None or self._window is None) and self.listening.numbers.asked:
-                self.listening.numbers.keep(self.listening.numbers.taken())
-            if now() - saved_at >= every:
-                self.kept.save(self._window)
+            due = now() - saved_at >= every
+            self.kept.save(self._window, due=due)
+            if due:
                 saved_at = now()
 
     def _close_silent(self) -> None:
@@ -136,6 +139,8 @@ class Running:
             if came.pop(id(one), None) is not None:
                 self.counters.add("messages_refused_total", one.messages)
                 self.listening.numbers.take(one.acknowledge)
+                for number in one.acknowledge:
+                    self.listening.numbers.refuse(number, told)
             self.listening.leave_out(one, "refused")
             self._log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
         self._hear(formed, {id(one): told for one, told in refused})
@@ -159,8 +164,6 @@ class Running:
             for sink in prompt:
                 sink.put(report, partial(report_of, self.service, state))
         self._settle()
-        if self.kept.store is None:
-            self.listening.numbers.keep(self.listening.numbers.taken())
 
     def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
         """Let the health tell of a sensor of which no scan is taken any more, as where one of the clocks is wrong."""

@@ -9,15 +9,19 @@ import urllib.error
 import urllib.request
 from collections.abc import Mapping
 from pathlib import Path
+from threading import Thread
 from time import sleep
 from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.services import (
+    PATIENCE,
     TRACKER,
+    Scripted,
     as_json,
     connected,
     feed,
@@ -151,6 +155,41 @@ def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_and_counted() -
     assert running.counters.counts["scans_dropped_total"] == 6
     assert running.counters.counts["messages_dropped_total"] == 6
     assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
+
+
+def test_what_is_answered_is_not_dropped() -> None:
+    """Whoever has a connection, and numbers what it sends, waits for room: "kept" would be told of what was dropped."""
+    running = Running(load_service({**TRACKER, "inputs": [feed()], "service": {"queue": 4, "full": "drop"}}))
+    (waits,) = running.service.parts.inputs
+    drops = evolve(waits, input=Scripted(()))
+    running.listening.numbers.replies["waits"] = lambda _: None
+    messages = decoded(running, lines(10))
+    for message, stream, to in [(m, "waits", waits) for m in messages[:3]] + [(m, "drops", drops) for m in messages[3:]]:
+        for formed in running.listening.groupers[0].add(message, 0.0, stream):
+            running.listening.put(formed, to)
+    assert running.counters.counts["scans_dropped_total"] == 6
+    (late,) = running.listening.groupers[0].add(messages[9], 0.0, "waits")
+    thread = Thread(target=running.listening.put, args=(late, waits), daemon=True)
+    thread.start()
+    thread.join(0.1)
+    assert thread.is_alive()
+    assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [0.0, 1.5, 3.0, 13.5]
+    thread.join(PATIENCE)
+    assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [13.5]
+
+
+def test_a_turn_that_is_not_complete_is_taken_at_the_stop() -> None:
+    port = free_port()
+    turn = {"by": "turn", "wait": "1 h", "length": "1 h"}
+    config = {
+        **TRACKER,
+        "inputs": [{"input": {"kind": "udp", "port": port}, "format": {"kind": "json_lines"}, "scans": turn}],
+    }
+    with served(config) as running, reach(running, port) as here:
+        here.send(lines(1)[0])
+        wait_for(lambda: running.counters.counts["messages_total"] > running.counters.counts["messages_refused_total"])
+    counts = running.counters.counts
+    assert (counts["scans_taken_total"], counts["scans_dropped_total"]) == (1, 0)
 
 
 def decoded(running: Running, of: list[bytes]) -> list[Any]:

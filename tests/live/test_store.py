@@ -106,13 +106,40 @@ def test_a_message_that_cannot_be_used_is_answered_once_all_before_it_is_kept(tm
         {**config(tmp_path, 1, save=3600.0), "inputs": [feed()]},
         [numbered(sensor, n, float(n), z, answers) for sensor, n, z in came],
     )
-    assert [json.loads(answer) for answer in answers] == [{"ack": 6, "sensor": "north"}, {"ack": 7, "sensor": "nroth"}]
+    kept, *refused = map(json.loads, answers)
+    assert kept == {"ack": 5, "sensor": "north"}
+    assert [(answer["ack"], answer["sensor"], bool(answer["refused"])) for answer in refused] == [
+        (6, "north", True), (7, "nroth", True),
+    ]  # fmt: skip
     answers.clear()
     ran({**TRACKER, "inputs": [feed()]}, [numbered("north", 3, 0.0, [[1.0]], answers)])
-    assert [json.loads(answer) for answer in answers] == [{"ack": 3, "sensor": "north"}]
+    (answer,) = map(json.loads, answers)
+    assert (answer["ack"], answer["sensor"], bool(answer["refused"])) == (3, "north", True)
 
 
-def test_a_sender_that_counts_anew_is_told_and_not_answered(tmp_path: Path) -> None:
+def test_a_line_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
+    """Its sender may wait for the answer; where its number cannot be read, the answer has none."""
+    answers = list[bytes]()
+    told = [
+        b'{"sensor": "north", "n": 4}',
+        b'{"time": 5.0, "sensor": "north", "z": [[0, 0]], "n": 5}',
+        b'{"n": 6',
+        b'{"n": 6',
+    ]
+    arrivals = [Arrival(line + b"\n", 0.0, "", answers.append) for line in told]
+    running = ran({**config(tmp_path, 1, save=3600.0), "inputs": [feed()]}, arrivals[3:] + arrivals[:3])
+    assert [(answer.get("ack"), "refused" in answer) for answer in map(json.loads, answers)] == [
+        (None, True), (4, True), (5, False),
+    ]  # fmt: skip
+    counts = running.counters.counts
+    assert (counts["messages_refused_total"], counts["messages_taken_total"]) == (3, 1)
+    answers.clear()
+    arrivals = [numbered("north", n, time, [[0.0, 0.0]], answers) for n, time in ((7, 100.0), (8, 50.0))]
+    ran({**TRACKER, "inputs": [feed()]}, arrivals)
+    assert [(answer["ack"], "late" in answer["refused"]) for answer in map(json.loads, answers)] == [(8, True)]
+
+
+def test_a_sender_that_counts_anew_is_told(tmp_path: Path) -> None:
     """It was answered as one that sends again, and what it sent was taken by nobody."""
     answers, z = list[bytes](), [[0.0, 0.0]]
     given = {**config(tmp_path, 1), "inputs": [feed()]}
@@ -121,7 +148,8 @@ def test_a_sender_that_counts_anew_is_told_and_not_answered(tmp_path: Path) -> N
     assert list(anew.ails) == ["numbers of 'north'"]
     assert "got 2 after 7" in anew.ails["numbers of 'north'"]
     assert (anew.counters.counts["messages_repeated_total"], anew.counters.counts["messages_refused_total"]) == (1, 1)
-    assert [json.loads(answer)["ack"] for answer in answers] == [7, 7]
+    assert [json.loads(answer).get("ack") for answer in answers] == [7, None, 7]
+    assert "got 2 after 7" in json.loads(answers[1])["refused"]
     assert ran(given, [numbered("north", 8, 201.0, z, answers)]).ails == {}
 
 

@@ -83,21 +83,29 @@ def _message(line: bytes) -> Message:
     given = parse(text)
     if not isinstance(given, dict):
         raise ValueError(f"must be an object, got {short(given)}")
+    sensor, count = given.get("sensor", ""), given.get("n")
+    if not isinstance(sensor, str):
+        raise ValueError(f"sensor must be a name, got {short(sensor)}")
+    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 0 <= count < 2**63):
+        raise ValueError(f"n must be a whole number from 0, got {short(count)}")
+    try:
+        return _told(given, sensor, count, plain="true" not in text and "false" not in text)
+    except ValueError as error:
+        if count is None:
+            raise
+        return Message(sensor, None, np.zeros((0, 0)), number=count, refused=str(error))
+
+
+def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool) -> Message:
     for name in given:
         if name not in FIELDS:
             raise ValueError(f"unknown field {short(name)}; known are {', '.join(FIELDS)}")
-    marker, sensor = given.get("marker", ""), given.get("sensor", "")
-    if not isinstance(sensor, str):
-        raise ValueError(f"sensor must be a name, got {short(sensor)}")
+    marker = given.get("marker", "")
     if marker and marker not in MARKERS:
         raise ValueError(f"marker must be one of {', '.join(MARKERS)}, got {short(marker)}")
     if "z" not in given and not marker:
         raise ValueError("z is missing: the returns, [] where there is none")
-    plain = "true" not in text and "false" not in text
     z = _numbers(given.get("z", []), "z", 2, plain=plain)
-    count = given.get("n")
-    if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 0 <= count < 2**63):
-        raise ValueError(f"n must be a whole number from 0, got {short(count)}")
     return Message(
         sensor,
         None if given.get("time") is None else number(given["time"], "time"),
