@@ -17,6 +17,8 @@ from vedette_live.placing import Placing
 
 WAYS = ("message", "turn", "sector", "interval")
 CLOCKS = ("sensor", "receiver", "offset")
+MOST = 50_000
+"""Messages of a scan, at most: by a clock that stands still it would never be complete."""
 ALIKE = 1.5
 """Two times between messages are alike if neither is so many times as long: by hand."""
 
@@ -141,7 +143,9 @@ class Grouper:
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
         boundary = message.marker == "north" or (message.marker == "sector" and self.grouping.by == "sector")
-        too_long = now_open is not None and abs(time - now_open.first) >= self.grouping.length
+        too_long = now_open is not None and (
+            abs(time - now_open.first) >= self.grouping.length or len(now_open.pieces) >= MOST
+        )
         if now_open is not None and (boundary or too_long or slot > now_open.slot):
             yield self._close(name, time if boundary and not now_open.pieces else None)
         if name not in self.opened and (boundary or not message.marker):

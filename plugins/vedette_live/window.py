@@ -15,6 +15,9 @@ from vedette.tracking import State, Tracker, preprocess, without_bad_returns
 from vedette.types import Scan
 from vedette_live.grouping import Formed
 
+COPIES = 10_000
+"""Latest scans of which copies are recognised: of a clock that stands still none would be forgotten."""
+
 Refusals = list[tuple[Formed, str]]
 """Scans that cannot be taken, each with the reason."""
 
@@ -134,7 +137,8 @@ class Window:
         done, self.kept = self.kept[:end], self.kept[end:]
         if done:
             self.before = done[-1].state
-            self.came = {copy: None for copy in self.came if copy is not None and copy[0] >= self.before.time}
+            came = [copy for copy in self.came if copy is not None and copy[0] >= self.before.time]
+            self.came = dict.fromkeys(came[-COPIES:])
         return done
 
 

@@ -72,6 +72,12 @@ def test_a_turn_without_marks_ends_after_its_longest_duration() -> None:
     assert [one.scan.time for one in formed] == [1.9, 2.1]
 
 
+def test_a_scan_is_complete_though_its_clock_stands_still(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vedette_live.grouping.MOST", 3)
+    formed = grouped(Grouper(Grouping(by="turn"), PLACING), [plot(1.0)] * 7)
+    assert [one.messages for one in formed] == [3, 3]
+
+
 def test_intervals_are_of_the_sensors_clock() -> None:
     grouper = Grouper(Grouping(by="interval", length=1.0), PLACING)
     formed = grouped(grouper, [plot(t) for t in (0.2, 0.9, 1.0, 3.5)])

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 import pytest
+from attrs import evolve
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -64,6 +65,15 @@ def test_scans_that_come_twice_are_taken_once(again: list[int], later: int, hori
     assert all("came already, with the same returns" in why for _, why in refused)
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
     assert one.state.steps == other.state.steps
+
+
+def test_a_clock_that_stands_still_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vedette_live.window.COPIES", 5)
+    one = window(0.0)
+    for scan in scans():
+        assert one.take(came([evolve(scan, time=0.0)])) == []
+        one.settled()
+    assert len(one.came) == 5
 
 
 def test_scans_without_returns_may_be_alike() -> None:
