@@ -37,6 +37,7 @@ class Listening:
     scans: BoundedQueue[Formed] = field(init=False)
     groupers: list[Grouper] = field(init=False)
     locks: list[Lock] = field(init=False)
+    _log: Sparing = field(factory=lambda: Sparing(""))
 
     def __attrs_post_init__(self) -> None:
         parts, experiment = self.service.parts, self.service.experiment
@@ -59,6 +60,8 @@ class Listening:
             self.counters.add("scans_dropped_total")
             self.counters.add("messages_dropped_total", dropped.messages)
             self.leave_out(dropped, "dropped")
+            self.ails["tracker"] = "it is behind, and scans are dropped"
+            self._log.warn("scan dropped", f"time {dropped.scan.time:.6f}: the tracker is behind", "")
 
     def leave_out(self, formed: Formed, why: str) -> None:
         """Let the record tell of a scan that was not taken."""

@@ -112,6 +112,8 @@ class Running:
             if self.stop.is_set() and end == np.inf:
                 end = now() + _LAST
             formed = self.listening.scans.take(TOGETHER, _TICK)
+            if len(formed) < TOGETHER:
+                self.ails.pop("tracker", None)
             if formed:
                 self._take(formed)
             elif not any(thread.is_alive() for thread in feeds):

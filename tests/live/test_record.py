@@ -83,6 +83,7 @@ def test_scans_that_were_dropped_stand_in_the_record(tmp_path: Path) -> None:
     running.run()
     counts = running.counters.counts
     assert (counts["scans_taken_total"], counts["scans_dropped_total"]) == (50, 30)
+    assert running.ails == {}
     recording, _ = read_recording(record)
     assert (len(recording.scans), len(recording.refused)) == (50, 30)
     assert as_json(replayed(record, TRACKER)) == as_json(running.state)

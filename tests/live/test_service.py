@@ -141,7 +141,7 @@ def test_a_token_is_asked_for(tmp_path: Path) -> None:
     assert running.counters.counts["messages_total"] == 1
 
 
-def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_and_counted() -> None:
+def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_counted_and_told(caplog: pytest.LogCaptureFixture) -> None:
     port = free_port()
     config = {
         **TRACKER,
@@ -154,6 +154,8 @@ def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_and_counted() -
             running.listening.put(one, running.service.parts.inputs[0])
     assert running.counters.counts["scans_dropped_total"] == 6
     assert running.counters.counts["messages_dropped_total"] == 6
+    assert list(running.ails) == ["tracker"]
+    assert [record.getMessage() for record in caplog.records] == ["scan dropped"]
     assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
 
 
