@@ -154,7 +154,7 @@ def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch
 def test_a_cluster_that_is_too_large_is_refused_and_nothing_is_lost(monkeypatch):
     """Few pairs are within gates, but one cluster holds so many tracks and returns that its table is too large."""
     given, sizes = list(scans(9, count=5, targets=250)), []
-    tracker, states, _ = run(monkeypatch, config("m_best_jpda", gate={"largest_distance": 9.21}), given[:4], 1)
+    tracker, states, _ = run(monkeypatch, config("pda", gate={"largest_distance": 9.21}), given[:4], 1)
     real = clusters.check_clusters
     monkeypatch.setattr(clusters, "check_clusters", lambda *shape: sizes.append(int(np.prod(shape))))
     pairs = np.count_nonzero(tracker.step(states[-1], given[4]).gates.returns >= 0)

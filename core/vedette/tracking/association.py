@@ -94,8 +94,7 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
         if parts and parts[0].close is not None:
             there, (_, column) = places[0]
             pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= parts[0].close.alone]))
-        ends, loglik = np.cumsum(np.bincount(pairs.tracks, minlength=len(it.existence))), pairs.loglik
-        scores = LeafScores(pairs.miss, ends, pairs.returns, pairs.scores, pairs.k)
+        scores, loglik = pairs.by_leaf(), pairs.loglik
     after = branched(it, scores, parts)
     parent, choice, returns = after.parent, after.choice, None
     hit = (choice > 0).astype(float)

@@ -52,6 +52,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
         raise ValueError("birth: must begin tracks with finite means and covariances")
     if plan.offsets is not None and it.offsets is not None:
         begin = plan.offsets.begun(it.sensor, begin, it.offsets)
+    if not plan.associator.exclusive:  # the first of two has the return that they share, whatever a scan's order
+        begin = pytrees.take(begin, np.lexsort((*begin.prior.mean.T, -begin.existence)), 0)
     return without_second(plan.identity, it.names, it.observed.identity, begin, inside)
 
 

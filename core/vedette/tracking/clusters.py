@@ -8,6 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
+from vedette.hypotheses import LeafScores
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask
 from vedette.tracking.memory_limits import check_births, check_clusters
@@ -41,6 +42,11 @@ class Pairs:
         """Return some of the pairs."""
         tracks, returns, scores, distances = self.tracks[some], self.returns[some], self.scores[some], self.distances[some]
         return Pairs(tracks, returns, scores, distances, self.miss, self.loglik, self.k)
+
+    def by_leaf(self) -> LeafScores:
+        """Return the scores as those of leaves, one a track; the returns of a track ascend."""
+        ends = np.cumsum(np.bincount(self.tracks, minlength=len(self.miss)))
+        return LeafScores(self.miss, ends, self.returns, self.scores, self.k)
 
     def column(self) -> Indices:
         """Return the place (p,) of each pair among those of its track."""

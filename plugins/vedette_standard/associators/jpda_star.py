@@ -9,7 +9,8 @@ from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields
 from vedette.hypotheses import Hypotheses, LeafScores
-from vedette_standard.associators.marginals import best_associations, left_out, marginals, marginals_of_table
+from vedette.tracking import Pairs
+from vedette_standard.associators.marginals import best_associations, left_out, marginals, marginals_of_table, of_each_pair
 
 
 @final
@@ -58,6 +59,10 @@ class JpdaStar(Associator):
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
         return marginals_of_table(scores, self.m, _best_of_each_exchange)[0]
+
+    def associate_pairs(self, pairs: Pairs) -> tuple[Array, Array, Mask]:
+        """Return the weights of pairs (p,) and misses (t,), and the tracks (t,) of which too much is left out."""
+        return of_each_pair(pairs, self.m, _best_of_each_exchange)
 
 
 def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:

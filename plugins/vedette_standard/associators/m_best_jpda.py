@@ -8,7 +8,7 @@ from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
 from vedette.tracking import Expected, Pairs, Part
-from vedette_standard.associators.marginals import left_out, marginals_of_table
+from vedette_standard.associators.marginals import left_out, marginals_of_table, of_each_pair
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
 
@@ -55,6 +55,10 @@ class MBestJpda(Associator):
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""
         return marginals_of_table(scores, self.m)[0]
+
+    def associate_pairs(self, pairs: Pairs) -> tuple[Array, Array, Mask]:
+        """Return the weights of pairs (p,) and misses (t,), and the tracks (t,) of which too much is left out."""
+        return of_each_pair(pairs, self.m)
 
     def meet_close(self, expected: Expected) -> Part | None:
         """Return the meeting of rows that may give one return with another one; None: none may."""

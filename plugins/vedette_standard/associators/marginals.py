@@ -8,6 +8,7 @@ import numpy as np
 
 from vedette import Array, Branching, Mask, kernels
 from vedette.hypotheses import LOST, Hypotheses, LeafScores
+from vedette.tracking import Pairs
 from vedette_standard.associators.of_pairs import marginals_of_pairs
 
 
@@ -58,6 +59,14 @@ def marginals_of_table(
         weights[(*run, slice(None), 0)], shares, lost[run] = of(pairs, most)
         weights[run][pairs.leaf, 1 + pairs.returns] = shares
     return weights, lost
+
+
+def of_each_pair(
+    pairs: Pairs, most: int, of: Callable[[LeafScores, int], tuple[Array, Array, Array]] = best_marginals
+) -> tuple[Array, Array, Mask]:
+    """Return what `Associator.associate_pairs` does, of the `most` best joint associations of each cluster."""
+    misses, shares, lost = of(pairs.by_leaf(), most)
+    return shares, misses, lost > LOST
 
 
 def left_out(scores: Array, m: int) -> Mask:
