@@ -12,7 +12,7 @@ from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newb
 from vedette.filters import mixed
 from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
-from vedette_standard.births.at_returns import at_returns
+from vedette_standard.births.at_returns import at_returns, mean_detection
 from vedette_standard.births.places import Appearance, Edge, present
 
 FADED = 0.01
@@ -41,7 +41,7 @@ class Poisson(Birth):
     A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
     moments given z, for a nonlinear sensor linearised around z. So the tracker is a Poisson multi-Bernoulli filter.
-    A look thins a Gaussian by P_D at its mean: where a view ends within one, state several narrower ones.
+    A look thins a Gaussian by its mean P_D: where a view ends within one, several narrower ones tell on which side they are.
     Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
 
     >>> from vedette import Detections
@@ -157,9 +157,8 @@ class Poisson(Birth):
         p_gate: float,
     ) -> Intensity:
         """Return the intensity thinned by the probability of not being detected."""
-        nothing = Detections.of([], len(sensor.measurement))
-        missed = estimator.evaluate(memory.belief, sensor, nothing, p_gate).loglik[:, 0]
-        return Intensity(memory.weights * np.exp(missed), memory.belief)
+        detects = mean_detection(estimator.moments(memory.belief), estimator.state, sensor)
+        return Intensity(memory.weights * (1.0 - p_gate * detects), memory.belief)
 
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array

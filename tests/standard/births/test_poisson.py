@@ -6,10 +6,12 @@ from collections import defaultdict
 import numpy as np
 import pytest
 from scipy.optimize import linear_sum_assignment
+from scipy.special import ndtr
 
 import vedette
 from support.paths import EXAMPLES, recording
 from vedette import Detections
+from vedette.sampling import Bounds
 from vedette_standard.births.poisson import Appearance, Poisson
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -49,6 +51,14 @@ def test_what_is_not_detected_is_thinned_and_what_comes_is_added():
     np.testing.assert_allclose(
         birth.update(memory, FILTER, RADAR, Detections.of([], 2), np.zeros(0), 0.9).weights, memory.weights * (1 - 0.72)
     )
+
+
+@pytest.mark.parametrize("edge", [-30.0, 10.0, 55.0])
+def test_a_look_at_a_part_of_a_place_leaves_what_is_in_the_other(edge):
+    birth = Poisson((Appearance(AT, initial=2.0),))
+    west = CartesianPosition(2.0, 0.8, 1e-4, view={"x": Bounds(-1e4, edge)})
+    left = birth.update(birth.initial_memory(FILTER, RNG), FILTER, west, Detections.of([], 2), np.zeros(0), 0.9)
+    np.testing.assert_allclose(left.weights, 2.0 * (1.0 - 0.72 * ndtr((edge - 10.0) / 30.0)), atol=0.1)
 
 
 def test_several_places_are_matched_in_their_moments():
