@@ -60,6 +60,14 @@ def test_blanks_stand_between_columns_and_some_are_one_column(tmp_path):
     assert "must have 4 columns" in str(recording.refused[0])
 
 
+@pytest.mark.parametrize("above", ["Radar log, 12 May\n\nTurn: 2.5\n", "# of 3\n3 May\n", "Operator,Smith,,\nTurn,2.5,,\n"])
+def test_anything_may_stand_above_the_header(above, tmp_path):
+    rows = "".join(f"{k},{2 * k},3,\n" for k in range(6))
+    recording = opened(tmp_path, f"{above}t,north,east,power\ns,m,m,dB\n{rows}7,7\n")
+    assert shown(recording) == [(k, [[2 * k, 3]]) for k in range(6)]
+    assert [problem.place for problem in recording.refused] == [f"d.csv:{above.count(chr(10)) + n}" for n in (2, 9)]
+
+
 def test_a_scan_column_groups_rows_wherever_they_stand(tmp_path):
     text = "t;n;north;east\n1;a;1;1\n1;b;2;2\n1;a;3;3\n"
     (tmp_path / "d.csv").write_text(text)

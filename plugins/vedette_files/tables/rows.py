@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 
 from attrs import frozen
@@ -27,7 +27,11 @@ UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} 
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 """What Excel writes above a header to say what stands between columns."""
 
-_BETWEEN = re.compile(r"[,;\t| ]")
+BETWEEN = (",", ";", "\t", "|", " ")
+"""What may stand between cells."""
+
+TOP = 100
+"""In so many lines a header is looked for."""
 
 
 @frozen
@@ -52,7 +56,7 @@ COMMAS = Dialect()
 def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialect, refused: list[Problem]) -> Iterator[Row]:
     """Yield the rows of a table without blank lines; rows of another length than the header's are added to `refused`.
 
-    Comments may stand above the header, and empty cells beyond its last column.
+    Anything may stand above the header, and empty cells beyond its last column.
 
     wanted: name in the config -> title of the column; `place` is the config's table that names them, for messages. Each
     line is a row by itself, so a stray quotation mark costs one row. InputError: no file, no rows, a header that lacks a
@@ -96,19 +100,34 @@ def _too_many(cells: Sequence[str], width: int) -> str:
 def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
     """Return the number and the text of the header's line, and the lines below it.
 
-    Above it may stand blank lines, Excel's `sep=;` and comments that begin with #. The last comment is the header if
-    numbers follow it: so numpy.savetxt writes one.
+    It is the first line after which most have as many cells as it, and numbers where it has words; else the first one that
+    is no comment. The last comment, which begins with #, counts if numbers follow it: so numpy.savetxt writes a header.
     """
-    comment = (1, "")
-    for number, line in given:
-        text = line.strip()
-        if text.startswith("#"):
-            comment = (number, line)
-        elif text and not _SEPARATOR_LINE.fullmatch(text):
-            if comment[1] and any(map(is_number, _BETWEEN.split(text))):
-                return *comment, chain([(number, line)], given)
-            return number, line, given
-    return *comment, given
+    looked_at = islice(given, TOP)
+    text = [(n, line) for n, line in looked_at if line.strip() and not _SEPARATOR_LINE.fullmatch(line.strip())]
+    first = next((i for i, (_, line) in enumerate(text) if not line.lstrip().startswith("#")), len(text) - 1)
+    if first > 0 and any(map(is_number, re.split(r"[,;\t| ]", text[first][1].strip()))):
+        first -= 1
+    found = [at for mark in BETWEEN if (at := _titles_at([line for _, line in text[first:]], mark)) is not None]
+    at = first + min(found, default=0)
+    return *(text[at] if text else (1, "")), chain(text[at + 1 :], given)
+
+
+def _titles_at(text: Sequence[str], delimiter: str) -> int | None:
+    """Return the first line that is a header of those below it, if such a delimiter stands between cells."""
+    table = [Dialect(delimiter).cells(line) or [] for line in text]
+    for i, titles in enumerate(table):
+        below = [fitted(cells, len(titles)) or [] for cells in table[i + 1 :]]
+        rows = [cells for cells in below if len(cells) == len(titles) > 1]
+        if 2 * len(rows) > len(below) and below[0] in rows:
+            over = [title for title, column in zip(titles, zip(*rows, strict=True), strict=True) if _are_numbers(column)]
+            if all(over) and not all(map(is_number, over)):
+                return i
+    return None
+
+
+def _are_numbers(column: Sequence[str]) -> bool:
+    return 2 * sum(is_number(cell.replace(",", ".")) for cell in column) > len(column)
 
 
 def fitted(cells: list[str] | None, width: int) -> list[str] | None:

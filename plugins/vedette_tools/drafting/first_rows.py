@@ -12,19 +12,20 @@ from vedette.errors import InputError
 from vedette_files.input_files import lines, shown
 from vedette_files.tables.columnar import TablePath, header_and_rows, is_columnar
 from vedette_files.tables.numbers import is_number
-from vedette_files.tables.rows import COMMAS, Dialect, cells_of, fitted, header_line
+from vedette_files.tables.rows import BETWEEN, COMMAS, Dialect, cells_of, fitted, header_line
 from vedette_tools.drafting.dates import is_day
 from vedette_tools.drafting.measures import in_degrees
-from vedette_tools.drafting.several import HELD
+from vedette_tools.drafting.several import HELD, is_angle
 from vedette_tools.drafting.titles import UNITS, meaning
 
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
 
-DELIMITERS = (",", ";", "\t", "|")
-
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
 
+
+HEMISPHERES = {"N": "latitude", "S": "latitude", "E": "longitude", "W": "longitude"}
+"""What an angle is that ends in such a letter."""
 
 MOST_HEADERS = 3
 """Lines below the header, as TrackMate's, of which one may hold units."""
@@ -52,7 +53,7 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if first.lstrip().startswith("<"):
         cure = "XML is read as GPX alone, from a file named .gpx: save others as CSV"
         raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
-    delimiter = max(DELIMITERS, key=first.count)
+    delimiter = max(BETWEEN[:-1], key=first.count)
     delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
     dialect = Dialect(delimiter, _decimal(text, delimiter))
     header = dialect.cells(first)
@@ -61,9 +62,6 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     if not header or _is_row(header):
         raise InputError(f"{path}:{number}: {_no_titles(path, number, [first, *text], delimiter)}")
     at, between_cells = _first_of_most(header, text)
-    if at is not None and any(meaning(cell).axis for cell in cells_of(text[at], between_cells) or []):
-        cure = f"{shown(text[at])} looks like it: delete what stands above, or begin these lines with #"
-        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     unfit = len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header)
     if at is not None and unfit and _is_row(cells_of(text[at], between_cells) or []):
@@ -78,7 +76,7 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
 
 def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | None, str]:
     """Return the first line that has as many cells as most, and what stands between these, if the first line has others."""
-    for delimiter in DELIMITERS:
+    for delimiter in BETWEEN[:-1]:
         cells = [cells_of(line, delimiter) or [] for line in text]
         width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
         if width > 1 and width != len(header) and often >= HELD * len(cells):
@@ -95,11 +93,18 @@ def _is_row(cells: list[str]) -> bool:
 def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -> str:
     """Say that rows have no titles above them, and what to type."""
     wanted = f"must be a header line with the titles of the columns, as time,x,y; got {shown(text[0])}"
-    cells, *more = (cells_of(line, delimiter) or [] for line in text)
+    cells, *more = (Dialect(delimiter).cells(line) or [] for line in text)
     if not cells or "{" in text[0]:
         return f"{wanted}; make a table of it first, or JSON lines, each with its time"
-    named = ["time" if ":" in cell else "date" if is_day(cell) else f"c{i}" for i, cell in enumerate(cells, 1)]
-    columns = list(zip(cells, *(row for row in more if len(row) == len(cells)), strict=True))
+    rows = [row for row in more if len(row) == len(cells)]
+    if 2 * len(rows) < len(more):
+        return f"{wanted}; rows of other kinds have other numbers of columns: put those of each into a file of its own"
+    named: list[str] = []
+    for cell in cells:
+        of_angle = HEMISPHERES.get(cell[-1:], "") if is_angle(cell) else ""
+        name = "time" if ":" in cell else "date" if is_day(cell) else of_angle
+        named.append(f"c{len(named) + 1}" if not name or name in named else name)
+    columns = list(zip(cells, *rows, strict=True))
     for i, (first, second) in enumerate(pairwise(columns)):
         if in_degrees(second, first):
             named[i : i + 2] = ["latitude", "longitude"]

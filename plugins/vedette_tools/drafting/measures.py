@@ -107,15 +107,16 @@ def in_degrees(x: Sequence[str], y: Sequence[str], *, sent: bool = False) -> boo
     """Return whether positions of unstated unit are longitudes and latitudes.
 
     They are in range, have the digits for a metre, and lie far from the origin for what they cover, unless objects `sent`
-    them with their codes.
+    them with their codes. What is the same in all rows are none.
     """
-    if min(sum(len(cell.partition(".")[2]) >= len("12345") for cell in cells) for cells in (x, y)) < 0.5 * max(len(x), 1):
+    there = [[cell for cell in cells if cell] for cells in (x, y)]
+    if min(sum(len(cell.partition(".")[2]) >= 5 for cell in cells) / max(len(cells), 1) for cells in there) < 0.5:
         return False
     longitude, latitude = numbers(x), numbers(y)
     if not len(longitude) or np.max(np.abs(longitude)) > 180 or np.max(np.abs(latitude)) > 90:
         return False
     return sent or any(
-        abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) for each in (longitude, latitude)
+        abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) > 0 for each in (longitude, latitude)
     )
 
 

@@ -12,11 +12,11 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.space import Array
 from vedette_files import NORTH_EAST
-from vedette_files.input_files import WESTERN, encoding
+from vedette_files.input_files import WESTERN, encoding, lines
 from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
-from vedette_files.tables.rows import BY_ROW, Dialect, listed
+from vedette_files.tables.rows import BY_ROW, Dialect, header_line, listed
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import own_velocity, third_column
@@ -158,8 +158,10 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     units: dict[str, str] = {}
     guessed: dict[str, str] = {}
     assumed += ["the row below the header states units; as a return it is refused"] if table.below else []
-    if isinstance(path, Path) and not is_columnar(path) and encoding(path) == WESTERN:
-        assumed.append("the titles are in Windows-1252, not in UTF-8")
+    if isinstance(path, Path) and not is_columnar(path):
+        number, *_ = header_line(lines(path))
+        assumed += [f"line {number} holds the titles; what stands above it is passed over"] if number > 1 else []
+        assumed += ["the titles are in Windows-1252, not in UTF-8"] if encoding(path) == WESTERN else []
     dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
     assumed += [text] if text else []
     for axis, name in every.items():

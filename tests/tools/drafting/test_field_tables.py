@@ -66,6 +66,11 @@ READ = {
     "Latin-1": table("Zeit (µs),x,y", lambda time, x, y: (int(1e6 * time), x, y)).encode("latin-1"),
     "UTF-16, as Excel's Unicode text": PLAIN.replace(",", "\t").encode("utf-16"),
     "comments above the header": f"# radar 3\n# 12 May, rain\n\n{PLAIN}",
+    "words above the header": f"Radar log, of 12 May\nOperator: Smith\nTurn: 2.0\n\n{PLAIN}",
+    "words above the header, as Excel fills up each row": f"Instrument,radar,\nTurn,2.0,\n,,\n{PLAIN}",
+    "words above blanks between columns": "Radar 3\n% of twelve May\n" + table("time x y", plain, " "),
+    "decimal commas below words": "Gerät;3,5\n"
+    + table("time;x;y", lambda *look: (f"{cell:.3f}".replace(".", ",") for cell in look), ";"),
     "a header behind #, as numpy.savetxt writes it": f"# made by us\n# {PLAIN}",
     "Excel's line of the separator": "sep=;\r\n" + table("time;x;y", plain, ";", "\r\n"),
     "a delimiter at the end of each row": table("time,x,y", lambda *look: (*plain(*look), "")),
@@ -112,10 +117,6 @@ def test_it_is_read_as_the_plain_table(name, tmp_path):
 
 REFUSED = {
     "the header in two lines": (table("time,place,\n,x,y", plain), r"d.csv: no columns .* the header stands in two lines"),
-    "words above the header": (
-        "Radar log, of 12 May\nOperator: Smith\n" + PLAIN,
-        r"d.csv:1: must be the titles .*'time,x,y' looks like it: delete what stands above",
-    ),
     "grouped digits": (
         table("time;x;y", lambda time, x, y: (time, f"{x:,.2f}", f"{y:,.2f}"), ";"),
         r"d.csv:2: x must be a number, got '3,0.*; write it without what groups its digits, 30",
@@ -154,6 +155,21 @@ REFUSED = {
     "no titles above metres with many decimals": (
         "\n".join(f"{k};{k / 7 - 2:.6f};{2 - k / 9:.6f}" for k in range(20)),
         r"d.csv:1: must be a header line .*\(echo 'c1;c2;c3'; ",
+    ),
+    "no titles above two clocks and places of some rows, as dump1090 writes them": (
+        "\n".join(
+            f"MSG,3,1,1,2026/05/12,8:30:0{k},2026/05/12,8:30:0{k},{51.5 + k / 1e5 if k % 3 else '':.7},-.3333333"
+            for k in range(9)
+        ),
+        r"d.csv:1: must be a header line .*\(echo 'c1,c2,c3,c4,date,time,c7,c8,latitude,longitude'; ",
+    ),
+    "no titles above what never changes, below other rows, as in HURDAT2": (
+        "\n".join(f"AL01,ANA\n{k},{k}1.5N,55.5W,0.42500,0.42500" for k in range(9)) + 9 * "\n9,9.5N,55.5W,0.42500,0.42500",
+        r"d.csv:2: must be a header line .*\(echo 'c1,latitude,longitude,c4,c5'; tail -n \+2",
+    ),
+    "rows of several kinds without titles": (
+        "0,imu,1\n1,gps,1,2\n2,mag,1,2,3\n" * 9,
+        "put those of each into a file of its own",
     ),
     "lines above rows without titles, as GeoLife writes them": (
         "Geolife trajectory\nWGS 84\nAltitude is in Feet\nReserved 3\n0,2,255,My Track,0,0,2,8421376\n0\n"
