@@ -1,4 +1,4 @@
-"""How the dates of a table are written, where it is not by ISO 8601: 23/11/2026 08:39, 11/23/26 8:39:04 PM, 23-Nov-2026."""
+"""How the dates of a table are written, where it is not by ISO 8601: 23/11/2026 08:39, 11/23/26 8:39:04 PM, 2026112308."""
 
 from __future__ import annotations
 
@@ -11,6 +11,8 @@ _DATE = re.compile(
     r"(?P<first>\d{1,4})(?P<between>[./-]|\s)(?P<second>\d{1,2}|[A-Za-z]{3})(?P=between)(?P<third>\d{1,4})"
     r"(?P<gap>T|,? )(?P<hour>\d{1,2}):\d\d(?P<seconds>:\d\d(?P<part>\.\d{1,6})?)?(?P<half> ?[APap][Mm])?"
 )
+
+_COMPACT = re.compile(r"(19|20)\d{6}(\d\d){0,3}")
 
 _DAY = re.compile(r"\d{1,4}(?P<between>[./-])(\d{1,2}|[A-Za-z]{3})(?P=between)\d{1,4}(T00:00:00)?")
 _OF_DAY = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?( ?[APap][Mm])?Z?")
@@ -40,6 +42,10 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     given = [cell.strip() for cell in cells if cell.strip()]
     if given and all(_HOURS_AND_MINUTES.fullmatch(cell) for cell in given):
         return "", "times are hours and minutes; write minutes and seconds as 00:59:59"
+    if given and _COMPACT.fullmatch(given[0]):
+        pattern = "%Y%m%d%H%M%S"[: len(given[0]) - 2]
+        if len(_read(given, pattern)) == len(given):
+            return pattern, f"dates are written as {pattern}"
     if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
         return "", ""
     between, whole = parts["between"], len(parts["first"]) == 4

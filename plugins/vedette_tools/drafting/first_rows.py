@@ -12,7 +12,7 @@ from vedette.errors import InputError
 from vedette_files.input_files import lines, shown
 from vedette_files.tables.columnar import TablePath, header_and_rows, is_columnar
 from vedette_files.tables.numbers import is_number
-from vedette_files.tables.rows import BETWEEN, COMMAS, Dialect, cells_of, fitted, header_line
+from vedette_files.tables.rows import BETWEEN, COMMAS, Dialect, fitted, header_line
 from vedette_tools.drafting.dates import is_day
 from vedette_tools.drafting.measures import in_degrees
 from vedette_tools.drafting.several import HELD, is_angle
@@ -64,8 +64,11 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     at, between_cells = _first_of_most(header, text)
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
     unfit = len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header)
-    if at is not None and unfit and _is_row(cells_of(text[at], between_cells) or []):
-        raise InputError(f"{path}:{numbered[at][0]}: {_no_titles(path, numbered[at][0], text[at:], between_cells)}")
+    if at is not None and unfit:
+        of_row = _is_row(Dialect(between_cells).cells(text[at]) or [])
+        one = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
+        told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else one
+        raise InputError(f"{path}:{numbered[at][0]}: {told}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab, | or blanks"
         raise InputError(
@@ -76,8 +79,8 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
 
 def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | None, str]:
     """Return the first line that has as many cells as most, and what stands between these, if the first line has others."""
-    for delimiter in BETWEEN[:-1]:
-        cells = [cells_of(line, delimiter) or [] for line in text]
+    for delimiter in BETWEEN:
+        cells = [Dialect(delimiter).cells(line) or [] for line in text]
         width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
         if width > 1 and width != len(header) and often >= HELD * len(cells):
             return next(i for i, row in enumerate(cells) if len(row) == width), delimiter

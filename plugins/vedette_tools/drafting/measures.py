@@ -91,11 +91,9 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
 
 
 def joined(times: Array) -> str:
-    """Say what to do with numbers that are dates or times of day without their colons, or return ""."""
+    """Say what to do with numbers that are times of day without their colons, or return ""."""
     if not len(times):
         return ""
-    if np.all((times > 1.9e13) & (times < 2.1e13)):
-        return "must be dates and times as 2026-11-22T08:39:04; --dates %Y%m%d%H%M%S reads it"
     seconds, minutes, hours = times % 100, times // 100 % 100, times // 10_000
     looks = np.all((times >= 0) & (seconds < 60) & (minutes < 60) & (hours < 24))
     if looks and len(np.unique(times)) >= MANY and len(np.unique(seconds)) > 5 and np.ptp(minutes + 60 * hours) > 0:
@@ -106,14 +104,15 @@ def joined(times: Array) -> str:
 def in_degrees(x: Sequence[str], y: Sequence[str], *, sent: bool = False) -> bool:
     """Return whether positions of unstated unit are longitudes and latitudes.
 
-    They are in range, have the digits for a metre, and lie far from the origin for what they cover, unless objects `sent`
-    them with their codes. What is the same in all rows are none.
+    They are in range, but not all within 1, have the digits for a metre, and lie far from the origin for what they cover,
+    unless objects `sent` them with their codes. What is the same in all rows are none.
     """
     there = [[cell for cell in cells if cell] for cells in (x, y)]
     if min(sum(len(cell.partition(".")[2]) >= 5 for cell in cells) / max(len(cells), 1) for cells in there) < 0.5:
         return False
     longitude, latitude = numbers(x), numbers(y)
-    if not len(longitude) or np.max(np.abs(longitude)) > 180 or np.max(np.abs(latitude)) > 90:
+    largest = [float(np.max(np.abs(each), initial=0.0)) for each in (longitude, latitude)]
+    if largest[0] > 180 or largest[1] > 90 or max(largest) <= 1:
         return False
     return sent or any(
         abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) > 0 for each in (longitude, latitude)

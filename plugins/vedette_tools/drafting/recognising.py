@@ -176,7 +176,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         platform |= own_velocity(table.own, platform, columns, compass)
     for axis, given in platform.items():
         add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, guessed)
-    unit = "" if wishes.dates else time_unit(time, table.times(wishes), assumed)
+    times = table.times(wishes)
+    unit = "" if dates else time_unit(time, times, assumed)
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = table.scan()
     if scan and _timed(columns[scan], columns[time.title]):

@@ -77,24 +77,26 @@ def check_together(path: object, pair_of: Mapping[str, Pair], read: Mapping[str,
     """
     for pair in pair_of.values():
         if set(pair) <= set(read):
-            _check_one_a_row(path, [read[axis] for axis in pair], titles)
+            axes = FLAT if pair == EAST else pair
+            _check_one_a_row(path, dict(zip(axes, (read[axis] for axis in pair), strict=True)), titles)
     pairs = {pair: name for name, pair in pair_of.items() if pair != POLAR}
     if len(pairs) > 1:
         told = " and ".join(f"{name} gives {' and '.join(pair)}" for pair, name in pairs.items())
         raise InputError(f"{path}: {told}: give the positions of all sensors in the same two columns")
 
 
-def _check_one_a_row(path: object, pair: Sequence[str], titles: Sequence[str]) -> None:
+def _check_one_a_row(path: object, pair: Mapping[str, str], titles: Sequence[str]) -> None:
     """Raise InputError for a row of several positions, as x1, y1, x2, y2: of objects side by side, or corners of a box."""
-    found = [re.fullmatch(r"(\D*)(\d+)(\D*)", title) for title in pair]
+    found = [re.fullmatch(r"(\D*)(\d+)(\D*)", title) for title in pair.values()]
     if not all(found) or len({each[2] for each in found if each}) > 1:
         return
     kinds = [re.compile(re.escape(each[1]) + r"(\d+)" + re.escape(each[3])) for each in found if each]
     held = [{match[1] for title in titles if (match := kind.fullmatch(title))} for kind in kinds]
     if others := sorted((held[0] & held[1]) - {each[2] for each in found if each}):
         another = ", ".join(f"{each[1]}{others[0]}{each[3]}" for each in found if each)
-        told = f"a row holds {', '.join(pair)} and {another}: write a row for each position, with the name of its object"
-        raise InputError(f"{path}: {told}; or read one alone: --columns x={pair[0]},y={pair[1]}")
+        told = f"a row holds {', '.join(pair.values())} and {another}: write a row for each position, with its object's name"
+        stated = ",".join(f"{axis}={title}" for axis, title in pair.items())
+        raise InputError(f"{path}: {told}; or read one alone: --columns {stated}")
 
 
 def stand(reports: Sequence[Chain], times: Array, spots: Sequence[Array], width: float) -> tuple[Array, float] | None:

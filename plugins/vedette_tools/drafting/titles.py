@@ -85,7 +85,7 @@ PROPERTIES = "properties."
 """How titles of what GeoJSON tells beside positions begin."""
 
 CENTRES = ("pos", "position", "pose", "center", "centre", "centroid", "p", "utm")
-"""Words before an axis of a position, as of the middle of a box."""
+"""Words before an axis of a position, as of the middle of a box; frames may stand between, as in p_RS_R_x."""
 
 PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
 MOVING = ("v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration")
@@ -204,6 +204,8 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
     for axis in PLACES[1:]:
         if place in AXES[axis]:
             return axis, True, True
+    if len(words) > 2 and words[0] in CENTRES and words[-1] in ("x", "y", "z"):
+        return words[-1], own, False
     for axis, names in AXES.items():
         if axis == "sensor" and len(words) > 2:
             continue  # the type of a device is no sensor's name

@@ -3,6 +3,7 @@
 import json
 import math
 import tomllib
+from datetime import datetime, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -80,6 +81,11 @@ READ = {
     "units in the row below": table("t,range,azimuth\ns,km,gon", polar(1e-3, 200 / math.pi)),
     "a column of days beside that of times": table("date,time,x,y", clock),
     "days, as spreadsheets count": table("time,x,y", lambda time, x, y: (f"{46154.3 + time / 86400:.9f}", x, y)),
+    "dates without marks": table(
+        "time,x,y",
+        lambda time, x, y: (f"202605120830{time % 60:02.0f}" if time < 60 else f"202605120831{time - 60:02.0f}", x, y),
+    ),
+    "positions between frames of reference": table("#timestamp, p_RS_R_x [m], p_RS_R_y [m]", plain),
     "minutes": table("t [min],x,y", lambda time, x, y: (time / 60, x, y)),
     "hours, yards and degrees": table(
         "time_h,Range (yd),Bearing (deg T)", lambda time, x, y: (time / 3600, *polar(1 / 0.9144, 180 / math.pi)(0, x, y)[1:])
@@ -140,10 +146,6 @@ REFUSED = {
         table("time,x,y", lambda time, x, y: (int(75_900 + time if time < 60 else 79_940 + time), x, y)),
         r"time: must be times of day as 08:39:04, for no number ends in 60 to 99, got 75900",
     ),
-    "dates without marks": (
-        table("time,x,y", lambda time, x, y: (f"202605120830{time % 60:02.0f}", x, y)),
-        r"time: must be dates and times as .*; --dates %Y%m%d%H%M%S reads it, got 20260512083000",
-    ),
     "dates without a year": (
         table("time,x,y", lambda time, x, y: (f"12.05. 08:30:{time % 60:02.0f}", x, y)),
         r"d.csv:2: time must be a number, or a date and time as .*, got '12.05. 08:30:00'",
@@ -185,6 +187,19 @@ REFUSED = {
     "objects side by side": (
         table("t,x1,y1,x2,y2", lambda time, x, y: (time, x, y, -x, -y)),
         r"d.csv: a row holds x1, y1 and x2, y2: write a row .* or read one alone: --columns x=x1,y=y1",
+    ),
+    "two solutions side by side": (
+        table("t,lat1,lon1,lat2,lon2", lambda time, x, y: (time, 54 + time / 1e4, 10.5, 54, 10)),
+        r"d.csv: a row holds lat1, lon1 and lat2, lon2: .* alone: --columns latitude=lat1,longitude=lon1",
+    ),
+    "titles in several lines, as of motion capture": (
+        "Rate,Units\n60,m\nFrame,Time,Hip,,Knee,\n,,X1,Y1,X2,Y2\n"
+        + "\n".join(f"{k},{k / 60:.3f},1,2,3,4" for k in range(20)),
+        r"d.csv:3: titles in several lines, or for several columns, are not read: write a line with one for each",
+    ),
+    "comments above rows without titles": (
+        "# by A\n# of 12 May\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
+        r"d.csv:3: must be a header line .*\(echo 'c1 c2 c3 c4'; tail -n \+3",
     ),
     "speeds in place of places": (
         table("t_ms;id;vrel_long;vrel_lat", lambda time, x, y: (int(1000 * time), 1, -3.0, 0.2), ";"),
@@ -229,10 +244,14 @@ def test_spots_of_trackmate_and_poses_of_nuscenes_are_read(tmp_path):
     assert read_table(tmp_path / "p.json").measured == {"x": "translation.0", "y": "translation.1"}
 
 
-def test_dates_without_marks_are_read_by_their_pattern(tmp_path):
-    (tmp_path / "d.csv").write_text(table("time,x,y", lambda time, x, y: (20261124101500 + int(time) // 2, x, y)))
-    read = read_table(tmp_path / "d.csv", wishes=Wishes(dates="%Y%m%d%H%M%S"))
-    assert (read.dates, read.time_unit) == ("%Y%m%d%H%M%S", "")
+@pytest.mark.parametrize(("hours", "pattern"), [(6, "%Y%m%d%H"), (6, "%Y%m%d%H%M"), (24, "%Y%m%d")])
+def test_dates_without_marks_are_read_by_their_pattern(hours, pattern, tmp_path):
+    """Those of storms every six hours, as 2004031918, were seconds."""
+    times = [datetime(2026, 5, 12) + k * timedelta(hours=hours) for k in range(30)]
+    rows = "".join(f"{time:{pattern}},{k},{2 * k}\n" for k, time in enumerate(times))
+    (tmp_path / "d.csv").write_text(f"time,x,y\n{rows}")
+    read = read_table(tmp_path / "d.csv")
+    assert (read.dates, read.time_unit, read.assumed[0]) == (pattern, "", f"dates are written as {pattern}")
 
 
 def test_one_of_several_positions_in_a_row_is_read_if_stated(tmp_path):
