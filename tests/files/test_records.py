@@ -116,3 +116,15 @@ def test_what_is_no_record_is_refused_by_its_place(tmp_path, name, text, place):
     (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=place):
         list(header_and_rows(tmp_path / name, ("t",))[1])
+
+
+@pytest.mark.parametrize("whole", ["Feature", "FeatureCollection"])
+def test_each_time_of_a_track_in_geojson_is_a_row(whole, tmp_path):
+    """The times stand in a list beside that of the positions."""
+    line = {"type": "LineString", "coordinates": [[10 + k, 59, 7] for k in range(9)]}
+    track = {"type": "Feature", "geometry": line, "properties": {"name": "a", "coordTimes": list(range(9)), "of": [1, 2]}}
+    track["bbox"] = [[10, 59], [18, 59]]
+    path = tmp_path / "a.geojson"
+    path.write_text(json.dumps(track if whole == "Feature" else {"type": whole, "features": [track, track]}))
+    _, rows = header_and_rows(path, ("geometry.coordinates.0", "properties.name", "properties.coordTimes"))
+    assert [tuple(row) for row in rows] == [(f"{10 + k}", "a", f"{k}") for k in range(9)] * (1 if whole == "Feature" else 2)

@@ -31,6 +31,9 @@ FORMAT = "vedette"
 VERSION = re.compile("_?((?:smooth|filter|interpolat|correct|estimat)(?:ed)?|raw)_?", re.IGNORECASE)
 """Words of names of lists that tell the same things once more: players_smoothed beside players."""
 
+TIMES, MANY = re.compile(".*time(stamp)?s?|t", re.IGNORECASE), 8
+"""A list of so many numbers under such a name holds the times of a track; a shorter one may be a date or a vector."""
+
 POINT = ("time", "latitude", "longitude", "altitude", "track_id")
 """The columns of a GPX file."""
 
@@ -39,8 +42,9 @@ def header_and_records(path: Path) -> tuple[list[str], Iterator[Mapping[str, Any
     """Return the titles of a file of records, and its records, as flat tables; InputError if it cannot be read.
 
     A record within a record gives titles as `position.x`, a list of numbers `position.0`; each record of its lists, as of
-    the detections of a frame, or else each list of numbers in a list gives a row. Of lists named alike but for a word as
-    `smoothed`, titles of all but the first begin with that word.
+    the detections of a frame, or else each list of numbers in a list gives a row, and so does each time of a list of times,
+    with what stands there in the other lists. Of lists named alike but for a word as `smoothed`, titles of all but the first
+    begin with that word.
     """
     if path.suffix.lower() == GPX:
         return list(POINT), _points(path)
@@ -73,13 +77,37 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
     data = _parsed(str(path), whole_text(path))
     if isinstance(data, Mapping):  # columns, or a list below a name, as in { "now": 0.0, "detections": [...] }
         data = _of_columns(data)
+    if isinstance(data, Mapping) and _times_in(data):
+        data = [data]
     if isinstance(data, Mapping):
         lists = [name for name in data if _holds_rows(data[name])]
         if len(lists) == 1 or (not lists and [] in data.values()):
-            data = [{**data, name: [part]} for name in lists for part in data[name]]
+            data = [{**data, name: [part]} for name in lists for whole in data[name] for part in _apart(whole)]
     if not isinstance(data, list):
         raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
-    yield from ((f"{path}: record {number}", record) for number, record in enumerate(data, 1))
+    yield from ((f"{path}: record {number}", part) for number, record in enumerate(data, 1) for part in _apart(record))
+
+
+def _apart(record: Any) -> Iterator[Any]:
+    """Yield a record for each of the times that one holds in a list, with what stands there in its other lists as long."""
+    length = _times_in(record)
+    yield from (_part(record, length, i) for i in range(length)) if length else (record,)
+
+
+def _times_in(record: Any) -> int:
+    """Return how many times stand in a list of a record, or in a record within it, as of a line in GeoJSON; 0 without."""
+    if not isinstance(record, Mapping):
+        return 0
+    here = (len(value) for name, value in record.items() if isinstance(value, list) and TIMES.fullmatch(name))
+    return next((length for length in here if length >= MANY), 0) or next(filter(None, map(_times_in, record.values())), 0)
+
+
+def _part(value: Any, length: int, i: int) -> Any:
+    if isinstance(value, Mapping):
+        return {
+            name: _part(inner, length, i) for name, inner in value.items() if not _holds_rows(inner) or len(inner) == length
+        }
+    return value[i] if isinstance(value, list) and len(value) == length else value
 
 
 def _of_columns(data: Mapping[str, Any]) -> Any:
