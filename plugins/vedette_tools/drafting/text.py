@@ -21,8 +21,9 @@ GATE = 0.99
 WIDE = 0.9999
 """That of a wide one. Where errors go on, a return that is outside of its gate is followed by others, and a second track."""
 
-LIVES = 3600.0
-"""s: how long targets that report in turn stay, at least; some report every few minutes only. By hand, on AIS."""
+LIVES, STAYS, LOOKS = 3600.0, 600.0, 20.0
+"""s: how long targets that report in turn stay, at least, and others unless stated; some report every few minutes only. By
+hand, on AIS. All stay for so many scans, however seldom these come."""
 
 WANDERING = {"x": "error_x", "y": "error_y"}
 """Measured axis to the state axis that holds its correlated error."""
@@ -173,11 +174,13 @@ def _lines(
     yield "[lifecycle]"
     yield 'kind = "existence"'
     yield "confirm = 0.99  # the probability of being a target at which a track is shown"
-    if any(of_sensor.in_turn for of_sensor in facts.values()):
-        longest = max(of_sensor.period for of_sensor in facts.values())
-        yield "delete = 0.001"
-        lives = rounded(max(LIVES, 20 * longest))
+    in_turn = any(of_sensor.in_turn for of_sensor in facts.values())
+    least = LIVES if in_turn else STAYS
+    lives = rounded(max(least, LOOKS * max(of_sensor.period for of_sensor in facts.values())))
+    if in_turn or lives > least:
         yield f'lifetime = "{lives:g} s"'
+    if in_turn:
+        yield "delete = 0.001"
         yield f'max_out_of_coverage = "{lives:g} s"  # as no scan covers a target for sure'
 
 

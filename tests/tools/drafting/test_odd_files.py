@@ -1,5 +1,7 @@
 """Files that gave confident nonsense: a draft finds what is in them, or says first that nothing fits."""
 
+import tomllib
+
 import numpy as np
 import pytest
 from attrs import evolve
@@ -174,3 +176,11 @@ def test_what_is_faster_than_anything_is_in_another_unit(tmp_path):
     failure = drafted(table(tmp_path / "d.csv", "time,x,y", rows)).failure
     assert "x=0.001" in failure
     assert not drafted(tmp_path / "d.csv", wishes=Wishes(units={"x": "0.001 m", "y": "0.001 m"})).failure
+
+
+def test_what_is_seen_every_six_hours_is_tracked(tmp_path):
+    """A storm, to a quarter of a degree: targets were taken to stay for ten minutes, and no track was confirmed."""
+    rows = [(f"2026-05-{1 + k // 4:02d} {6 * (k % 4):02d}:00", 20 + round(0.8 * k) / 4, -40 - k / 4) for k in range(40)]
+    draft = drafted(table(tmp_path / "d.csv", "time,lat,lon", rows))
+    assert not draft.failure
+    assert vedette.load(tomllib.loads(draft.text)).run().score().tracks == 1
