@@ -108,8 +108,9 @@ class Keeping:
             self.store.save(saved, list(self._unsaved))
         except OSError as error:
             self.counters.add("saves_failed_total")
+            if "store" not in self.ails:
+                LOG.error("not saved", extra={"why": str(error)})
             self.ails["store"] = str(error)
-            LOG.error("not saved", extra={"why": str(error)})
             return
         self.ails.pop("store", None)
         self.counters.add("saves_total")

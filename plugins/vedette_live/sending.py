@@ -74,6 +74,7 @@ class Sending:
         Event().wait(0.2)
 
     def close(self) -> None:
-        """Send what waits, for at most 2 s, and stop."""
+        """Send what waits, for at most 2 s, and stop; what waits then is dropped."""
         self._waiting.close()
         self._thread.join(2.0)
+        self._counters.add("reports_dropped_total", len(self._waiting.take(_REPORTS, 0.0)))

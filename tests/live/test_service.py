@@ -180,6 +180,12 @@ def test_what_is_answered_is_not_dropped() -> None:
     assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [13.5]
 
 
+def test_reports_that_nobody_took_are_counted_at_the_end() -> None:
+    output = {"output": {"kind": "tcp_client", "port": free_port()}, "format": {"kind": "json_lines"}}
+    running = ran({**TRACKER, "inputs": [feed()], "outputs": [output]}, [Arrival(line, 0.0) for line in lines(4)])
+    assert (running.counters.counts["reports_sent_total"], running.counters.counts["reports_dropped_total"] > 0) == (0, True)
+
+
 def test_a_turn_that_is_not_complete_is_taken_at_the_stop() -> None:
     port = free_port()
     turn = {"by": "turn", "wait": "1 h", "length": "1 h"}

@@ -153,7 +153,7 @@ def test_a_sender_that_counts_anew_is_told(tmp_path: Path) -> None:
     assert ran(given, [numbered("north", 8, 201.0, z, answers)]).ails == {}
 
 
-def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> None:
+def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The database may have no further page, and the record no further byte, for a while."""
     port, todo, record = free_port(), lines(120), tmp_path / "record.jsonl"
     with served(config(tmp_path, port, record=str(record))) as running:
@@ -166,11 +166,12 @@ def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path) -> Non
         with connected(port) as here:
             here.sendall(b"".join(todo[20:]))
             wait_for(lambda: counts["scans_taken_total"] == 120)
-            wait_for(lambda: counts["saves_failed_total"] > 0)
+            wait_for(lambda: counts["saves_failed_total"] > 2)
             assert set(running.ails) & {"store", "record"}
             direct.execute("PRAGMA max_page_count = 1000000")
             recorder.file = file
             wait_for(lambda: not running.ails)
+    assert [record.getMessage() for record in caplog.records].count("not saved") == 1
     assert as_json(running.state) == as_json(undisturbed(todo))
     assert as_json(replayed(record, TRACKER)) == as_json(running.state)
 
