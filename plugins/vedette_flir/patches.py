@@ -6,6 +6,15 @@ import numpy as np
 
 from vedette import Array, Indices
 
+BRIGHTEST = 1.5
+"""Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
+
+NOISY = 0.75
+"""Part of a target's amplitude that is taken for noise, at most, so that something is left. By hand."""
+
+HALO = 2
+"""How many px beyond a thing are its own: cameras and codecs draw a halo."""
+
 
 def sample(pixels: Array, centre: Array, step: float, cells: int | tuple[int, int]) -> Array:
     """Return means of `pixels` (h, w) over squares of `step` px around `centre` (2,), bilinear; as many as `cells`."""
@@ -44,6 +53,24 @@ def isolated(image: Array, width: float) -> Array:
     return image - opened
 
 
+def without_large(image: Array, bright: float, longest: float, within: float) -> Array:
+    """Return `image` (n, m) with 0 for each part brighter than `bright` and longer than `longest` cells, and its halo.
+
+    That is so up to `within` cells from the middle; beyond it the image is as it was.
+    """
+    from scipy import ndimage
+
+    if image.max() <= bright:
+        return image
+    labels, _ = ndimage.label(image > bright)
+    large = np.zeros(image.shape, dtype=bool)
+    for number, place in enumerate(ndimage.find_objects(labels), 1):
+        if max(along.stop - along.start for along in place) > longest:
+            large[place] |= labels[place] == number
+    near = [np.abs(np.arange(side) - 0.5 * (side - 1)) <= within for side in image.shape]
+    return np.where(ndimage.maximum_filter(large, 2 * HALO + 1) & near[0][:, None] & near[1], 0.0, image)
+
+
 def centroid(image: Array) -> Array:
     """Return x and y of the centroid of `image` (n, n) >= 0, in cells from its middle; 0 if it is 0 everywhere."""
     steps, total = np.arange(len(image)) - 0.5 * (len(image) - 1), image.sum()
@@ -72,6 +99,18 @@ def bend(image: Array) -> float:
     down = image[:-2:4] - 2.0 * image[1:-1:4] + image[2::4]
     both = np.abs(down[:, :-2:2] - 2.0 * down[:, 1:-1:2] + down[:, 2::2])
     return float(np.median(both)) / 0.6745 if both.size else 0.0
+
+
+def kept(image: Array, amplitude: float) -> Array:
+    """Return contrast of the target's sign as a fraction of its amplitude, both beyond the noise, from 0 to `BRIGHTEST`.
+
+    What is no more than noise is none of the target (Donoho, De-noising by soft-thresholding, IEEE T-IT 41, 1995): a codec
+    repeats it where it was.
+    """
+    sign, most = float(np.sign(amplitude)), abs(amplitude)
+    noise = min(bend(image), NOISY * most)
+    limited: Array = np.clip((sign * image - noise) / (most - noise), 0.0, BRIGHTEST)
+    return limited
 
 
 def mask_of(box: Array, cells: int) -> Array:

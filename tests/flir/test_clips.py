@@ -11,7 +11,7 @@ from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
 from vedette_flir.annotation import _enlarged
-from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity
+from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity, without_large
 from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
@@ -240,6 +240,23 @@ def test_patches():
     assert likeness[5, 7] == pytest.approx(2 * 3 / (1 + 9), abs=1e-9)  # the same shape, three times as strong
     assert similarity(image, image[5:13, 7:15] + 2.0, mask)[5, 7] == pytest.approx(1.0, abs=1e-9)
     assert peak(likeness)[:2] == (5, 7)
+
+
+def test_what_is_brighter_and_longer_than_a_target_is_taken_out_near_it():
+    scene = np.zeros((40, 60))
+    scene[25:29] = 90.0  # a bank
+    scene[10:13, 28:32] = 90.0  # short
+    scene[18:20, 5:50] = 20.0  # long, and no brighter
+    scene[35:38, 28:32] = 20.0  # a target
+    expected = scene.copy()
+    expected[25:29, 20:40] = 0.0
+    np.testing.assert_array_equal(without_large(scene, 30.0, 8.0, 10.0), expected)
+    expected[25:29] = 0.0
+    expected[18:20, 5:50] = 20.0
+    np.testing.assert_array_equal(without_large(scene, 30.0, 8.0, 60.0), expected)
+    assert without_large(scene, np.inf, 8.0, 60.0) is scene
+    shaded = scene + np.where(np.abs(np.arange(40) - 26.5) < 4, 5.0, 0.0)[:, None]
+    assert (without_large(shaded, 30.0, 8.0, 60.0)[23:31] == 0.0).all()  # and its halo
 
 
 def test_what_is_larger_than_the_target_is_taken_out():

@@ -5,12 +5,12 @@ import pytest
 
 import vedette
 from vedette import Frame, Scan
-from vedette_flir import evidence
+from vedette_flir import evidence, patches
 from vedette_flir.estimators import matches, template_search
 from vedette_flir.estimators.matches import match_ratio
-from vedette_flir.estimators.template_search import Matcher, kept
+from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.initial_box import target_in
-from vedette_flir.patches import blurred, contrast, isolated, sample, similarity
+from vedette_flir.patches import blurred, contrast, isolated, kept, sample, similarity
 
 TRACKER = {
     "estimator": {
@@ -127,7 +127,7 @@ def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, wrong)
     if wrong == "as opened":
         monkeypatch.setattr(Matcher, "apart", opened)
     elif wrong:
-        monkeypatch.setattr(template_search, "NOISY", 0.0)
+        monkeypatch.setattr(patches, "NOISY", 0.0)
     by, size, (y, x) = Matcher(36, 0.3, 1.3, 2.5, 40.0), np.array([30.0, 24.0]), np.mgrid[:120, :160]
     (step, inner), mask = by.grid(size), by.mask(size)
     at, held = np.array([80.0, 60.0]), 0
@@ -135,7 +135,7 @@ def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, wrong)
         noise = np.random.default_rng(seed).normal(60.0, 28.0, x.shape)
         before, now = (
             by.apart(
-                noise + 60.0 * np.exp(-0.5 * ((x - 80.0 - off) ** 2 + (y - 60.0) ** 2) / 1.8**2), at, size, step, 72, 1.0
+                noise + 60.0 * np.exp(-0.5 * ((x - 80.0 - off) ** 2 + (y - 60.0) ** 2) / 1.8**2), at, size, step, 72, np.inf
             )
             for off in (0.0, 4.0 * step)
         )
@@ -145,10 +145,28 @@ def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, wrong)
     assert held == 0 if wrong is None else held > 0
 
 
-def opened(by, pixels, centre, size, step, cells, sign):
+def opened(by, pixels, centre, size, step, cells, amplitude):
     """The mutant: contrast above the opening, not above what the opening of noise leaves."""
-    image = blurred(sample(pixels, centre, step, cells))
+    image, sign = blurred(sample(pixels, centre, step, cells)), np.sign(amplitude)
     return sign * isolated(sign * image, by.opening * float(np.max(size)) / step)
+
+
+def test_a_bright_bank_beside_a_target_is_none_of_it(monkeypatch):
+    """It comes within 7 px of a bank five times as bright, below which there are spots like it."""
+    (y, x), frames = np.mgrid[:120, :160], []
+    for k in range(90):
+        at = np.array([40.0 + 0.5 * k, min(40.0 + 0.3 * k, 60.0)])
+        scene = 30.0 + 200.0 / (1.0 + np.exp(66.0 - y)) / (1.0 + np.exp(y - 78.0))
+        for left in (60.0, 74.0, 95.0):
+            scene += 40.0 * np.exp(-0.5 * ((x - left) ** 2 + (y - 88.0) ** 2) / 1.6**2)
+        scene += 40.0 * np.exp(-0.5 * (((x - at[0]) / 3.0) ** 2 + ((y - at[1]) / 1.6) ** 2))
+        frames.append((scene + np.random.default_rng([7, k]).normal(0.0, 1.0, x.shape), at))
+    found, existence = existences(frames, (14.0, 10.0))
+    assert existence.min() > 0.99
+    assert np.abs(found - np.array([at for _, at in frames])).max() < 0.4
+    monkeypatch.setattr(template_search, "without_large", lambda image, *_: image)  # the mutant goes to a spot
+    found, existence = existences(frames, (14.0, 10.0))
+    assert np.abs(found - np.array([at for _, at in frames])).max() > 10.0
 
 
 def test_the_amplitude_follows_a_target_that_brightens():

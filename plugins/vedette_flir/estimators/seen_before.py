@@ -6,11 +6,11 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Mask
-from vedette_flir.estimators.surroundings import FEWEST, HALO, SURE, WIDE, Grid, by_slopes
+from vedette_flir.estimators.surroundings import FEWEST, SURE, WIDE, Grid, by_slopes
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.evidence import LAG, NEWNESS
-from vedette_flir.patches import mask_of, sample, similarity
+from vedette_flir.patches import HALO, mask_of, sample, similarity
 
 SCENE = Grid(48, 6.0, 12.0, 1.0)
 """The grid over what is remembered around a target."""

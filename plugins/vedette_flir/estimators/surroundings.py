@@ -8,14 +8,11 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Mask
-from vedette_flir.patches import blurred, sample
+from vedette_flir.patches import HALO, blurred, sample
 from vedette_flir.sources.images import opencv
 
 SURE, WIDE = 0.35, 2.0
 """Standard deviation in px up to which what is around a thing tells where it is, and cells up to which slopes do."""
-
-HALO = 2.0
-"""How many px beyond a thing are its own: cameras and codecs draw a halo."""
 
 FAR = 8
 """Cells to each side at which the surroundings are sought."""

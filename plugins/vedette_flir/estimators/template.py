@@ -15,7 +15,7 @@ from vedette_flir.estimators.seen_before import nothing_seen, remembered, unreme
 from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.estimators.template_search import NEAR, Look, Matcher, kept, sought
+from vedette_flir.estimators.template_search import NEAR, Look, Matcher, sought
 from vedette_flir.evidence import (
     COMMON,
     LAG,
@@ -31,7 +31,7 @@ from vedette_flir.evidence import (
 )
 from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
-from vedette_flir.patches import centroid, contrast, sample
+from vedette_flir.patches import centroid, contrast, kept, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, FOLLOWS, grown, spread_of
 
@@ -144,19 +144,20 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
         """Find the target in its box, and cut the template around it; whether it is one, only the next frames say."""
         found, by = target_in(pixels, where, box), self._matcher
-        step, inner = by.grid(found.size)
+        step, _ = by.grid(found.size)
         # As much surroundings as a search sees: a structure that is small beside them is not removed.
-        wide = by.apart(pixels, where + found.offset, found.size, step, 2 * self.cells, found.sign)
-        amplitude = found.sign * max(contrast(found.sign * wide, inner), 1.0)
+        middle, cells = where + found.offset, 2 * self.cells
+        amplitude = found.sign * max(by.brightness(pixels, middle, found.size, found.sign, cells), 1.0)
+        wide = by.apart(pixels, middle, found.size, step, cells, amplitude)
         cut, one, none = self.cells // 2, np.ones(()), np.zeros(())
         patch = kept(wide, amplitude)[cut : cut + self.cells, cut : cut + self.cells]
         values = (one, patch, patch, patch, np.asarray(amplitude), found.offset, found.size, one, one)
         nothing = np.zeros((BESIDE.cells, BESIDE.cells))
-        beside = BESIDE.around(pixels, where + found.offset, found.size) if self.moves else nothing
-        seen = (outline(pixels), np.asarray(np.inf), beside, where + found.offset, none, none)
+        beside = BESIDE.around(pixels, middle, found.size) if self.moves else nothing
+        seen = (outline(pixels), np.asarray(np.inf), beside, middle, none, none)
         hint = np.full(2, np.nan), np.zeros(2), nothing, none
         made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()))
-        look = by.look(pixels, where + found.offset, NEAR, made)
+        look = by.look(pixels, middle, NEAR, made)
         made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
         if not self.centred:
             return Match(np.zeros(2), MOST, made, 0.0)

@@ -11,14 +11,20 @@ from vedette import Array
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.evidence import clearness, found_ratio, rival
 from vedette_flir.newcomers import ALIKE, AROUND
-from vedette_flir.patches import bend, blurred, contrast, isolated, mask_of, peak, sample, similarity
+from vedette_flir.patches import (
+    BRIGHTEST,
+    HALO,
+    blurred,
+    contrast,
+    isolated,
+    kept,
+    mask_of,
+    peak,
+    sample,
+    similarity,
+    without_large,
+)
 from vedette_flir.spots_in_frame import spots
-
-BRIGHTEST = 1.5
-"""Contrast beyond this multiple of the target's own is clipped: a bright background matches no better than the target."""
-
-NOISY = 0.75
-"""Part of a target's amplitude that is taken for noise, at most, so that something is left. By hand."""
 
 WIDE = 1.6
 """Side of the template over that of the target, at least, where it says whether the target is there, or where a lost one is:
@@ -96,16 +102,22 @@ class Matcher:
         return mask_of((self.margin * np.maximum(size, 3.0) + 2.0) / self.grid(size)[0], self.cells)
 
     def apart(
-        self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], sign: float
+        self, pixels: Array, centre: Array, size: Array, step: float, cells: int | tuple[int, int], amplitude: float
     ) -> Array:
         """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target.
 
-        It is that over the median, as an opening leaves half of the contrast of noise everywhere.
+        It is that over the median, as an opening leaves half of the contrast of noise everywhere. An opening leaves a bank
+        or a trunk narrower than it: so what is brighter than the target may be, and longer than all that is compared, is
+        taken out as far as a target within its size of the middle is compared with it. Beyond, twigs would be left, like
+        targets. The `amplitude` is infinite where it is not known.
         """
-        image = blurred(sample(pixels, centre, step, cells))
-        if np.max(size) <= self.small:
-            image = sign * isolated(sign * image, self.opening * float(np.max(size)) / step)
-        return image - float(np.median(image))
+        image, side = blurred(sample(pixels, centre, step, cells)), float(np.max(size)) / step
+        if np.max(size) > self.small:
+            return image - float(np.median(image))
+        sign = float(np.sign(amplitude))
+        image = isolated(sign * image, self.opening * side)
+        image -= float(np.median(image))
+        return sign * without_large(image, BRIGHTEST * abs(amplitude), WIDE * side, (0.5 * WIDE + 1.0) * side + HALO)
 
     def likeness(self, image: Array, patches: Array, masks: Array) -> tuple[Array, Array]:
         """Return the likeness of each place of `image` to both `patches` (2, p, p), and to the second of them: (m, h, w).
@@ -161,11 +173,11 @@ class Matcher:
 
         It is that by this mask, and by the one of `close` if that is another.
         """
-        step, sign = self.grid(appearance.size)[0], float(np.sign(appearance.amplitude))
-        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, sign)
+        step, amplitude = self.grid(appearance.size)[0], float(appearance.amplitude)
+        plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, amplitude)
         masks = np.stack([each.mask(appearance.size) for each in ((self,) if close is self else (self, close))])
         patches = np.stack([appearance.patch, appearance.first_patch])
-        return plain, *self.likeness(kept(plain, float(appearance.amplitude)), patches, masks)
+        return plain, *self.likeness(kept(plain, amplitude), patches, masks)
 
     def of_late(self, look: Look) -> float:
         """Return the likeness of a place to the target as it looked in the last frames; 0 if it does not stand out as usual.
@@ -200,7 +212,7 @@ class Matcher:
         last = np.array(pixels.shape[::-1]) - 1.0
         rows, columns = (2 * int(np.ceil(0.25 * side / step)) for side in last[::-1])
         shape = (rows + half, columns + half)
-        plain = self.apart(pixels, 0.5 * last, appearance.size, 2.0 * step, shape, float(np.sign(amplitude)))
+        plain = self.apart(pixels, 0.5 * last, appearance.size, 2.0 * step, shape, np.inf * amplitude)
         even = 2 * half
         patches, weight = (
             each[..., :even, :even].reshape(*each.shape[:-2], half, 2, half, 2).mean(axis=(-1, -3))
@@ -229,11 +241,15 @@ class Matcher:
         rest[low[1] : high[1], low[0] : high[0]] -= image[top:bottom, left:right]
         return rest
 
+    def brightness(self, pixels: Array, place: Array, size: Array, sign: float, cells: int) -> float:
+        """Return the contrast of what stands at a place, beside what is within so many `cells`."""
+        step, inner = self.grid(size)
+        return contrast(sign * self.apart(pixels, place, size, step, cells, sign * np.inf), inner)
+
     def lit(self, appearance: TemplateAppearance, pixels: Array, place: Array) -> TemplateAppearance:
         """Return the appearance of a target that is as bright as what stands at a place."""
-        step, inner = self.grid(appearance.size)
         sign = float(np.sign(appearance.amplitude))
-        bright = contrast(sign * self.apart(pixels, place, appearance.size, step, self.cells, sign), inner)
+        bright = self.brightness(pixels, place, appearance.size, sign, self.cells)
         return evolve(appearance, amplitude=np.asarray(sign * max(bright, FAINT * abs(float(appearance.amplitude)), 1.0)))
 
     def scaled(self, appearance: TemplateAppearance, scale: float) -> TemplateAppearance:
@@ -276,15 +292,3 @@ def sought(by: Matcher, pixels: Array, here: Look, expected: float, *, same_scen
     best = found[int(np.argmax(odds))]
     apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
     return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))
-
-
-def kept(image: Array, amplitude: float) -> Array:
-    """Return contrast of the target's sign as a fraction of its amplitude, both beyond the noise, from 0 to `BRIGHTEST`.
-
-    What is no more than noise is none of the target (Donoho, De-noising by soft-thresholding, IEEE T-IT 41, 1995): a codec
-    repeats it where it was.
-    """
-    sign, most = float(np.sign(amplitude)), abs(amplitude)
-    noise = min(bend(image), NOISY * most)
-    limited: Array = np.clip((sign * image - noise) / (most - noise), 0.0, BRIGHTEST)
-    return limited
