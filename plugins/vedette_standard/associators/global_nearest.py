@@ -47,14 +47,16 @@ class GlobalNearest(Associator):
 
 
 def _assigned(scores: Array) -> Array:
-    """Return the weights (t, 1+k) of the best joint assignment."""
-    t, k = scores.shape[0], scores.shape[1] - 1
+    """Return the weights (t, 1+k) of the best joint assignment: of returns to tracks where there are fewer returns."""
     # An impossible miss is expensive but finite: two tracks that cannot be missed may share one return.
     miss = np.maximum(scores[:, :1], np.max(scores, axis=-1, keepdims=True) - 1e6)
-    cost = np.full((t, k + t), np.inf)
-    cost[:, :k] = miss - scores[:, 1:]
-    cost[range(t), range(k, k + t)] = 0.0
-    columns = kernels.k_best(cost, 1)[0][0]
-    weights = np.zeros_like(scores)
-    weights[range(t), np.where(columns < k, columns + 1, 0)] = 1.0
+    cost = miss - scores[:, 1:]
+    few = cost.T if len(cost) > cost.shape[1] else cost
+    n, m = few.shape
+    columns = kernels.k_best(np.hstack([few, np.where(np.eye(n), 0.0, np.inf)]), 1)[0][0]
+    taken = np.zeros((n, m))
+    taken[columns < m, columns[columns < m]] = 1.0
+    weights = np.empty_like(scores)
+    weights[:, 1:] = taken if few is cost else taken.T
+    weights[:, 0] = 1.0 - weights[:, 1:].sum(axis=-1)
     return weights

@@ -1,6 +1,7 @@
 """Associators: enumeration of every joint association as the oracle, and the laws of the role."""
 
 import itertools
+import tracemalloc
 
 import numpy as np
 import pytest
@@ -34,6 +35,18 @@ def problems(draw, most=4):
     t, k = draw(st.integers(0, most)), draw(st.integers(0, most))
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     return random_scores(rng, t, 1 + k, closed=draw(st.sampled_from([0.0, 0.3, 0.7])), spread=draw(st.sampled_from([1, 5])))
+
+
+@pytest.mark.parametrize("shape", [(4000, 2), (2, 4000)])
+def test_many_tracks_of_few_returns_take_the_memory_of_their_pairs(shape):
+    scores = random_scores(np.random.default_rng(1), shape[0], 1 + shape[1])
+    scores[:2, 1:] = 50.0 + np.arange(shape[1])  # two want the last return
+    tracemalloc.start()
+    weights = GlobalNearest().associate(scores, None)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert weights[:2, 1:].sum() == 2.0
+    assert peak < 30 * scores.nbytes
 
 
 def joint_associations(t, k):
