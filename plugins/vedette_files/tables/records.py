@@ -89,7 +89,7 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _apart(record: Any) -> Iterator[Any]:
-    """Yield a record for each of the times that one holds in a list, with what stands there in its other lists as long."""
+    """Yield a record for each of the times that one holds in a list, with what its other lists of that length hold there."""
     length = _times_in(record)
     yield from (_part(record, length, i) for i in range(length)) if length else (record,)
 
@@ -104,10 +104,9 @@ def _times_in(record: Any) -> int:
 
 def _part(value: Any, length: int, i: int) -> Any:
     if isinstance(value, Mapping):
-        return {
-            name: _part(inner, length, i) for name, inner in value.items() if not _holds_rows(inner) or len(inner) == length
-        }
-    return value[i] if isinstance(value, list) and len(value) == length else value
+        same = {name: inner for name, inner in value.items() if not isinstance(inner, list) or len(inner) == length}
+        return {name: _part(inner, length, i) for name, inner in same.items()}
+    return value[i] if isinstance(value, list) else value
 
 
 def _of_columns(data: Mapping[str, Any]) -> Any:
