@@ -54,17 +54,25 @@ class Keeping:
             return None
         try:
             window = self._window_of(saved)
-        except VedetteError as error:
-            LOG.error("the saved state does not fit, and is left out", extra={"why": str(error)[:300]})
+            feeds = zip(saved.states["clocks"], self.service.parts.inputs, strict=False)
+            clocks = [saving.clocks_from(given, feed.scans.clock, feed.scans.leap) for given, feed in feeds]
+            places, code = saving.changed(saved.states["made"], self.made)
+        except (
+            VedetteError,
+            LookupError,
+            TypeError,
+            ValueError,
+        ) as error:  # of another Vedette, the plain data may be others
+            LOG.error(
+                "the saved state does not fit, and is left out", extra={"why": f"{type(error).__name__}: {error}"[:300]}
+            )
             return None
-        places, code = saving.changed(saved.states["made"], self.made)
         if places:
             LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
         if code:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
-        feeds = zip(self.listening.groupers, saved.states["clocks"], self.service.parts.inputs, strict=False)
-        for grouper, clocks, feed in feeds:
-            grouper.clocks = saving.clocks_from(clocks, feed.scans.clock, feed.scans.leap)
+        for grouper, known in zip(self.listening.groupers, clocks, strict=False):
+            grouper.clocks = known
         self.listening.numbers.kept = dict(saved.acknowledged)
         if self.recorder is not None and "recorded" in saved.states and not saved.older:
             self.recorder.cut(saved.states["recorded"])

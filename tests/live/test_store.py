@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from support.services import (
@@ -31,7 +32,7 @@ from support.services import (
     undisturbed,
     wait_for,
 )
-from vedette import ConfigError
+from vedette import ConfigError, InputError
 from vedette.streams import Arrival, Saved
 from vedette_live import saving
 from vedette_live.config import load_service
@@ -302,6 +303,29 @@ def test_a_state_of_another_config_is_used_where_it_fits_and_what_changed_is_tol
     spread = {"kind": "from_returns", "spread": {"vx": 4.0, "vy": 4.0, "ax": 1.0, "ay": 1.0}}
     assert goes_on({**given, "estimator": other, "birth": spread}) is None
     assert caplog.records[-1].levelname == "ERROR"
+
+
+def test_a_state_of_another_layout_is_left_out_and_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As another Vedette may have written it: the service began with KeyError, again and again."""
+    given = {**config(tmp_path, 1), "inputs": [feed()]}
+    ran(given, [numbered("north", 1, 1.0, [[0.0, 0.0]], [])])
+    store = SqliteStore(path=str(tmp_path / "state.sqlite")).open()
+    saved = store.load()
+    assert saved is not None
+    store.save(evolve(saved, states={name: told for name, told in saved.states.items() if name != "clocks"}), [])
+    store.close()
+    assert goes_on(given) is None
+    assert "KeyError: 'clocks'" in vars(caplog.records[-1])["why"]
+
+
+def test_a_database_of_another_program_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
+    path = tmp_path / "state.sqlite"
+    with closing(sqlite3.connect(path)) as direct, direct:
+        direct.execute("CREATE TABLE bookmarks (place)")
+    with pytest.raises(InputError, match="another program"):
+        SqliteStore(path=str(path)).open()
+    with closing(sqlite3.connect(path)) as direct, direct:
+        assert direct.execute("SELECT name FROM sqlite_master").fetchall() == [("bookmarks",)]
 
 
 def test_a_state_of_other_code_is_told(

@@ -121,7 +121,9 @@ def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
             raise InputError(
                 f"service.store: {path}: is of version {version}, and this Vedette reads {VERSION}: move it away"
             )
-        connection.executescript(f"{_TABLES} {SCHEMA} PRAGMA user_version = {VERSION};")
+        if not version and connection.execute("SELECT 1 FROM sqlite_master").fetchone():
+            raise InputError(f"service.store: {path}: is a database of another program: name another file")
+        connection.executescript(f"BEGIN; {_TABLES} {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;")
         return connection, _latest(connection)
     except BaseException:
         connection.close()
