@@ -106,10 +106,10 @@ class Matcher:
     ) -> Array:
         """Return contrast (cells, cells) around `centre`, without larger structures of the sign of a small target.
 
-        It is that over the median, as an opening leaves half of the contrast of noise everywhere. An opening leaves a bank
-        or a trunk narrower than it: so what is brighter than the target may be, and longer than all that is compared, is
-        taken out as far as a target within its size of the middle is compared with it. Beyond, twigs would be left, like
-        targets. The `amplitude` is infinite where it is not known.
+        It is that over the median, as an opening leaves half of the contrast of noise everywhere. An opening also leaves a
+        bank or a trunk that is narrower than itself. So near the middle, where a target within its size of it is compared,
+        what is brighter than the target may be and longer than its template is taken out; farther off, twigs would be left
+        that are like targets. `amplitude` is the target's, infinite where it is not known.
         """
         image, side = blurred(sample(pixels, centre, step, cells)), float(np.max(size)) / step
         if np.max(size) > self.small:
