@@ -54,9 +54,9 @@ def isolated(image: Array, width: float) -> Array:
 
 
 def without_large(image: Array, bright: float, longest: float, within: float) -> Array:
-    """Return `image` (n, m) with 0 for each part brighter than `bright` and longer than `longest` cells, and its halo.
+    """Return `image` (n, m) with 0 in each part that is brighter than `bright` and longer than `longest` cells.
 
-    That is so up to `within` cells from the middle; beyond it the image is as it was.
+    That is so in the `HALO` cells around such a part, too, but no more than `within` cells from the image's middle.
     """
     from scipy import ndimage
 
@@ -67,6 +67,8 @@ def without_large(image: Array, bright: float, longest: float, within: float) ->
     for number, place in enumerate(ndimage.find_objects(labels), 1):
         if max(along.stop - along.start for along in place) > longest:
             large[place] |= labels[place] == number
+    if not large.any():
+        return image
     near = [np.abs(np.arange(side) - 0.5 * (side - 1)) <= within for side in image.shape]
     return np.where(ndimage.maximum_filter(large, 2 * HALO + 1) & near[0][:, None] & near[1], 0.0, image)
 

@@ -57,15 +57,9 @@ class Keeping:
             feeds = zip(saved.states["clocks"], self.service.parts.inputs, strict=False)
             clocks = [saving.clocks_from(given, feed.scans.clock, feed.scans.leap) for given, feed in feeds]
             places, code = saving.changed(saved.states["made"], self.made)
-        except (
-            VedetteError,
-            LookupError,
-            TypeError,
-            ValueError,
-        ) as error:  # of another Vedette, the plain data may be others
-            LOG.error(
-                "the saved state does not fit, and is left out", extra={"why": f"{type(error).__name__}: {error}"[:300]}
-            )
+        except (VedetteError, LookupError, TypeError, ValueError) as error:  # another Vedette's data may be others
+            why = f"{type(error).__name__}: {error}"[:300]
+            LOG.error("the saved state does not fit, and is left out", extra={"why": why})
             return None
         if places:
             LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
@@ -94,12 +88,13 @@ class Keeping:
         """Keep, if it is due, the state and the tracks since the last time; answer what is kept, or all where nothing is."""
         if due and self.recorder is not None:
             self._write_record(self.recorder)
-        numbers = self.listening.numbers.taken()
+        acknowledging = self.listening.numbers
         if self.store is None or window is None:
-            self.listening.numbers.keep(numbers)
+            acknowledging.keep(acknowledging.taken())
             return
         if not due:
             return
+        numbers = acknowledging.taken()
         clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {
             "made": self.made,
@@ -123,7 +118,7 @@ class Keeping:
         self.ails.pop("store", None)
         self.counters.add("saves_total")
         self._unsaved.clear()
-        self.listening.numbers.keep(numbers)
+        acknowledging.keep(numbers)
 
     def take(self, taken: Taken) -> None:
         """Keep a scan and the tracks after it, which no late scan can change any more."""

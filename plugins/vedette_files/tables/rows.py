@@ -106,7 +106,7 @@ def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tu
     looked_at = islice(given, TOP)
     text = [(n, line) for n, line in looked_at if line.strip() and not _SEPARATOR_LINE.fullmatch(line.strip())]
     first = next((i for i, (_, line) in enumerate(text) if not line.lstrip().startswith("#")), len(text) - 1)
-    if first > 0 and any(map(is_number, re.split(r"[,;\t| ]", text[first][1].strip()))):
+    if first > 0 and any(map(is_number, re.split(f"[{''.join(BETWEEN)}]", text[first][1].strip()))):
         first -= 1
     found = [at for mark in BETWEEN if (at := _titles_at([line for _, line in text[first:]], mark)) is not None]
     at = first + min(found, default=0)

@@ -14,10 +14,9 @@ from pathlib import Path
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.errors import ConfigError, Problem
 from vedette_files import read_recording, scan_line
+from vedette_live.inputs.tcp import PIECE
 from vedette_report.watching.real_time import Pace, read_speed
 
-PIECE = 2**16
-"""Bytes that are read at once."""
 PATIENCE = 10.0
 """s for a connection, and for an answer at the end."""
 
