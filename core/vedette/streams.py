@@ -33,8 +33,9 @@ def now() -> float:
 class Arrival:
     """Bytes that came: when, by `now`, and from which `stream`, such as one connection of several.
 
-    `reply` sends bytes back to where they came from; None where nothing can be sent. `lost` counts the pieces that the
-    system dropped before this one since the last; None where it does not tell. `ended`: the stream ends with these bytes.
+    `reply` sends bytes back to where they came from, b"" once there are no more; None where nothing can be sent. `lost`
+    counts the pieces that the system dropped before this one since the last; None where it does not tell. `ended`: the
+    stream ends with these bytes.
     """
 
     data: bytes

@@ -9,6 +9,8 @@ from typing import final
 
 from attrs import define, field
 
+FEW = 10
+"""Lines of a stream that could not be read, the latest, which are answered if a later one has a number."""
 Number = tuple[str, str, int]
 """The stream by which a message came, its sensor there, and its number."""
 
@@ -27,6 +29,32 @@ class Acknowledging:
     _seen: dict[str, int] = field(factory=dict)
     _waiting: deque[tuple[Number, int, str]] = field(factory=deque)
     _taken: dict[tuple[str, str], int] = field(factory=dict)
+    _unreadable: dict[str, deque[str]] = field(factory=dict)
+    _ended: dict[str, dict[str, int]] = field(factory=dict)
+
+    def begin(self, stream: str, reply: Callable[[bytes], None]) -> None:
+        """Answer a stream from now on, as a message of it has a number; and what could not be read before."""
+        self.replies[stream] = reply
+        for why in self._unreadable.pop(stream, ()):
+            self.refuse((stream, "", -1), why)
+
+    def refuse_line(self, stream: str, why: str) -> None:
+        """Answer that a line cannot be read, once its stream is known to have numbers."""
+        if stream in self.replies:
+            self.refuse((stream, "", -1), why)
+        else:
+            self._unreadable.setdefault(stream, deque(maxlen=FEW)).append(why)
+
+    def end(self, stream: str, reply: Callable[[bytes], None] | None) -> None:
+        """Answer a stream no more, once all that came by its input is kept; at once if nothing can be answered."""
+        self._unreadable.pop(stream, None)
+        if reply is None:
+            self.replies.pop(stream, None)
+        elif stream in self.replies:
+            begin = _key(stream, "")
+            self._ended[stream] = {key: number for key, number in self._seen.items() if key.startswith(begin)}
+        else:
+            reply(b"")
 
     def last(self, number: Number) -> int:
         """Return the highest number that has come of a message's input and sensor; -1 if none has."""
@@ -62,7 +90,7 @@ class Acknowledging:
 
     def keep(self, numbers: Mapping[str, int]) -> None:
         """Answer with the latest number of each connection, now that all up to these are kept, and with what is refused."""
-        self.kept, done, self._taken = dict(numbers), self._taken, {}
+        self.kept, done, self._taken, ended = dict(numbers), self._taken, {}, list(self._ended.items())
         refused = list[tuple[Number, str]]()
         for _ in range(len(self._waiting)):
             untaken, needed, why = self._waiting.popleft()
@@ -76,14 +104,23 @@ class Acknowledging:
         kept = [((*key, count), "") for key, count in done.items() if (*key, count) not in told]
         for number, why in sorted([*refused, *kept]):
             self.reply(number, why)
+        for stream, last in ended:
+            if all(self.kept.get(key, -1) >= number for key, number in last.items()):
+                self._ended.pop(stream)
+                self._send(stream, b"")
+                self.replies.pop(stream, None)
 
     def reply(self, number: Number, refused: str = "") -> None:
         """Answer one message, if its connection is still there."""
         stream, sensor, count = number
         answer = {"ack": count, "sensor": sensor, "refused": refused}
+        given = {name: told for name, told in answer.items() if told not in ("", -1)}
+        self._send(stream, json.dumps(given).encode() + b"\n")
+
+    def _send(self, stream: str, data: bytes) -> None:
         try:
             if reply := self.replies.get(stream):
-                reply(json.dumps({name: told for name, told in answer.items() if told not in ("", -1)}).encode() + b"\n")
+                reply(data)
         except OSError:
             self.replies.pop(stream, None)
 

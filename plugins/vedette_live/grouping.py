@@ -72,6 +72,11 @@ class Clock:
     offset: float = inf
     last: float | None = None
     doubted: float | None = None
+    since: float | None = None
+
+    def stood(self, now: float) -> float:
+        """Return for how many s it has told the same time."""
+        return 0.0 if self.since is None else now - self.since
 
     def time(self, stated: float | None, period: float | None, arrived: float | None) -> float:
         """Return the time of a message in s; ValueError if it tells none and nobody knows when it came."""
@@ -84,6 +89,8 @@ class Clock:
         if period is not None and near is not None:  # the day, or the turn of a short counter, nearest to when it came
             stated += period * floor((near - stated) / period + 0.5)
         self._check(stated)
+        if stated != self.last or self.since is None:
+            self.since = arrived
         self.last = stated
         if self.by == "offset" and arrived is not None:
             self.offset = min(self.offset, arrived - stated)

@@ -20,6 +20,9 @@ from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 
+STILL = 60.0
+"""s in which a clock has told one time after which the health tells: some tell whole minutes."""
+
 
 @final
 @define(eq=False)
@@ -115,7 +118,7 @@ class Listening:
         else:
             memories[arrival.stream] = decoded.memory
         if arrival.ended:
-            self.numbers.replies.pop(f"{i} {arrival.stream}", None)
+            self.numbers.end(f"{i} {arrival.stream}", arrival.reply)
 
     def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
         """Group messages, and count what cannot be used."""
@@ -124,7 +127,7 @@ class Listening:
         for message in decoded.messages:
             number = None if message.number is None else (stream, message.sensor, message.number)
             if number is not None and arrival.reply is not None:
-                self.numbers.replies[stream] = arrival.reply
+                self.numbers.begin(stream, arrival.reply)
             if number is not None and number[2] <= (last := self.numbers.last(number)) and self._is_new(i, message):
                 told = f"n: must rise, got {number[2]} after {last}, with a later time"
                 self.ails[f"numbers of {message.sensor!r}"] = told
@@ -146,14 +149,23 @@ class Listening:
             if number is not None:
                 self.numbers.note(number)
                 self.ails.pop(f"numbers of {message.sensor!r}", None)
+            self._hear(i, message.sensor, arrival.time)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
                 self.put(formed, feed)
         for told in decoded.refused:
             self._refuse(told, arrival, log)
-            if stream in self.numbers.replies:
-                self.numbers.refuse((stream, "", -1), told)
+            if arrival.reply is not None:
+                self.numbers.refuse_line(stream, told)
+
+    def _hear(self, i: int, sensor: str, now: float) -> None:
+        """Let the health tell of a clock that stands still."""
+        clock, name = self.groupers[i].clocks[sensor], f"clock of {sensor!r}"
+        if (stood := clock.stood(now)) > STILL:
+            self.ails[name] = f"it stands still at {clock.last:.6f} s, for {stood:.0f} s"
+        else:
+            self.ails.pop(name, None)
 
     def _is_new(self, i: int, message: Message) -> bool:
         """Return whether a message is later than all that came of its sensor, so that it is none of them again."""

@@ -95,6 +95,21 @@ def test_a_connection_too_many_is_closed_and_told(caplog: pytest.LogCaptureFixtu
     assert told["from"].startswith(f"tcp {port} 127.0.0.1:")
 
 
+def test_whoever_reads_no_answers_loses_the_connection_and_others_still_come() -> None:
+    """The next one that came had the same file number, and ended the input."""
+    port, resume = free_port(), Event()
+    with _listening(TcpServerInput(port=port), resume) as arrivals, connected(port) as first:
+        first.sendall(b"one\n")
+        _until(lambda: bool(arrivals))
+        with connected(port) as later:
+            later.sendall(b"two\n")
+            reply = arrivals[0].reply
+            assert reply is not None
+            reply(b"kept\n" * 10**7)
+            resume.set()
+            _until(lambda: arrivals[-1].data == b"two\n")
+
+
 def test_a_multicast_group_is_joined() -> None:
     port = free_port()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as here:

@@ -119,6 +119,30 @@ def test_numbered_messages_are_answered_once_taken_or_refused() -> None:
     assert running.counters.counts["messages_repeated_total"] == 1
 
 
+def test_who_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
+    """As `nc -N` does, which then reads to the end."""
+    port = free_port()
+    config = {
+        **TRACKER,
+        "inputs": [{"input": {"kind": "tcp_server", "port": port, "most": 2}, "format": {"kind": "json_lines"}}],
+        "service": {"store": {"kind": "sqlite", "path": str(tmp_path / "state.sqlite")}, "save": 1.0},
+    }
+    with served(config) as running:
+        for count, line in enumerate(lines(3)):  # connections that have ended take no place of others
+            with connected(port) as here:
+                here.sendall(line)
+            wait_for(lambda count=count: running.counters.counts["pieces_total"] == 2 * count + 2)  # type: ignore[misc]
+        with connected(port) as here, here.makefile("rb") as told:
+            here.sendall(b"".join(lines(10)))
+            here.shutdown(socket.SHUT_WR)
+            answers = {answer["sensor"]: answer["ack"] for answer in map(json.loads, told)}
+        assert answers == {"north": 9, "south": 8}
+        with connected(port) as here:
+            here.sendall(b"{}\n")
+            here.shutdown(socket.SHUT_WR)
+            assert here.recv(10) == b""  # it has no numbers, and waits for nothing
+
+
 def test_a_token_is_asked_for(tmp_path: Path) -> None:
     port, token = free_port(), tmp_path / "token"
     token.write_bytes(b"correct horse battery staple\n")
@@ -295,6 +319,20 @@ def test_a_sensor_whose_clock_makes_all_others_late_is_told_by_their_health() ->
     assert "its last 20 scans were refused" in running.ails["sensor north"]
     running = ran({**TRACKER, "inputs": [feed()]}, [*before, *sent([*(20.0 + t for t in north), 3601.0, 3602.0], "north")])
     assert running.ails == {}
+
+
+def test_a_clock_that_stands_still_is_told_by_the_health() -> None:
+    """Of its turns none was complete before 50,000 messages, and all seemed well."""
+
+    def sent(times: list[float]) -> list[Arrival]:
+        told = [json.dumps({"time": time, "sensor": "north", "z": [[k, 0.0]]}) for k, time in enumerate(times)]
+        return [Arrival(f"{line}\n".encode(), 2.0 * k) for k, line in enumerate(told)]
+
+    for scans in ({"by": "turn", "wait": "1 h"}, {"by": "message"}):
+        config = {**TRACKER, "inputs": [feed(scans=scans)]}
+        assert ran(config, sent([7.0] * 31)).ails == {}
+        assert ran(config, sent([7.0] * 32)).ails == {"clock of 'north'": "it stands still at 7.000000 s, for 62 s"}
+        assert ran(config, sent([7.0] * 32 + [8.0])).ails == {}
 
 
 def test_a_thousand_slow_connections_hold_nobody_up() -> None:

@@ -120,7 +120,7 @@ def test_a_message_that_cannot_be_used_is_answered_once_all_before_it_is_kept(tm
 
 
 def test_a_line_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
-    """Its sender may wait for the answer; where its number cannot be read, the answer has none."""
+    """Its sender may wait for the answer; where its number cannot be read, the answer has none. So with the first line."""
     answers = list[bytes]()
     told = [
         b'{"sensor": "north", "n": 4}',
@@ -131,7 +131,7 @@ def test_a_line_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
     arrivals = [Arrival(line + b"\n", 0.0, "", answers.append) for line in told]
     running = ran({**config(tmp_path, 1, save=3600.0), "inputs": [feed()]}, arrivals[3:] + arrivals[:3])
     assert [(answer.get("ack"), "refused" in answer) for answer in map(json.loads, answers)] == [
-        (None, True), (4, True), (5, False),
+        (None, True), (None, True), (4, True), (5, False),
     ]  # fmt: skip
     counts = running.counters.counts
     assert (counts["messages_refused_total"], counts["messages_taken_total"]) == (3, 1)
@@ -335,6 +335,22 @@ def test_a_database_of_another_program_is_refused_and_left_as_it_is(tmp_path: Pa
         SqliteStore(path=str(path)).open()
     with closing(sqlite3.connect(path)) as direct, direct:
         assert direct.execute("SELECT name FROM sqlite_master").fetchall() == [("bookmarks",)]
+
+
+def test_a_store_without_a_column_is_refused_and_one_in_another_order_is_used(tmp_path: Path) -> None:
+    """Each save failed, which the health alone told."""
+    given, path = {**config(tmp_path, 1), "inputs": [feed()]}, tmp_path / "state.sqlite"
+    SqliteStore(path=str(path)).open().close()
+    with closing(sqlite3.connect(path)) as direct, direct:
+        direct.execute("ALTER TABLE tracks DROP COLUMN confirmed")
+    with pytest.raises(InputError, match=r"tracks\.confirmed"):
+        ran(given, [])
+    with closing(sqlite3.connect(path)) as direct, direct:
+        direct.execute("ALTER TABLE tracks ADD COLUMN confirmed INTEGER NOT NULL DEFAULT 0")
+    counts = ran(given, [Arrival(line, 0.0) for line in lines(40)]).counters.counts
+    assert counts["saves_failed_total"] == 0
+    with closing(sqlite3.connect(path)) as direct, direct:
+        assert set(direct.execute("SELECT confirmed, typeof(mean), typeof(cov) FROM tracks")) == {(1, "text", "text")}
 
 
 def test_a_state_of_other_code_is_told(

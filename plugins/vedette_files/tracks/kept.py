@@ -30,7 +30,8 @@ CREATE INDEX IF NOT EXISTS tracks_by_id ON tracks (id, time);
 CREATE INDEX IF NOT EXISTS tracks_by_place ON tracks (x, y);
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
-_INSERT = "INSERT OR REPLACE INTO tracks VALUES (?,?,?,?,?,?,?,?,?,?)"
+_COLUMNS = "time, id, x, y, latitude, longitude, existence, confirmed, mean, cov"
+_INSERT = f"INSERT OR REPLACE INTO tracks ({_COLUMNS}) VALUES (?,?,?,?,?,?,?,?,?,?)"
 
 
 @frozen

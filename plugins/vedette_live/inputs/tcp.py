@@ -64,9 +64,12 @@ class TcpServerInput(Input):
                             yield from self._read(connections[key.fileobj], chosen, connections, log)  # type: ignore[index]
                     if (at := monotonic()) - looked > PATIENCE:
                         looked = at
-                        for late in [each for each in connections.values() if at - each.heard > self.idle]:
-                            log.warn(CLOSED, f"nothing came for {self.idle:g} s", late.name)
-                            yield _closed(late, chosen, connections)
+                        for each in list(connections.values()):
+                            if each.shut:
+                                yield _closed(each, chosen, connections)
+                            elif at - each.heard > self.idle:
+                                log.warn(CLOSED, f"nothing came for {self.idle:g} s", each.name)
+                                yield _closed(each, chosen, connections)
             finally:
                 for connection in connections.values():
                     connection.close()
@@ -84,6 +87,9 @@ class TcpServerInput(Input):
             here, sender = server.accept()
         except OSError:
             return
+        if len(connections) >= self.most and (done := next((each for each in connections.values() if each.ended), None)):
+            done.close()
+            del connections[done.here]
         if len(connections) >= self.most:
             log.warn(CLOSED, f"it is one more than `most` of the input, {self.most}", f"{sender[0]}:{sender[1]}")
             here.close()
@@ -111,6 +117,12 @@ class TcpServerInput(Input):
             yield Arrival(data, now(), one.name, one.send)
             if not isinstance(one.here, ssl.SSLSocket):
                 return  # the others have their turn; what TLS has decoded already would not wake us
+        if data == b"" and one.allowed and not one.shut:  # it may wait for answers
+            chosen.unregister(one.here)
+            one.ended = True
+            yield Arrival(b"", now(), one.name, one.send, ended=True)
+            if not one.shut:
+                return
         if data is not None:
             yield _closed(one, chosen, connections)
 
@@ -118,13 +130,15 @@ class TcpServerInput(Input):
 @final
 @define(eq=False)
 class _Connection:
-    """One connection; others may send by it, so a lock is held while they do."""
+    """One connection; others may send by it, so a lock is held while they do, and shut it; who reads closes it."""
 
     here: socket.socket
     name: str
     allowed: bool
     heard: float = field(factory=monotonic)
     first: bytes = b""
+    ended: bool = False
+    shut: bool = False
     lock: Lock = field(factory=Lock)
 
     def receive(self) -> bytes | None:
@@ -138,7 +152,9 @@ class _Connection:
             return b""
 
     def send(self, data: bytes) -> None:
-        """Send; a reader that takes nothing for a second loses the connection, not the service its time."""
+        """Send, or shut it for b""; a reader that takes nothing for a second loses it, not the service its time."""
+        if not data:
+            self.end()
         end = monotonic() + 1.0
         try:
             while data:
@@ -151,33 +167,26 @@ class _Connection:
                 if monotonic() > end or not select.select([], [self.here], [], end - monotonic())[1]:
                     raise TimeoutError
         except (OSError, ValueError):
-            self.close()
+            self.end()
 
-    def close(self) -> None:
-        """Close it; an error is none."""
+    def end(self) -> None:
+        """Shut it, so that who reads wakes up; an error is none."""
+        self.shut = True
         with suppress(OSError):
             self.here.shutdown(socket.SHUT_RDWR)
+
+    def close(self) -> None:
+        """Close it."""
+        self.end()
         self.here.close()
 
 
 def _closed(one: _Connection, chosen: selectors.BaseSelector, connections: dict[socket.socket, _Connection]) -> Arrival:
-    try:
+    with suppress(KeyError):  # of one that has ended
         chosen.unregister(one.here)
-    except (KeyError, ValueError):  # it was closed by a writer
-        _forget(chosen, one.here)
-    connections.pop(one.here, None)
+    del connections[one.here]
     one.close()
     return Arrival(b"", now(), one.name, ended=True)
-
-
-def _forget(chosen: selectors.BaseSelector, here: socket.socket) -> None:
-    """Unregister a socket that has no number any more."""
-    for key in list(chosen.get_map().values()):
-        if key.fileobj is here:
-            try:
-                chosen.unregister(key.fd)
-            except (KeyError, ValueError, OSError):
-                return
 
 
 @final

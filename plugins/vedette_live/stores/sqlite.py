@@ -124,10 +124,20 @@ def _opened(path: Path) -> tuple[sqlite3.Connection, Saved | None]:
         if not version and connection.execute("SELECT 1 FROM sqlite_master").fetchone():
             raise InputError(f"service.store: {path}: is a database of another program: name another file")
         connection.executescript(f"BEGIN; {_TABLES} {SCHEMA} PRAGMA user_version = {VERSION}; COMMIT;")
+        with closing(sqlite3.connect(":memory:")) as ours:
+            ours.executescript(_TABLES + SCHEMA)
+            if lacking := _columns(ours) - _columns(connection):
+                raise InputError(f"service.store: {path}: has no column {', '.join(sorted(lacking))}: move it away")
         return connection, _latest(connection)
     except BaseException:
         connection.close()
         raise
+
+
+def _columns(of: sqlite3.Connection) -> set[str]:
+    """Return the columns of all tables, as table.column."""
+    rows = of.execute("SELECT t.name || '.' || c.name FROM sqlite_master t, pragma_table_info(t.name) c")
+    return {name for (name,) in rows}
 
 
 def _latest(connection: sqlite3.Connection) -> Saved | None:
