@@ -89,7 +89,10 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
 
 
 def _apart(record: Any) -> Iterator[Any]:
-    """Yield a record for each of the times that one holds in a list, with what its other lists of that length hold there."""
+    """Yield a record for each of the times that one holds in a list, with what its other lists of that length hold there.
+
+    Lists of another length leave a title that says so, in brackets: it names no axis. Its cells are empty.
+    """
     length = _times_in(record)
     yield from (_part(record, length, i) for i in range(length)) if length else (record,)
 
@@ -104,8 +107,13 @@ def _times_in(record: Any) -> int:
 
 def _part(value: Any, length: int, i: int) -> Any:
     if isinstance(value, Mapping):
-        same = {name: inner for name, inner in value.items() if not isinstance(inner, list) or len(inner) == length}
-        return {name: _part(inner, length, i) for name, inner in same.items()}
+        parts: dict[str, Any] = {}
+        for name, inner in value.items():
+            if isinstance(inner, list) and len(inner) != length:
+                parts[f"({name}: {len(inner)} for {length} times)"] = None
+            else:
+                parts[name] = _part(inner, length, i)
+        return parts
     return value[i] if isinstance(value, list) else value
 
 

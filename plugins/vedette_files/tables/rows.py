@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, islice
+from itertools import chain, compress, islice, zip_longest
 from pathlib import Path
 
 from attrs import frozen
@@ -30,8 +30,11 @@ _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 BETWEEN = (",", ";", "\t", "|", " ")
 """What may stand between cells."""
 
-TOP = 100
-"""In so many lines a header is looked for."""
+TOP, FARTHEST = 100, 400
+"""In so many lines a header is looked for, then in so many; `TOP` lines below one say whether it is."""
+
+MOST_JOINED = 6
+"""Titles stand in so many lines at most."""
 
 
 @frozen
@@ -65,7 +68,8 @@ def rows(path: TablePath, wanted: Mapping[str, str], place: str, dialect: Dialec
     if not isinstance(path, Path) or is_columnar(path):
         yield from _columnar(path, wanted, place)
         return
-    top, first, given = header_line(lines(path))
+    numbers, first, given = header_line(lines(path))
+    top = numbers[-1]
     header = dialect.cells(first)
     if header is None:
         raise InputError(f"{path}:{top}: the header has {UNCLOSED.replace(' is not', ' that is not')}")
@@ -97,37 +101,71 @@ def _too_many(cells: Sequence[str], width: int) -> str:
     return "; decimal commas between commas cannot be read: put semicolons between columns" if split else ""
 
 
-def header_line(given: Iterator[tuple[int, str]]) -> tuple[int, str, Iterator[tuple[int, str]]]:
-    """Return the number and the text of the header's line, and the lines below it.
+def header_line(given: Iterator[tuple[int, str]]) -> tuple[range, str, Iterator[tuple[int, str]]]:
+    """Return the numbers of the header's lines and its text, and the lines below it.
 
     It is the first line after which most have as many cells as it, and numbers where it has words; else the first one that
-    is no comment. The last comment, which begins with #, counts if numbers follow it: so numpy.savetxt writes a header.
+    is no comment. Titles that stand twice are joined with the words below them. The last comment, which begins with
+    #, counts if numbers follow it: so numpy.savetxt writes a header.
     """
-    looked_at = islice(given, TOP)
+    looked_at = islice(given, FARTHEST)
     text = [(n, line) for n, line in looked_at if line.strip() and not _SEPARATOR_LINE.fullmatch(line.strip())]
     first = next((i for i, (_, line) in enumerate(text) if not line.lstrip().startswith("#")), len(text) - 1)
     if first > 0 and any(map(is_number, re.split(f"[{''.join(BETWEEN)}]", text[first][1].strip()))):
         first -= 1
-    found = [at for mark in BETWEEN if (at := _titles_at([line for _, line in text[first:]], mark)) is not None]
-    at = first + min(found, default=0)
-    return *(text[at] if text else (1, "")), chain(text[at + 1 :], given)
+    plain = [line for _, line in text[first:]]
+    found = next(filter(None, ([*_headers(plain[:most])] for most in (TOP, FARTHEST))), [])
+    _, at, last, titles = min(found, default=((), 0, 0, plain[0] if plain else ""))
+    numbers = range(text[first + at][0], text[first + last][0] + 1) if text else range(1, 2)
+    return numbers, titles, chain(text[first + last + 1 :], given)
 
 
-def _titles_at(text: Sequence[str], delimiter: str) -> int | None:
-    """Return the first line that is a header of those below it, if such a delimiter stands between cells."""
-    table = [Dialect(delimiter).cells(line) or [] for line in text]
-    for i, titles in enumerate(table):
-        below = [fitted(cells, len(titles)) or [] for cells in table[i + 1 :]]
-        rows = [cells for cells in below if len(cells) == len(titles) > 1]
-        if 2 * len(rows) > len(below) and below[0] in rows:
-            over = [title for title, column in zip(titles, zip(*rows, strict=True), strict=True) if _are_numbers(column)]
-            if all(over) and not all(map(is_number, over)):
-                return i
-    return None
+def _headers(text: Sequence[str]) -> Iterator[tuple[tuple[bool, bool], int, int, str]]:
+    """Yield what may be the header of the lines below it, the surer the less: its first and its last line, and its text."""
+    for delimiter in BETWEEN:
+        table = [Dialect(delimiter).cells(line) or [] for line in text]
+        numeric = [[is_number(cell.replace(",", ".")) for cell in cells] for cells in table]
+        for i, line in enumerate(table):
+            last, titles = _joined(table, i)
+            if _above_rows(line, table[i + 1 : i + 1 + TOP], numeric[i + 1 :]):
+                yield (len({*line}) < len(line), False), i, i, text[i]
+                if len({*line}) == len(line):
+                    break
+            if last > i and _above_rows(titles, table[last + 1 : last + 1 + TOP], numeric[last + 1 :]):
+                yield (len({*titles}) < len(titles), True), i, last, delimiter.join(f'"{title}"' for title in titles)
 
 
-def _are_numbers(column: Sequence[str]) -> bool:
-    return 2 * sum(is_number(cell.replace(",", ".")) for cell in column) > len(column)
+def _above_rows(titles: Sequence[str], below: Sequence[list[str]], numeric: Sequence[Sequence[bool]]) -> bool:
+    """Return whether most lines below have as many cells as titles, the first one too, and numbers below words."""
+    fits = [len(fitted(cells, len(titles)) or []) == len(titles) > 1 for cells in below]
+    if 2 * sum(fits) <= len(below) or not fits[0]:
+        return False
+    columns = zip(titles, *compress(numeric, fits), strict=False)
+    over = [title for title, *column in columns if 2 * sum(column) > len(column)]
+    return all(over) and not all(map(is_number, over))
+
+
+def _joined(table: Sequence[Sequence[str]], first: int) -> tuple[int, list[str]]:
+    """Return the last line of the header that begins at a line, and its titles, joined while one stands twice or is empty.
+
+    An empty cell of a line above the last is the one before it; a line that is the same over all columns is left out.
+    """
+    last, titles = first, list(table[first])
+    most = min(len(table), first + MOST_JOINED) - 1
+    while ("" in titles or len(set(titles)) < len(titles)) and last < most and _worded(table[last + 1]):
+        last += 1
+        lines = [list(line) for line in table[first : last + 1] if len(set(line[1:])) > 1] or [list(table[last])]
+        for line in lines[:-1]:
+            line += [""] * (len(lines[-1]) - len(line))
+            for i, cell in enumerate(lines[-1]):
+                line[i] = line[i] or (line[i - 1] if i and cell else "")
+        titles = [" ".join(filter(None, cells)) for cells in zip_longest(*lines, fillvalue="")]
+        titles = titles[: len(titles) - next(i for i, title in enumerate(reversed(titles)) if title)]
+    return last, titles
+
+
+def _worded(line: Sequence[str]) -> bool:
+    return any(line) and not any(cell[:1].isdigit() or is_number(cell) for cell in line)
 
 
 def fitted(cells: list[str] | None, width: int) -> list[str] | None:

@@ -21,6 +21,8 @@ from vedette_tools.drafting.titles import UNITS, meaning
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
 
+ONE_EACH = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
+
 _SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
 
 
@@ -36,12 +38,14 @@ def dialect_of(path: TablePath) -> Dialect:
     return first_rows(path)[2]
 
 
-def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
+def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, range]:
+    """Return the titles, the first rows, how they are written, and the numbers of the lines with the titles."""
     if not isinstance(path, Path) or is_columnar(path):
         titles, _ = header_and_rows(path, ())
         titles, given = header_and_rows(path, titles)
-        return titles, list(islice(given, LOOKED_AT)), COMMAS
-    number, first, below = header_line(lines(path))
+        return titles, list(islice(given, LOOKED_AT)), COMMAS, range(1, 2)
+    numbers, first, below = header_line(lines(path))
+    number = numbers[0]
     if "\0" in first or first[:1] == "\ufffd":
         wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
         raise InputError(f"{path}: is no text; {wanted}")
@@ -66,15 +70,14 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect]:
     unfit = len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header)
     if at is not None and unfit:
         of_row = _is_row(Dialect(between_cells).cells(text[at]) or [])
-        one = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
-        told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else one
+        told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else ONE_EACH
         raise InputError(f"{path}:{numbered[at][0]}: {told}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab, | or blanks"
         raise InputError(
             f"{path}:{number}: must be the titles of the columns with {between} between them, got {shown(first)}"
         )
-    return header, rows, dialect
+    return header, rows, dialect, numbers
 
 
 def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | None, str]:
@@ -118,8 +121,8 @@ def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -
 
 def of_header(titles: Sequence[str], below: Sequence[str]) -> str:
     """Return what is wrong with a header, by what stands below it, or ""."""
-    if any(below) and not any(sign.isdigit() for cell in below for sign in cell):
-        return "; the header stands in two lines: write one, as time,x,y"
+    if "" in titles[:-1] or (any(below) and not any(sign.isdigit() for cell in below for sign in cell)):
+        return f"; {ONE_EACH}"
     if "sample_token" in titles:
         return "; nuScenes keeps it in sample.json: join the two by sample_token"
     return ""

@@ -19,7 +19,7 @@ def file_beside(path: TablePath, platform: Path | None) -> tuple[Meaning, dict[s
         return None
     if not isinstance(path, Path) or platform.resolve().parent != path.resolve().parent:
         raise InputError(f"{platform}: must lie in the folder of the returns, for a config names one folder: copy it there")
-    titles, rows, dialect = first_rows(platform)
+    titles, rows, dialect, _ = first_rows(platform)
     if dialect != (COMMAS if is_columnar(path) else first_rows(path)[2]):
         raise InputError(f"{platform}: must have the delimiter and the decimal sign of {path.name}")
     measured, own = chosen(titles)

@@ -12,11 +12,11 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.space import Array
 from vedette_files import NORTH_EAST
-from vedette_files.input_files import WESTERN, encoding, lines
+from vedette_files.input_files import WESTERN, encoding
 from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
-from vedette_files.tables.rows import BY_ROW, Dialect, header_line, listed
+from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import own_velocity, third_column
@@ -40,7 +40,8 @@ COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimu
 class Columns:
     """The columns of a table by title, those made of others too, and which of them hold a time, a position and other things.
 
-    measured: by axis; own: of the platform; below: the row below the header that states units, or []; pattern: of dates.
+    lines: the numbers of those that hold the titles; measured: by axis; own: of the platform; below: the row below the
+    header that states units, or []; pattern: of dates.
     """
 
     path: TablePath
@@ -48,6 +49,7 @@ class Columns:
     cells: dict[str, list[str]]
     rows: Sequence[Sequence[str]]
     dialect: Dialect
+    lines: range
     below: Sequence[str]
     measured: dict[str, Meaning]
     own: Mapping[str, Meaning]
@@ -57,7 +59,7 @@ class Columns:
     @classmethod
     def of(cls, path: TablePath, wishes: Wishes) -> Columns:
         """Read the header and the first rows; InputError if no column looks like a time."""
-        titles, rows, dialect = first_rows(path)
+        titles, rows, dialect, numbers = first_rows(path)
         below = units_below(rows)
         cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
         worded = [
@@ -83,7 +85,7 @@ class Columns:
                 f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
             )
             raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
-        return cls(path, titles, cells, rows, dialect, below, measured, own, time, pattern)
+        return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern)
 
     def geodetic(self) -> tuple[Columns, tuple[str, ...]]:
         """Return them with x and y as longitude and latitude, and what says so, if nothing else fits their values."""
@@ -158,10 +160,11 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     units: dict[str, str] = {}
     guessed: dict[str, str] = {}
     assumed += ["the row below the header states units; as a return it is refused"] if table.below else []
-    if isinstance(path, Path) and not is_columnar(path):
-        number, *_ = header_line(lines(path))
-        assumed += [f"line {number} holds the titles; what stands above it is passed over"] if number > 1 else []
-        assumed += ["the titles are in Windows-1252, not in UTF-8"] if encoding(path) == WESTERN else []
+    top, end = table.lines[0], table.lines[-1]
+    assumed += [f"the titles stand in lines {top} to {end} and are joined, as {titles[-1]!r}"] if end > top else []
+    assumed += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []
+    if isinstance(path, Path) and not is_columnar(path) and encoding(path) == WESTERN:
+        assumed += ["the titles are in Windows-1252, not in UTF-8"]
     dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
     assumed += [text] if text else []
     for axis, name in every.items():

@@ -82,7 +82,7 @@ def _rows(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any]:
         )
         return
     csv = needed("pyarrow.csv", "large tables need pyarrow", "data")
-    number, _, _ = header_line(lines(path))
+    numbers, _, _ = header_line(lines(path))
     _check_text(path)
 
     def left_out(row: Any) -> str:
@@ -91,7 +91,7 @@ def _rows(path: Path, titles: Sequence[str], lost: list[int]) -> Iterator[Any]:
 
     reader = csv.open_csv(
         path,
-        read_options=csv.ReadOptions(skip_rows=number, column_names=titles, encoding=encoding(path)),
+        read_options=csv.ReadOptions(skip_rows=numbers[-1], column_names=titles, encoding=encoding(path)),
         parse_options=csv.ParseOptions(delimiter=dialect_of(path).delimiter, invalid_row_handler=left_out),
         convert_options=csv.ConvertOptions(
             column_types=dict.fromkeys(titles, pa.string()), strings_can_be_null=True, null_values=[""]

@@ -70,6 +70,10 @@ READ = {
     "words above the header": f"Radar log, of 12 May\nOperator: Smith\nTurn: 2.0\n\n{PLAIN}",
     "words above the header, as Excel fills up each row": f"Instrument,radar,\nTurn,2.0,\n,,\n{PLAIN}",
     "words above blanks between columns": "Radar 3\n% of twelve May\n" + table("time x y", plain, " "),
+    "words in 150 lines above the header": "one, two\n" * 150 + PLAIN,
+    "titles in two lines": table("time,position,\n,x,y", plain),
+    "titles in four lines, of which one tells nothing": "by,A,A,A\n\n,Radar,,Own\n,of,of,of\ntime,x,y,x\n"
+    + table("", lambda *look: (*plain(*look), 7)).lstrip(),
     "decimal commas below words": "Gerät;3,5\n"
     + table("time;x;y", lambda *look: (f"{cell:.3f}".replace(".", ",") for cell in look), ";"),
     "a header behind #, as numpy.savetxt writes it": f"# made by us\n# {PLAIN}",
@@ -122,7 +126,10 @@ def test_it_is_read_as_the_plain_table(name, tmp_path):
 
 
 REFUSED = {
-    "the header in two lines": (table("time,place,\n,x,y", plain), r"d.csv: no columns .* the header stands in two lines"),
+    "a line of as many words as the header, above it": (
+        table("Radar,Station,North\ntime,x,y", plain),
+        r"d.csv: no column .*; titles in several lines",
+    ),
     "grouped digits": (
         table("time;x;y", lambda time, x, y: (time, f"{x:,.2f}", f"{y:,.2f}"), ";"),
         r"d.csv:2: x must be a number, got '3,0.*; write it without what groups its digits, 30",
@@ -192,10 +199,13 @@ REFUSED = {
         table("t,lat1,lon1,lat2,lon2", lambda time, x, y: (time, 54 + time / 1e4, 10.5, 54, 10)),
         r"d.csv: a row holds lat1, lon1 and lat2, lon2: .* alone: --columns latitude=lat1,longitude=lon1",
     ),
-    "titles in several lines, as of motion capture": (
-        "Rate,Units\n60,m\nFrame,Time,Hip,,Knee,\n,,X1,Y1,X2,Y2\n"
-        + "\n".join(f"{k},{k / 60:.3f},1,2,3,4" for k in range(20)),
-        r"d.csv:3: titles in several lines, or for several columns, are not read: write a line with one for each",
+    "titles for several columns, as of players": (
+        ",,Home,\n,,11,\nFrame,Time [s],Player11,\n" + "\n".join(f"{k},{k / 25},{k / 99},{k / 77}" for k in range(20)),
+        r"d.csv: no column .*; titles in .*, or for several columns",
+    ),
+    "points of a body side by side": (
+        table("Rate\t60\nTime\tHip\t\tKnee\t\n\tX1\tY1\tX2\tY2", lambda t, x, y: (t, x, y, x, y), "\t"),
+        r"among Time, Hip X1, Hip Y1, Knee X2, Knee Y2; say --columns x=",
     ),
     "comments above rows without titles": (
         "# by A\n# of 12 May\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
@@ -388,3 +398,11 @@ def test_a_moment_at_which_something_was_seen_is_a_time(title, tmp_path):
     path.write_text(table(f"user_id,{title},x,y", lambda *look: (7, *plain(*look))))
     found = read_table(path)
     assert (found.time.title, found.identity) == (title, "user_id")
+
+
+def test_a_list_of_another_length_than_its_times_is_told_by_name(tmp_path):
+    """It was left out without a word, and `no x` was found."""
+    path = tmp_path / "d.json"
+    path.write_text(json.dumps({"time": list(range(40)), "range": list(range(39)), "bearing": [0.1] * 40}))
+    with pytest.raises(InputError, match="range: 39 for 40 times"):
+        read_table(path)
