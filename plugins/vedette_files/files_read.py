@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
+from hashlib import file_digest, sha256
 from pathlib import Path
 from typing import Any, final
 
@@ -50,6 +51,19 @@ class Inputs:
 
 
 NOTHING_READ = Inputs({})
+
+
+def contents(*given: Any) -> str:
+    """Return a hash of the bytes of the files that texts and paths name, as `Inputs.of` finds them."""
+    total = sha256()
+    for path, in_full in sorted(set(_paths(given))):
+        with suppress(OSError, ValueError, RuntimeError):
+            known = path.expanduser()
+            for each in sorted(known.iterdir()) if in_full and known.is_dir() else [known]:
+                if each.is_file():
+                    with each.open("rb") as file:
+                        total.update(file_digest(file, "sha256").digest())
+    return total.hexdigest()[:16]
 
 
 def _paths(given: Any, folder: Path | None = None) -> Iterator[tuple[Path, bool]]:

@@ -15,6 +15,7 @@ from attrs import frozen
 from vedette import kernels
 from vedette.errors import ConfigError, InputError, Problem, VedetteError
 from vedette_files.archives import open_arrays
+from vedette_files.files_read import contents
 from vedette_files.json_values import read_table
 from vedette_files.writing import whole_file, write_arrays
 from vedette_report.identity import Code, check, tell
@@ -74,6 +75,7 @@ def made_by() -> dict[str, str]:
 def manifest(plan: Plan, code: Code) -> dict[str, Any]:
     """Return all that must be equal for chunks to be of one study."""
     same = {"study": plan.hash, "seed": plan.seed, "chunk": plan.chunk, "vedette": version("vedette")}
+    same |= {"data": contents([point.config for point in plan.points])}
     return same | {"code": dict(code.made), "table": plan.given}
 
 

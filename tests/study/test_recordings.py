@@ -220,6 +220,16 @@ def test_another_redraw_is_another_study(recorded):
     assert plan(table(recorded)).hash != plan(table(recorded, redraw={"drop": 0.2})).hash
 
 
+def test_a_study_does_not_go_on_with_another_recording(tmp_path):
+    """Its chunks would be of both."""
+    given, out = config(recording(tmp_path / "recording.jsonl")), tmp_path / "out"
+    vedette.monte_carlo(given, runs=1, out=out)
+    vedette.monte_carlo(given, runs=2, out=out, resume=True)
+    recording(tmp_path / "recording.jsonl", seed=2)
+    with pytest.raises(ConfigError, match=r"manifest\.json: data"):
+        vedette.monte_carlo(given, runs=2, out=out, resume=True)
+
+
 # Several recordings as one, and the operating point.
 @pytest.fixture(scope="module")
 def averaged(tmp_path_factory):

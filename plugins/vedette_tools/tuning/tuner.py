@@ -14,6 +14,7 @@ from attrs import field, frozen
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError, Problem
 from vedette.space import Array
+from vedette_files.files_read import contents
 from vedette_report.detector_errors.in_tracks import Told
 from vedette_study.plan import whole as whole_number
 from vedette_study.store import made_by
@@ -122,7 +123,7 @@ def tune(
     about = {
         "config": hashlib.sha256(json.dumps(to_config(experiment), sort_keys=True).encode()).hexdigest()[:16],
         "free": [f"{parameter.path}={parameter.low!r}..{parameter.high!r}" for parameter in parameters],
-        "by": by, "part": part, "scans": len(data.times), **made_by(),
+        "by": by, "part": part, "data": contents(to_config(experiment)), **made_by(),
     }  # fmt: skip
     kept = Kept(None if out is None else Path(out), about, resume=resume)
     first = np.array([float(parameter.position(parameter.start)) for parameter in parameters])

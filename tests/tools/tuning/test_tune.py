@@ -136,7 +136,13 @@ def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkey
     assert main(call) == 2
     assert "--resume" in capsys.readouterr().err
     assert main([*call[:4], "--starts", "1", "--out", str(folder), "--set", "seed=5", "--resume"]) == 2
-    assert "holds another tuning" in capsys.readouterr().err
+    assert "its config differs" in capsys.readouterr().err
+    recording = Path(config["source"]["path"])
+    before = recording.read_bytes()
+    recorded(recording, seed=4, duration=60.0)
+    assert main([*call, "--resume"]) == 2
+    assert "its data differs" in capsys.readouterr().err
+    recording.write_bytes(before)
     count[0] = 30
     assert main([*call, "--resume"]) == 0
     after = capsys.readouterr().out.splitlines()
