@@ -1,12 +1,13 @@
 """What a module's behaviour follows from: the files of the modules that it imports, and those that they import.
 
 A name is followed to the module that defines it, past the packages that pass it on: `from vedette import Space` leads to
-`vedette.space` alone. Imports for type checkers change no behaviour and are not followed.
+`vedette.space` alone. Imports for type checkers change no behaviour and are not followed. They are looked for in the text:
+to parse all modules takes ten times as long, in each process that runs tests.
 """
 
 from __future__ import annotations
 
-import ast
+import re
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
@@ -28,10 +29,14 @@ def closure(names: Iterable[str]) -> set[Path]:
     return {known()[name] for name in found}
 
 
+_UNSEEN = re.compile(r'("""|\'\'\')(?s:.*?)\1|^( *)if TYPE_CHECKING:\n(?:\2 .*\n|\n)+|#.*$', re.MULTILINE)
+_IMPORT = re.compile(r"^ *(?:from (\S+) )?import (\([^)]*\)|.*)$", re.MULTILINE)
+
+
 @cache
 def imports_of(path: Path) -> frozenset[str]:
     """Return the modules that a file beside them imports, as a test does."""
-    return frozenset(_imports(ast.parse(path.read_text(encoding="utf-8"))))
+    return frozenset(_imports(_code(path)))
 
 
 @cache
@@ -41,45 +46,40 @@ def known() -> dict[str, Path]:
 
 
 @cache
-def _tree(name: str) -> ast.Module:
-    return ast.parse(known()[name].read_text(encoding="utf-8"))
+def _code(path: Path) -> str:
+    """Return the text of a file without docstrings, comments and what is for type checkers only."""
+    return _UNSEEN.sub("", path.read_text(encoding="utf-8") + "\n")
+
+
+def _imported(code: str) -> Iterator[tuple[str, str, str]]:
+    """Yield from where what is imported, and under which name."""
+    for module, names in _IMPORT.findall(code):
+        for alias in filter(None, (part.strip() for part in names.strip("()").split(","))):
+            name, _, other = alias.partition(" as ")
+            yield module, name, other or name
 
 
 @cache
-def _passed_on(package: str) -> ast.Module:
-    """Return the imports by which a package passes names on: those of its stub, where it looks names up when first used."""
+def _passed_on(package: str) -> dict[str, tuple[str, str]]:
+    """Return from where a package has each name that it passes on; its stub tells of those that are looked up when used."""
     stub = known()[package].with_suffix(".pyi")
-    return ast.parse(stub.read_text(encoding="utf-8")) if stub.exists() else _tree(package)
+    code = _code(stub if stub.exists() else known()[package])
+    return {other: (module, name) for module, name, other in _imported(code) if module}
 
 
 @cache
 def _needs(name: str) -> frozenset[str]:
-    return frozenset(_imports(_tree(name)))
+    return frozenset(_imports(_code(known()[name])))
 
 
-def _imports(tree: ast.Module) -> Iterator[str]:
-    packages = {}
-    for node in _run(tree):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                yield alias.name
-                packages[alias.asname or alias.name] = alias.name
-        elif isinstance(node, ast.ImportFrom) and node.module is not None:
-            for alias in node.names:
-                yield _home(node.module, alias.name)
-                packages[alias.asname or alias.name] = f"{node.module}.{alias.name}"
-        elif isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in packages:
-            yield _home(packages[node.value.id], node.attr)
-
-
-def _run(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield what is executed, in the order of the text."""
-    todo = [tree]
-    while todo:
-        node = todo.pop()
-        if not (isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)):
-            yield node
-            todo += reversed([*ast.iter_child_nodes(node)])
+def _imports(code: str) -> Iterator[str]:
+    used = _IMPORT.sub("", code)
+    for module, name, other in _imported(code):
+        yield _home(module, name) if module else name
+        whole = f"{module}.{name}" if module else name
+        if whole in known():
+            for attribute in re.findall(rf"(?<![\w.]){re.escape(other)}\.(\w+)", used):
+                yield _home(whole, attribute)
 
 
 @cache
@@ -87,10 +87,6 @@ def _home(module: str, name: str) -> str:
     """Return the module that defines a name which `module` has."""
     if f"{module}.{name}" in known():
         return f"{module}.{name}"
-    if module in known() and known()[module].name == "__init__.py":
-        for node in ast.walk(_passed_on(module)):
-            if isinstance(node, ast.ImportFrom) and node.module:
-                for alias in node.names:
-                    if name == (alias.asname or alias.name):
-                        return _home(node.module, alias.name)
+    if module in known() and known()[module].name == "__init__.py" and name in _passed_on(module):
+        return _home(*_passed_on(module)[name])
     return module
