@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.metadata
 import json
 import os
 import subprocess
@@ -123,6 +124,20 @@ def test_one_class_that_two_plugins_name_is_one_kind(distribution: Distribution)
     registry = Registry.installed()
     assert (registry.clashes, registry.broken) == ((), ())
     assert registry.get("motion", "drift").cls.__name__ == "One"
+
+
+def test_what_is_installed_is_read_again_only_where_it_changed(
+    distribution: Distribution, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked = []
+    found = importlib.metadata.entry_points
+    monkeypatch.setattr(importlib.metadata, "entry_points", lambda **given: asked.append(given) or found(**given))
+    for _ in range(9):
+        Registry.installed()
+    assert len(asked) <= 1
+    distribution("acme", "acme_tracking", drifting())
+    assert Registry.installed().find("motion", "drift") is not None
+    assert len(asked) <= 2
 
 
 @pytest.fixture

@@ -15,6 +15,7 @@ from attrs import frozen
 from fuzz.cases import NASTY, pick
 from support.drift import SOURCE, drifting
 from vedette import ConfigError, PluginError, Registry
+from vedette.config import plugins
 
 CHANGES = [
     ("CONTRACT = 2", "CONTRACT = VALUE"),
@@ -63,7 +64,8 @@ class Point:
 def case(rng: np.random.Generator, folder: Path) -> str:
     """Load one plugin beside one that is right, and ask for what it would bring."""
     points = [Point("good", drifting("Tide", "tide")), Point("bad", drawn(rng))]
-    with mock.patch.object(importlib.metadata, "entry_points", return_value=points), mock.patch.dict(sys.modules):
+    installed = mock.patch.object(importlib.metadata, "entry_points", return_value=points)
+    with installed, mock.patch.object(plugins, "_found", plugins._found.__wrapped__), mock.patch.dict(sys.modules):
         try:
             registry = Registry.installed()
         except PluginError as error:

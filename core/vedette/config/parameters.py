@@ -169,7 +169,7 @@ def shape_of(hint: Any) -> Shape:
     if origin in (dict, Mapping) and arguments[0] is str:
         return Names(shape_of(arguments[1]))
     cls = origin or hint
-    if isinstance(cls, type) and issubclass(cls, Component):
+    if isinstance(cls, type) and Component in cls.__mro__:  # `issubclass` would ask all components, of an abstract class
         role = role_of(cls)
         if role is None:
             raise TypeError(f"{cls.__name__} plays none of the roles {', '.join(ROLES)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache, lru_cache
 from pathlib import Path
@@ -58,6 +59,20 @@ class SetAside:
 
 def load_plugins() -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
     """Load what the entry points of the group `vedette` name: the plugins to use, and those set aside."""
+    return _found(tuple((place, _changed_at(place)) for place in sys.path))
+
+
+def _changed_at(place: str) -> int:
+    """Return when a folder changed, as it does where something is installed; 0 if there is none."""
+    try:
+        return Path(place).stat().st_mtime_ns
+    except (OSError, ValueError):
+        return 0
+
+
+@lru_cache(maxsize=1)
+def _found(places: tuple[tuple[str, int], ...]) -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
+    """Read what is installed, anew where the folders of `sys.path` changed: it takes longer than to build a tracker."""
     from importlib.metadata import entry_points
 
     points = tuple(entry_points(group=GROUP))
