@@ -72,7 +72,7 @@ def _here(name: str, seed: int, cases: int, memory: float) -> int:
 
     ceiling = int(memory * 2**30)
     resource.setrlimit(resource.RLIMIT_AS, (ceiling, ceiling))
-    case = _case(name)
+    case = case_of(name)
 
     def note(i: int) -> None:
         faulthandler.dump_traceback_later(CRASH_SECONDS, exit=True)
@@ -94,11 +94,12 @@ def _one(name: str, seed: int, number: int) -> int:
     import numpy as np
 
     with tempfile.TemporaryDirectory() as folder:
-        print(_case(name)(np.random.default_rng([seed, number]), Path(folder)))
+        print(case_of(name)(np.random.default_rng([seed, number]), Path(folder)))
     return 0
 
 
-def _case(name: str):  # type: ignore[no-untyped-def]
+def case_of(name: str):  # type: ignore[no-untyped-def]
+    """Return what draws and tries one case of a fuzzer."""
     from importlib import import_module
 
     return import_module(f"fuzz.{MODULES.get(name, name)}").case
