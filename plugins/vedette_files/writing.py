@@ -110,6 +110,14 @@ def open_growing(path: Path) -> io.FileIO:
     return io.FileIO(os.open(path, flags, 0o644), "r+b")
 
 
+def is_at(path: Path, file: io.FileIO) -> bool:
+    """Return whether an open file still has its name."""
+    try:
+        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
+    except FileNotFoundError:
+        return False
+
+
 def _check_no_folder(path: Path) -> None:
     """Raise IsADirectoryError if a file cannot be written as there is a folder of its name: that is not ours to remove."""
     if path.is_dir():

@@ -51,8 +51,8 @@ class Acknowledging:
         if reply is None:
             self.replies.pop(stream, None)
         elif stream in self.replies:
-            begin = _key(stream, "")
-            self._ended[stream] = {key: number for key, number in self._seen.items() if key.startswith(begin)}
+            begin, seen = _key(stream, ""), self._seen.copy()  # other inputs add to it meanwhile
+            self._ended[stream] = {key: number for key, number in seen.items() if key.startswith(begin)}
         else:
             reply(b"")
 

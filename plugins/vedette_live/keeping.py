@@ -37,6 +37,7 @@ class Keeping:
     recorder: Recorder | None = None
     made: dict[str, Any] = field(factory=dict)
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
+    _dropped: int = 0
 
     def open(self) -> Window | None:
         """Open store and record, and return what was saved, to go on from; None if nothing that fits was."""
@@ -118,6 +119,9 @@ class Keeping:
         self.ails.pop("store", None)
         self.counters.add("saves_total")
         self._unsaved.clear()
+        if self._dropped:
+            LOG.error("the store lacks tracks, as it could not be written for long", extra={"reports": self._dropped})
+            self._dropped = 0
         acknowledging.keep(numbers)
 
     def take(self, taken: Taken) -> None:
@@ -127,6 +131,7 @@ class Keeping:
         if self.store is not None:
             report = report_of(self.service, taken.state)
             if report.confirmed.any():
+                self._dropped += len(self._unsaved) == self._unsaved.maxlen
                 self._unsaved.append(chosen(report, report.confirmed))
 
     def record(self, *, all_of_it: bool) -> None:
@@ -143,6 +148,9 @@ class Keeping:
         try:
             recorder.flush()
             self.ails.pop("record", None)
+            if recorder.dropped:
+                LOG.error("the record lacks lines, as it could not be written for long", extra={"lines": recorder.dropped})
+                recorder.dropped = 0
         except OSError as error:
             if "record" not in self.ails:
                 LOG.error("not recorded", extra={"why": str(error)})

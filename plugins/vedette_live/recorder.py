@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Mapping
 from contextlib import ExitStack
 from io import FileIO
+from pathlib import Path
 from typing import final
 
 from attrs import define, field
@@ -20,7 +21,7 @@ from vedette.space import Space
 from vedette.types import Recording
 from vedette_files import left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
-from vedette_files.writing import growing, open_growing
+from vedette_files.writing import growing, is_at, open_growing
 from vedette_live.grouping import Formed
 from vedette_live.window import Taken
 
@@ -33,13 +34,19 @@ PIECE = 2**20
 @final
 @define(eq=False)
 class Recorder:
-    """Appends scans to a file, whole lines or nothing; `end` is where the next one goes."""
+    """Appends scans to a file, whole lines or nothing; `end` is where the next one goes.
 
+    A file that was moved away, as logs are, is begun anew.
+    """
+
+    path: Path
+    head: bytes
     spaces: Mapping[str, Space]
     file: FileIO
     held: ExitStack
     end: int
     waiting: deque[bytes] = field(factory=lambda: deque[bytes](maxlen=MOST))
+    dropped: int = 0
 
     @classmethod
     def append(cls, path: str, experiment: Experiment) -> Recorder:
@@ -61,10 +68,7 @@ class Recorder:
             held.close()
             raise InputError(f"service.record: {place}: is not a record of these sensors; name another file")
         file.truncate(end)
-        recorder = cls(spaces, file, held, end)
-        if not end:
-            recorder.waiting.append(head)
-        return recorder
+        return cls(place, head, spaces, file, held, end)
 
     def cut(self, offset: int) -> None:
         """Forget what was written after a place: it comes again."""
@@ -74,17 +78,23 @@ class Recorder:
     def write(self, taken: Taken) -> None:
         """Add a scan."""
         arrived = max((one.arrived for one in taken.formed), default=None)
-        self.waiting.append(scan_line(taken.scan, self.spaces, arrived=arrived).encode())
+        self._add(scan_line(taken.scan, self.spaces, arrived=arrived))
 
     def leave_out(self, formed: Formed, why: str) -> None:
         """Add what is known of a scan that was not taken."""
         scan = formed.scan
         known = (scan.time, scan.sensor, len(scan.detections.z), formed.arrived, why)
-        self.waiting.append(left_out_line(*known).encode())
+        self._add(left_out_line(*known))
+
+    def _add(self, line: str) -> None:
+        self.dropped += len(self.waiting) == self.waiting.maxlen
+        self.waiting.append(line.encode())
 
     def flush(self) -> None:
         """Write what waits; OSError, and all of it still waits, if it cannot be written."""
-        data = b"".join(self.waiting)
+        if not is_at(self.path, self.file):
+            self._begin_anew()
+        data = b"".join(self.waiting) if self.end else b"".join((self.head, *self.waiting))
         try:
             self.file.seek(self.end)
             at = 0
@@ -95,6 +105,15 @@ class Recorder:
             raise
         self.end += len(data)
         self.waiting.clear()
+
+    def _begin_anew(self) -> None:
+        file = open_growing(self.path)
+        if file.seek(0, os.SEEK_END):
+            file.close()
+            raise OSError(f"{self.path} is another file by now: move it away")
+        self.held.callback(file.close)
+        self.file.close()
+        self.file, self.end = file, 0
 
     def close(self) -> None:
         """Close the file, and let others have it."""

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 import vedette
 from support.services import TRACKER, as_json, feed, lines, made, ran, replayed, undisturbed
@@ -49,6 +50,30 @@ def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_o
     for time, number, mean, cov in rows:
         i = found[time, number]
         assert (mean, cov) == (json.dumps(tracks[number].mean[i].tolist()), json.dumps(tracks[number].cov[i].tolist()))
+
+
+def test_a_record_that_is_moved_away_is_begun_anew(tmp_path: Path) -> None:
+    """Whoever rotated it and deleted the old one lost what came after. What else has its name stays as it is."""
+    record, experiment, state = tmp_path / "record.jsonl", vedette.load(TRACKER), undisturbed([])
+    recorder = Recorder.append(str(record), experiment)
+
+    def write(time: float) -> None:
+        recorder.write(Taken(vedette.Scan(time, "north", vedette.Detections.of([[time, 1.0]])), (), state))
+        recorder.flush()
+
+    write(1.0)
+    record.rename(tmp_path / "old")
+    write(2.0)
+    record.rename(tmp_path / "older")
+    record.write_bytes(b"mine")
+    with pytest.raises(OSError, match="another file"):
+        write(3.0)
+    assert record.read_bytes() == b"mine"
+    record.unlink()
+    recorder.flush()
+    recorder.close()
+    times = [[scan.time for scan in read_recording(tmp_path / name)[0].scans] for name in ("old", "older", "record.jsonl")]
+    assert times == [[1.0], [2.0], [3.0]]
 
 
 def test_a_record_that_ends_in_a_part_of_a_line_goes_on_after_the_last_whole_one(tmp_path: Path) -> None:

@@ -27,6 +27,7 @@ from support.services import (
     feed,
     free_port,
     lines,
+    made,
     ran,
     replayed,
     served,
@@ -35,7 +36,7 @@ from support.services import (
 )
 from vedette import ConfigError, InputError
 from vedette.streams import Arrival, Saved
-from vedette_live import saving
+from vedette_live import keeping, recorder, saving
 from vedette_live.config import load_service
 from vedette_live.running import Running
 from vedette_live.saving import formed_from
@@ -184,6 +185,31 @@ def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path, caplog
     assert [record.getMessage() for record in caplog.records].count("not saved") == 1
     assert as_json(running.state) == as_json(undisturbed(todo))
     assert as_json(replayed(record, TRACKER)) == as_json(running.state)
+
+
+def test_what_a_disk_that_is_full_for_long_costs_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """More waits then than is kept: record and tracks lacked the oldest without a word."""
+    monkeypatch.setattr(recorder, "MOST", 5)
+    monkeypatch.setattr(keeping, "_UNSAVED", 6)
+    record = str(tmp_path / "record.jsonl")
+
+    def late() -> Iterator[Arrival]:
+        into = running.kept.recorder
+        assert into is not None
+        file, into.file = into.file, FullFile(into.file.fileno(), "r+b", closefd=False)
+        for count, line in enumerate(lines(40), 1):
+            yield Arrival(line, 0.0)
+            wait_for(lambda count=count: running.counters.counts["scans_taken_total"] == count)  # type: ignore[misc]
+        wait_for(lambda: running.counters.counts["saves_failed_total"])
+        into.file = file
+
+    running = made({**config(tmp_path, 1, record=record), "inputs": [feed()]}, late())
+    running.run()
+    lacking = {text: value for each in caplog.records for text, value in vars(each).items() if text in ("lines", "reports")}
+    assert set(lacking) == {"lines", "reports"}
+    assert min(lacking.values()) > 20
 
 
 class FullFile(FileIO):

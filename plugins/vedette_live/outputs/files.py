@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, ExitStack, contextmanager
-from io import FileIO
 from pathlib import Path
 from typing import ClassVar, final
 
@@ -15,7 +14,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.streams import Output
 from vedette_files.input_files import user_path
-from vedette_files.writing import growing, open_growing
+from vedette_files.writing import growing, is_at, open_growing
 
 
 @final
@@ -58,7 +57,7 @@ def _appended(path: Path) -> Iterator[Callable[[bytes], None]]:
 
         def send(data: bytes) -> None:
             nonlocal file
-            if not _is_at(path, file):
+            if not is_at(path, file):
                 opened.close()
                 file = opened.enter_context(open_growing(path))
             end = file.seek(0, os.SEEK_END)
@@ -70,11 +69,3 @@ def _appended(path: Path) -> Iterator[Callable[[bytes], None]]:
                 raise
 
         yield send
-
-
-def _is_at(path: Path, file: FileIO) -> bool:
-    """Return whether a file still has its name."""
-    try:
-        return os.path.samestat(path.stat(), os.fstat(file.fileno()))
-    except FileNotFoundError:
-        return False
