@@ -28,8 +28,8 @@ def sky(k):
 
 
 def spot(at, peak, spread=(2.0, 2.0)):
-    y, x = np.mgrid[: SKY[0], : SKY[1]]
-    return peak * np.exp(-0.5 * (((x - at[0]) / spread[0]) ** 2 + ((y - at[1]) / spread[1]) ** 2))
+    y, x = np.ogrid[: SKY[0], : SKY[1]]
+    return peak * np.exp(-0.5 * ((x - at[0]) / spread[0]) ** 2) * np.exp(-0.5 * ((y - at[1]) / spread[1]) ** 2)
 
 
 def trees(edge):

@@ -17,15 +17,15 @@ COUNT, SPEED = 45, np.array([30.0, 12.0])
 
 def scene(shape):
     """A rough background, brighter to one side, of a frame of (rows, columns)."""
-    y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
+    y, x = np.ogrid[: shape[0], : shape[1]]
     return 80.0 + 15.0 * x / shape[1] + 4.0 * np.sin(x / 11.0) * np.cos(y / 9.0)
 
 
 def seen(k, t, shape, start=(30.0, 30.0)):
     """Counts of frame k at time t, 0 to 255, and where its spot is."""
-    y, x = np.mgrid[: shape[0], : shape[1]].astype(float)
+    y, x = np.ogrid[: shape[0], : shape[1]]
     at = np.array(start) + SPEED * t
-    spot = 60.0 * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / 8.0)
+    spot = 60.0 * np.exp(-((x - at[0]) ** 2) / 8.0) * np.exp(-((y - at[1]) ** 2) / 8.0)
     return scene(shape) + spot + np.random.default_rng(k).normal(0.0, 1.5, shape), at
 
 

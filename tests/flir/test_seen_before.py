@@ -16,9 +16,12 @@ SIZE = (100, 220)
 
 def seen(k, spots, turn, land=5.0):
     """Frame k of a land that a camera passes by `turn` px a frame, and spots in it: place, peak, spread of each."""
-    y, x = np.mgrid[: SIZE[0], : SIZE[1]] + (k * np.array(turn))[::-1, None, None]
+    y, x = (axis + k * by for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], turn[::-1], strict=True))
     pixels = 60.0 + land * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
-    shown = [peak * np.exp(-0.5 * (((x - at[0]) / dx) ** 2 + ((y - at[1]) / dy) ** 2)) for at, peak, (dx, dy) in spots]
+    shown = [
+        peak * np.exp(-0.5 * ((x - at[0]) / dx) ** 2) * np.exp(-0.5 * ((y - at[1]) / dy) ** 2)
+        for at, peak, (dx, dy) in spots
+    ]
     return pixels + np.max(shown, axis=0) + np.random.default_rng([9, k]).normal(0.0, 1.0, SIZE)
 
 

@@ -18,10 +18,10 @@ def path(k):
 
 def frame(k, at, *, spread=3.0, peak=70.0, level=60.0, shape=SHAPE):
     """A background of waves with noise, and a spot at a place of (x, y), if any."""
-    y, x = np.mgrid[: shape[0], : shape[1]]
+    y, x = np.ogrid[: shape[0], : shape[1]]
     pixels = level + 3.0 * np.sin(x / 17.0) * np.cos(y / 13.0) + np.random.default_rng(k).normal(0.0, 1.5, shape)
     if at is not None:
-        pixels += peak * np.exp(-0.5 * ((x - at[0]) ** 2 + (y - at[1]) ** 2) / spread**2)
+        pixels += peak * np.exp(-0.5 * ((x - at[0]) / spread) ** 2) * np.exp(-0.5 * ((y - at[1]) / spread) ** 2)
     return pixels.clip(0, 255).astype(np.uint8)
 
 
