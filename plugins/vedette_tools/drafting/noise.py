@@ -128,7 +128,8 @@ def _filtered(windows: Windows, sigmas: Array, accel: float, speed: float, outli
         F = windows.moves[:, i]
         mean, P = F @ mean, F @ P @ np.swapaxes(F, -1, -2) + accel**2 * windows.shakes[:, i]
         S = P[:, :2, :2] + R[:, i]
-        det = S[:, 0, 0] * S[:, 1, 1] - S[:, 0, 1] ** 2
+        squares = S[:, 0, 0] * S[:, 1, 1]
+        det = np.maximum(squares - S[:, 0, 1] ** 2, np.finfo(float).eps * squares)  # rounding may take all
         inverse = (np.trace(S, axis1=-2, axis2=-1)[:, None, None] * np.eye(2) - S) / det[:, None, None]
         gain = P[:, :, :2] @ inverse
         apart = windows.spots[:, i, :, None] - mean[:, :2]

@@ -71,3 +71,13 @@ def test_the_noise_is_found_within_its_error():
     sigma, accel = np.exp(np.mean(np.log(found), axis=0))
     assert sigma == pytest.approx(4.0, rel=0.06)
     assert accel == pytest.approx(0.3, rel=0.3)
+
+
+def test_errors_far_larger_along_a_line_of_sight_than_across_leave_a_likelihood():
+    """Rounding made determinants negative, with a warning."""
+    times, spots, _ = seen(3, count=1, scans=40)
+    chain = max(chains(times, spots, 60.0), key=lambda one: len(one.times))
+    angles = np.linspace(0.1, 6.0, len(chain.times))
+    lines = np.moveaxis(np.array([[np.cos(angles), -np.sin(angles)], [np.sin(angles), np.cos(angles)]]), -1, 0)
+    with np.errstate(invalid="raise", divide="raise"):
+        assert np.isfinite(loglik(Windows.of([chain], [lines]), np.array([1e6, 1e-7]), 1e-9, 1e-3))
