@@ -250,6 +250,7 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
         else:
             if design.correlated and facts.errors is not None:
                 yield f"# {facts.errors.told(name, 'each axis', 'm')}"
+                yield "# so err the estimates of a filter: if these are such, track the returns that they were made of"
                 yield 'kind = "biased"  # the error of a return goes on in the next: a part of the state, beside the motion'
                 yield f"add = {{ {', '.join(f'{axis} = {toml_text.value(own)}' for axis, own in WANDERING.items())} }}"
                 size = rounded(errors * facts.errors.correlated.correlated)

@@ -104,6 +104,27 @@ def test_white_errors_are_drafted_white(tmp_path):
     assert "gauss_markov" not in drafted(tmp_path / "cars.csv").text
 
 
+@pytest.mark.costly
+def test_estimates_of_a_filter_are_drafted_with_errors_that_go_on(tmp_path):
+    """Of white errors of 5 m it leaves some 2.5 m, which are nearly the same at the next scan."""
+    rng, rows = np.random.default_rng(4), []
+    F = np.eye(4) + np.eye(4, k=2)
+    G = np.vstack([np.eye(2) / 2, np.eye(2)])
+    for target in range(3):
+        state = np.array([0.0, 200.0 * target, 8.0, 3.0])
+        mean, P = state, np.diag([25.0, 25.0, 100.0, 100.0])
+        for k in range(120):
+            state = F @ state + 0.2 * G @ rng.normal(size=2)
+            mean, P = F @ mean, F @ P @ F.T + 0.04 * G @ G.T
+            K = P[:, :2] @ np.linalg.inv(P[:2, :2] + 25 * np.eye(2))
+            mean, P = mean + K @ (state[:2] + 5 * rng.normal(size=2) - mean[:2]), P - K @ P[:2]
+            rows.append(f"{k},{target},{mean[0]:.3f},{mean[1]:.3f}\n")
+    (tmp_path / "tracks.csv").write_text("time,track_id,x,y\n" + "".join(rows))
+    text = drafted(tmp_path / "tracks.csv").text
+    assert "so err the estimates of a filter" in text
+    assert abs(found(text)[0] / np.sqrt(P[0, 0]) - 1) < 0.3
+
+
 DRAWS = 40
 
 
