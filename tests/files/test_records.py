@@ -129,3 +129,9 @@ def test_each_time_of_a_track_in_geojson_is_a_row(whole, tmp_path):
     titles, rows = header_and_rows(path, ("geometry.coordinates.0", "properties.name", "properties.coordTimes"))
     assert {"properties.(of: 2 for 9 times)", "(bbox: 2 for 9 times)"} <= set(titles)  # those belong to no row
     assert [tuple(row) for row in rows] == [(f"{10 + k}", "a", f"{k}") for k in range(9)] * (1 if whole == "Feature" else 2)
+
+
+def test_positions_of_a_line_without_times_are_told_by_name(tmp_path):
+    line = {"type": "LineString", "coordinates": [[10 + k, 59] for k in range(9)]}
+    (tmp_path / "a.geojson").write_text(json.dumps([{"type": "Feature", "geometry": line}]))
+    assert "geometry.(coordinates: lists without times)" in header_and_rows(tmp_path / "a.geojson", ())[0]

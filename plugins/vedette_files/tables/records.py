@@ -160,6 +160,8 @@ def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Itera
             rows += [{f"{again}{title}": cell for title, cell in inner.items()} for inner in parts] if again else parts
         elif points and _holds_rows(value, (list,)):
             spots = [{f"{name}.{i}": number for i, number in enumerate(part)} for part in value]
+        elif _holds_rows(value, (list,)):
+            row[f"({name}: lists without times)"] = None
         elif isinstance(value, list):
             row |= {f"{name}.{i}": part for i, part in enumerate(value) if not isinstance(part, list | Mapping)}
         else:

@@ -124,7 +124,7 @@ def _headers(text: Sequence[str]) -> Iterator[tuple[tuple[bool, bool], int, int,
     """Yield what may be the header of the lines below it, the surer the less: its first and its last line, and its text."""
     for delimiter in BETWEEN:
         table = [Dialect(delimiter).cells(line) or [] for line in text]
-        numeric = [[is_number(cell.replace(",", ".")) for cell in cells] for cells in table]
+        numeric = [[*map(_is_numeric, cells)] for cells in table]
         for i, line in enumerate(table):
             last, titles = _joined(table, i)
             if _above_rows(line, table[i + 1 : i + 1 + TOP], numeric[i + 1 :]):
@@ -136,13 +136,17 @@ def _headers(text: Sequence[str]) -> Iterator[tuple[tuple[bool, bool], int, int,
 
 
 def _above_rows(titles: Sequence[str], below: Sequence[list[str]], numeric: Sequence[Sequence[bool]]) -> bool:
-    """Return whether most lines below have as many cells as titles, the first one too, and numbers below words."""
+    """Return whether the line below, most of ten and most of all have as many cells as titles, and numbers below words."""
     fits = [len(fitted(cells, len(titles)) or []) == len(titles) > 1 for cells in below]
-    if 2 * sum(fits) <= len(below) or not fits[0]:
+    if any(2 * sum(fits[:n]) <= len(fits[:n]) for n in (1, 10, TOP)):
         return False
     columns = zip(titles, *compress(numeric, fits), strict=False)
     over = [title for title, *column in columns if 2 * sum(column) > len(column)]
-    return all(over) and not all(map(is_number, over))
+    return all(over) and 2 * sum(map(_is_numeric, over)) < len(over)
+
+
+def _is_numeric(cell: str) -> bool:
+    return is_number(cell.replace(",", "."))
 
 
 def _joined(table: Sequence[Sequence[str]], first: int) -> tuple[int, list[str]]:
