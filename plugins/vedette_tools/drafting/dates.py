@@ -28,6 +28,11 @@ def is_day(cell: str) -> bool:
     return _DAY.fullmatch(cell) is not None
 
 
+def is_moment(cell: str) -> bool:
+    """Return whether a cell is a date with a time of day."""
+    return _DATE.match(cell) is not None
+
+
 def is_time_of_day(cell: str) -> bool:
     """Return whether a cell is a time of day without a date."""
     return _OF_DAY.fullmatch(cell) is not None

@@ -28,7 +28,7 @@ from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
-from vedette_tools.drafting.titles import Meaning, chosen
+from vedette_tools.drafting.titles import Meaning, chosen, meaning
 from vedette_tools.drafting.wishes import Wishes
 
 NO_WISHES = Wishes()
@@ -165,6 +165,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     assumed += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []
     if isinstance(path, Path) and not is_columnar(path) and encoding(path) == WESTERN:
         assumed += ["the titles are in Windows-1252, not in UTF-8"]
+    if time.title in titles and not wishes.time and not meaning(time.title).axis:
+        assumed += [f"{time.title} is the time, by its cells; if not, say --time COLUMN"]
     dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
     assumed += [text] if text else []
     for axis, name in every.items():

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from attrs import evolve
 
 from vedette_files.tables.composed import PARTS, PLUS, cell_of, coordinates, digits_of
-from vedette_tools.drafting.dates import is_day, is_time_of_day
+from vedette_tools.drafting.dates import is_day, is_moment, is_time_of_day
 from vedette_tools.drafting.titles import Meaning, by_words_of, words_of
 
 Columns = Mapping[str, Sequence[str]]
@@ -44,6 +44,9 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
         return _time(PLUS.join(title for _, title in present)), " ".join(pattern for pattern, _ in present) + decimal
     if found is None:
         found = next((_time(title) for title in columns if _counts_seconds(title) and _rest(title, columns)), None)
+    dates = is_moment, is_day
+    if found is None:
+        found = next((_time(title) for holds in dates for title, cells in columns.items() if _most(cells, holds)), None)
     if found is None:
         return None, ""
     if _most(columns[found.title], is_day):

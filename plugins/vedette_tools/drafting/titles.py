@@ -59,7 +59,7 @@ NAMES = (
     *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
     "device_id", "user_id", "player_id", "person_id", "individual_local_identifier", "imo", "id", *BORNE[4:],
     "registration", "tail_number", "flight", "shipname", "ship_name", "vessel_name", "vehicle", "particle", "trajectory_id",
-    "trip_id", "tracker", "tag", "name",
+    "trajectory", "trip_id", "tracker", "tag", "name",
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
@@ -88,8 +88,9 @@ CENTRES = ("pos", "position", "pose", "center", "centre", "centroid", "p", "utm"
 """Words before an axis of a position, as of the middle of a box; frames may stand between, as in p_RS_R_x."""
 
 PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
-MOVING = ("v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration")
-"""Axes of places, and words of titles that name none, whatever else they say: vrel_lat is a lateral speed."""
+MOVING = ("v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration", "traveled", "travelled")
+"""Axes of places, and words of titles that name none, whatever else they say: vrel_lat is a lateral speed, distance
+travelled no range."""
 
 AXES: dict[str, tuple[str, ...]] = {
     **{

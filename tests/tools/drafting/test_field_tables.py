@@ -207,9 +207,25 @@ REFUSED = {
         table("Rate\t60\nTime\tHip\t\tKnee\t\n\tX1\tY1\tX2\tY2", lambda t, x, y: (t, x, y, x, y), "\t"),
         r"among Time, Hip X1, Hip Y1, Knee X2, Knee Y2; say --columns x=",
     ),
+    "lists in cells, of which blanks make numbers": (
+        table("time,ranges", lambda t, x, y: (f"2026-05-12T08:{t / 2:02.0f}:00Z", f'"[{x:.0f}, 0, 0, 0, 0]"')),
+        "among time, ranges;",
+    ),
+    "comments and words with numbers above rows without titles": (
+        "# by A\n#\ngaze 576 304\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
+        r"d.csv:4: .*\(echo 'c1 c2 c3 c4'; tail -n \+4",
+    ),
+    "words far above rows without titles, of as many": (
+        "** BY A B\n** OF B\nat 3 May\n" + "RATE 1\n" * 30 + "\n".join(f"{k} {k / 7} {k / 9}\n{k} . 0" for k in range(60)),
+        "d.csv:2: titles in several lines",
+    ),
     "comments above rows without titles": (
         "# by A\n# of 12 May\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
         r"d.csv:3: must be a header line .*\(echo 'c1 c2 c3 c4'; tail -n \+3",
+    ),
+    "how far and where to something went": (
+        table("t,distance travelled,angle", plain),
+        "among t, distance travelled, angle;",
     ),
     "speeds in place of places": (
         table("t_ms;id;vrel_long;vrel_lat", lambda time, x, y: (int(1000 * time), 1, -3.0, 0.2), ";"),
@@ -392,12 +408,14 @@ def test_json_lines_are_read_whatever_their_name_says(tmp_path):
     assert (table.time.title, table.identity, table.measured) == ("now", "hex", {"latitude": "lat", "longitude": "lon"})
 
 
-@pytest.mark.parametrize("title", ["tracked_at", "recorded_at", "received_at"])
-def test_a_moment_at_which_something_was_seen_is_a_time(title, tmp_path):
+@pytest.mark.parametrize(
+    ("name", "title"), [("user_id", "tracked_at"), ("user_id", "recorded_at"), ("Trajectory", "received_at")]
+)
+def test_a_moment_at_which_something_was_seen_is_a_time(name, title, tmp_path):
     path = tmp_path / "d.csv"
-    path.write_text(table(f"user_id,{title},x,y", lambda *look: (7, *plain(*look))))
+    path.write_text(table(f"{name},{title},x,y", lambda *look: (7, *plain(*look))))
     found = read_table(path)
-    assert (found.time.title, found.identity) == (title, "user_id")
+    assert (found.time.title, found.identity) == (title, name)
 
 
 def test_a_list_of_another_length_than_its_times_is_told_by_name(tmp_path):
@@ -406,3 +424,18 @@ def test_a_list_of_another_length_than_its_times_is_told_by_name(tmp_path):
     path.write_text(json.dumps({"time": list(range(40)), "range": list(range(39)), "bearing": [0.1] * 40}))
     with pytest.raises(InputError, match="range: 39 for 40 times"):
         read_table(path)
+
+
+def test_a_column_of_dates_is_the_time_whatever_its_title_says(tmp_path):
+    """As of a survey, which has begun and ended."""
+    path = tmp_path / "d.csv"
+    path.write_text(
+        table(
+            "t_begin,t_end,x,y",
+            lambda time, x, y: (*2 * (f"2026-05-12T08:{30 + time / 2:02.0f}:00Z",), x, y),
+            looks=LOOKS[:30],
+        )
+    )
+    found = read_table(path)
+    assert found.time.title == "t_begin"
+    assert any("t_begin is the time" in said for said in found.said)
