@@ -159,3 +159,21 @@ def test_a_target_that_has_turned_is_new(monkeypatch, late):
     frames = [seen(k, [(path(k), 60.0, each)], (0.0, 0.0)) for k, each in enumerate(turned)]
     _, new, _ = followed(monkeypatch, frames)
     assert (np.nanmin(new) > 0.82) == late
+
+
+def before_masts(k, start, speed, bright, wide):
+    """Frame k of a sky with masts, which a target of 60 count hides where it flies before them."""
+    y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+    masts = bright / (1.0 + np.exp((np.abs((x - 120.0 + 40.0) % 80.0 - 40.0) - 0.5 * wide) / 0.7))
+    target = np.exp(-0.5 * (((x - start[0] - speed * k) / 3.0) ** 2 + ((y - start[1]) / 2.0) ** 2))
+    hides = np.minimum(1.5 * target, 1.0)
+    return 60.0 + (1.0 - hides) * masts + 60.0 * target + np.random.default_rng([11, k]).normal(0.0, 1.0, SIZE)
+
+
+@pytest.mark.parametrize("bright", [90.0, 120.0])
+@pytest.mark.parametrize(("speed", "wide"), [(0.4, 5.0), (0.8, 5.0), (0.8, 8.0)])
+def test_a_target_that_hides_what_is_brighter_is_held(monkeypatch, speed, wide, bright):
+    """What is there is fainter than what was there before: a target that only added to it would be told as lost."""
+    frames = [before_masts(k, path(0), speed, bright, wide) for k in range(int(60 / speed))]
+    existence, *_ = followed(monkeypatch, frames)
+    assert existence.min() > 0.5

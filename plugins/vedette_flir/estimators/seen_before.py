@@ -130,21 +130,28 @@ def _shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, siz
 
 
 def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part, step: float) -> float:
-    """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before."""
+    """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before.
+
+    A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it.
+    """
     cells, middle = int(np.ceil(by.margin * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
     now, then = part.at / step, part.off / step
     if np.max(np.abs([now, then])) + 0.5 * cells > middle:
         return np.nan
-    change = sample(part.now, middle + now, 1.0, cells) - sample(before, middle + then, 1.0, cells)
+    behind = sample(before, middle + then, 1.0, cells)
+    change = sample(part.now, middle + now, 1.0, cells) - behind
     if not np.isfinite(change).all():
         return np.nan
-    fine = by.grid(appearance.size)[0]
+    fine, amplitude = by.grid(appearance.size)[0], float(appearance.amplitude)
     centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
     likeness = []
     for look in (appearance.patch, appearance.latest):
-        patch = sample(look, centre, step / fine, cells) * float(appearance.amplitude)
-        scale = np.clip(_spread(change, mask) / max(_spread(patch, mask), 1e-9), FAINT, 1.0)
-        likeness.append(float(similarity(change, scale * patch, mask)[0, 0]))
+        patch = sample(look, centre, step / fine, cells)
+        adds = patch * amplitude
+        hides = adds - np.minimum(patch, 1.0) * (behind - np.nanmedian(before))
+        for expected in (adds, hides):
+            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), FAINT, 1.0)
+            likeness.append(float(similarity(change, scale * expected, mask)[0, 0]))
     return max(likeness)
 
 

@@ -190,7 +190,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         standing = scene_ratio(newness, changed, dull=here.dull)
         standing += stands * standing_ratio(here.first, usual_first, newness - changed, least)
         of_late = existence * self._matcher.of_late(here)  # as likely as it was there in the last frames
-        ratio = held_ratio(max(here.likeness, of_late), here.margin, here.clear) + standing
+        bare = 0.0 if here.dull or not np.isfinite(newness) else newness - changed  # likeness without the scene behind it
+        ratio = held_ratio(max(here.likeness, of_late, bare), here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
         if new:
