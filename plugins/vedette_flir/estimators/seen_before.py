@@ -142,14 +142,13 @@ def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part,
     change = sample(part.now, middle + now, 1.0, cells) - behind
     if not np.isfinite(change).all():
         return np.nan
-    fine, amplitude = by.grid(appearance.size)[0], float(appearance.amplitude)
+    fine, amplitude, over = by.grid(appearance.size)[0], float(appearance.amplitude), behind - np.nanmedian(before)
     centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
     likeness = []
     for look in (appearance.patch, appearance.latest):
         patch = sample(look, centre, step / fine, cells)
         adds = patch * amplitude
-        hides = adds - np.minimum(patch, 1.0) * (behind - np.nanmedian(before))
-        for expected in (adds, hides):
+        for expected in (adds, adds - np.minimum(patch, 1.0) * over):
             scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), FAINT, 1.0)
             likeness.append(float(similarity(change, scale * expected, mask)[0, 0]))
     return max(likeness)
