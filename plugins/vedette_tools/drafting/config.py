@@ -52,6 +52,11 @@ HELD_RUNS, HELD_ROWS = 20, 3
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
 
+EXACT = 1e-4
+"""Noise over a usual step of a target, below which no sensor measured. By hand: of a receiver's own filter it is .005, of a
+truth with three decimals .00003.
+"""
+
 FASTEST = 3000.0
 """m/s: hardly anything that is tracked is faster. By hand."""
 
@@ -105,8 +110,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=opened(resting))
     best, lost = stood(best)
-    sigmas = {name: plausible(noise.sensor) for name, noise in best.noise.items()}
-    facts = {name: _facts(seen, sigmas[name], table.of(name).reported) for name, seen in best.seen.items()}
+    facts = {name: _facts(seen, best.noise[name].sensor, table.of(name).reported) for name, seen in best.seen.items()}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     floored = max(accel, floor)
@@ -221,7 +225,8 @@ def _vague(seen: Seen, sigma: float) -> float:
     return sigma if sigma > max(ABSURD, spread / 3) else 0.0
 
 
-def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
+def _facts(seen: Seen, noise: tuple[float, ...], reported: bool) -> Facts:
+    sigmas, steps = plausible(noise), [np.linalg.norm(np.diff(chain.spots, axis=0), axis=-1) for chain in seen.chains]
     hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
     ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
@@ -243,6 +248,7 @@ def _facts(seen: Seen, sigmas: tuple[float, ...], reported: bool) -> Facts:
         fastest=float(np.max(np.abs(others), initial=0.0)),
         height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
         in_turn=seen.in_turn,
+        exact=bool(steps) and noise[0] < EXACT * float(np.median(np.concatenate(steps))),
     )
 
 

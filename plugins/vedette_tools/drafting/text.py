@@ -34,7 +34,7 @@ _GUESS = "a guess: no track was found in the data"
 @frozen
 class Facts:
     """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
-    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`.
+    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`; `exact`: without noise.
     """
 
     sigmas: tuple[float, ...]
@@ -50,6 +50,7 @@ class Facts:
     height: float = 1.0
     in_turn: bool = False
     named: bool = False
+    exact: bool = False
     errors: Compared | None = None
 
     @property
@@ -227,6 +228,8 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
     if facts.in_turn:
         yield f"# targets report one by one, usually every {facts.period:.3g} s: a scan without a report tells little"
     yield f"# {_count(facts.scans, 'scan')}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
+    if facts.exact:
+        yield "# these positions hold no errors: are they the truth of a simulation? A filter has nothing to do there"
     doubt = "" if facts.chains else f"  # {_GUESS}"
     if table.polar:
         yield f'kind = "range_bearing{"_rate" if table.third else ""}"'

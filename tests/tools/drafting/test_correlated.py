@@ -155,3 +155,9 @@ def test_over_a_grid_of_correlations_and_deviations(tmp_path):
     assert white <= 0.05 * DRAWS
     assert 0.8 < np.mean(all_nees) < 1.3
     assert abs(np.mean(true_nees) - 1.0) < 3 * 0.24 / np.sqrt(DRAWS)
+
+
+@pytest.mark.parametrize(("deviation", "told"), [(0.0, True), (0.05, False)], ids=["truth", "5 cm"])
+def test_positions_without_errors_are_told(tmp_path, deviation, told):
+    table(tmp_path / "truth.csv", np.random.default_rng(2), 0.0, deviation, scans=100)
+    assert ("these positions hold no errors" in drafted(tmp_path / "truth.csv").text) == told
