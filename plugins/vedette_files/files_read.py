@@ -1,4 +1,4 @@
-"""The files that a command reads, so that none of them is written over."""
+"""The files that a command reads: none of them is written over, and what they hold is known again."""
 
 from __future__ import annotations
 

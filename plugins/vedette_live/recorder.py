@@ -94,7 +94,7 @@ class Recorder:
         """Write what waits; OSError, and all of it still waits, if it cannot be written."""
         if not is_at(self.path, self.file):
             self._begin_anew()
-        data = b"".join(self.waiting) if self.end else b"".join((self.head, *self.waiting))
+        data = b"".join((b"" if self.end else self.head, *self.waiting))
         try:
             self.file.seek(self.end)
             at = 0

@@ -5,6 +5,7 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
+from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
 from vedette_flir import evidence
 from vedette_flir.evidence import (
@@ -29,7 +30,7 @@ def sky(k):
 
 def spot(at, peak, spread=(2.0, 2.0)):
     y, x = np.ogrid[: SKY[0], : SKY[1]]
-    return peak * np.exp(-0.5 * ((x - at[0]) / spread[0]) ** 2) * np.exp(-0.5 * ((y - at[1]) / spread[1]) ** 2)
+    return peak * gaussian(x, y, at, spread)
 
 
 def trees(edge):

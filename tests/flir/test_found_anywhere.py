@@ -8,6 +8,7 @@ import pytest
 
 import vedette
 from support.paths import EXAMPLES
+from support.spots import gaussian
 from vedette import Frame, Scan
 from vedette_flir.drafting import draft
 
@@ -25,7 +26,7 @@ def seen(k, t, shape, start=(30.0, 30.0)):
     """Counts of frame k at time t, 0 to 255, and where its spot is."""
     y, x = np.ogrid[: shape[0], : shape[1]]
     at = np.array(start) + SPEED * t
-    spot = 60.0 * np.exp(-((x - at[0]) ** 2) / 8.0) * np.exp(-((y - at[1]) ** 2) / 8.0)
+    spot = 60.0 * gaussian(x, y, at, (2.0, 2.0))
     return scene(shape) + spot + np.random.default_rng(k).normal(0.0, 1.5, shape), at
 
 

@@ -6,6 +6,7 @@ from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
+from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
 from vedette_flir.estimators.seen_before import remembered
@@ -18,10 +19,7 @@ def seen(k, spots, turn, land=5.0):
     """Frame k of a land that a camera passes by `turn` px a frame, and spots in it: place, peak, spread of each."""
     y, x = (axis + k * by for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], turn[::-1], strict=True))
     pixels = 60.0 + land * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
-    shown = [
-        peak * np.exp(-0.5 * ((x - at[0]) / dx) ** 2) * np.exp(-0.5 * ((y - at[1]) / dy) ** 2)
-        for at, peak, (dx, dy) in spots
-    ]
+    shown = [peak * gaussian(x, y, at, spread) for at, peak, spread in spots]
     return pixels + np.max(shown, axis=0) + np.random.default_rng([9, k]).normal(0.0, 1.0, SIZE)
 
 
@@ -163,9 +161,9 @@ def test_a_target_that_has_turned_is_new(monkeypatch, late):
 
 def before_masts(k, start, speed, bright, wide):
     """Frame k of a sky with masts, which a target of 60 count hides where it flies before them."""
-    y, x = np.mgrid[: SIZE[0], : SIZE[1]]
+    y, x = np.ogrid[: SIZE[0], : SIZE[1]]
     masts = bright / (1.0 + np.exp((np.abs((x - 120.0 + 40.0) % 80.0 - 40.0) - 0.5 * wide) / 0.7))
-    target = np.exp(-0.5 * (((x - start[0] - speed * k) / 3.0) ** 2 + ((y - start[1]) / 2.0) ** 2))
+    target = gaussian(x, y, start + [speed * k, 0.0], (3.0, 2.0))
     hides = np.minimum(1.5 * target, 1.0)
     return 60.0 + (1.0 - hides) * masts + 60.0 * target + np.random.default_rng([11, k]).normal(0.0, 1.0, SIZE)
 

@@ -8,6 +8,7 @@ from attrs import evolve
 
 import vedette
 from support.paths import EXAMPLES
+from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
 from vedette_flir.estimators.standing import stood
@@ -19,10 +20,7 @@ def seen(k, parts):
     """Frame k of a land that a camera passes, with spots at places of it: place, peak and spread of each."""
     y, x = (axis + k * by for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], TURN[::-1], strict=True))
     pixels = 60.0 + 5.0 * np.sin(x / 6.0) * np.cos(y / 5.0) + 4.0 * np.sin(0.31 * x + 0.23 * y)
-    shown = [
-        peak * np.exp(-0.5 * ((x - at[0]) / dx) ** 2) * np.exp(-0.5 * ((y - at[1]) / dy) ** 2)
-        for at, peak, (dx, dy) in parts
-    ]
+    shown = [peak * gaussian(x, y, at, spread) for at, peak, spread in parts]
     return pixels + np.max(shown, axis=0) + np.random.default_rng([4, k]).normal(0.0, 1.0, SIZE)
 
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import vedette
+from support.spots import gaussian
 from vedette_flir.drafting import draft
 
 SHAPE = (120, 160)
@@ -21,7 +22,7 @@ def frame(k, at, *, spread=3.0, peak=70.0, level=60.0, shape=SHAPE):
     y, x = np.ogrid[: shape[0], : shape[1]]
     pixels = level + 3.0 * np.sin(x / 17.0) * np.cos(y / 13.0) + np.random.default_rng(k).normal(0.0, 1.5, shape)
     if at is not None:
-        pixels += peak * np.exp(-0.5 * ((x - at[0]) / spread) ** 2) * np.exp(-0.5 * ((y - at[1]) / spread) ** 2)
+        pixels += peak * gaussian(x, y, at, (spread, spread))
     return pixels.clip(0, 255).astype(np.uint8)
 
 

@@ -126,10 +126,10 @@ def _headers(text: Sequence[str]) -> Iterator[tuple[tuple[bool, bool], int, int,
         table = [Dialect(delimiter).cells(line) or [] for line in text]
         numeric = [[*map(_is_numeric, cells)] for cells in table]
         for i, line in enumerate(table):
-            last, titles = _joined(table, i)
+            (last, titles), twice = _joined(table, i), len({*line}) < len(line)
             if _above_rows(line, table[i + 1 : i + 1 + TOP], numeric[i + 1 :]):
-                yield (len({*line}) < len(line), False), i, i, text[i]
-                if len({*line}) == len(line):
+                yield (twice, False), i, i, text[i]
+                if not twice:
                     break
             if last > i and _above_rows(titles, table[last + 1 : last + 1 + TOP], numeric[last + 1 :]):
                 yield (len({*titles}) < len(titles), True), i, last, delimiter.join(f'"{title}"' for title in titles)

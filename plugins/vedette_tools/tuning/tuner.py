@@ -119,11 +119,11 @@ def tune(
     whole_number("--workers", workers, 1, 4096)
     if resume and out is None:
         raise ConfigError([Problem("--resume", "needs the folder of the tuning that it is to go on with: --out")])
-    data = open_data(experiment, part)
+    data, used = open_data(experiment, part), to_config(experiment)
     about = {
-        "config": hashlib.sha256(json.dumps(to_config(experiment), sort_keys=True).encode()).hexdigest()[:16],
+        "config": hashlib.sha256(json.dumps(used, sort_keys=True).encode()).hexdigest()[:16],
         "free": [f"{parameter.path}={parameter.low!r}..{parameter.high!r}" for parameter in parameters],
-        "by": by, "part": part, "data": contents(to_config(experiment)), **made_by(),
+        "by": by, "part": part, "data": contents(used), **made_by(),
     }  # fmt: skip
     kept = Kept(None if out is None else Path(out), about, resume=resume)
     first = np.array([float(parameter.position(parameter.start)) for parameter in parameters])
