@@ -15,7 +15,8 @@ pytest.register_assert_rewrite("support")
 
 MARKERS = (
     "kind(cls): a law of this component, tried where the component has changed and in one run of 28 where it has not",
-    "costly: takes more than a second; tried where what it tests has changed, and in one run of 28 where it has not",
+    "costly(of): takes half a second; tried where what it tests, its file if not `of`, has changed, and in one run of 28",
+    "by_turns: its cases make one statement; one is tried in every run, the others as costly tests are",
     "nightly(why): run in the nightly profile alone",
 )
 CHOSEN = pytest.StashKey[str]()
@@ -69,11 +70,15 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
         if (marker := item.get_closest_marker("nightly")) is not None:
             item.add_marker(pytest.mark.skip(reason=f"nightly: {marker.args[0]}"))
     by_name = config.option.all or config.option.keyword or any("::" in name for name in config.args)
-    costly_items = {item.nodeid: item for item in items if item.get_closest_marker("costly") is not None}
+    by_day = [item for item in items if item.get_closest_marker("nightly") is None]
+    marks = {item: item.get_closest_marker("costly") or item.get_closest_marker("by_turns") for item in by_day}
+    costly_items = {item.nodeid: item for item, mark in marks.items() if mark is not None}
     if costly_items and not by_name:
-        from support.selection import costly, since
+        from support.selection import by_turns, costly, since
 
-        tried = costly({name: item.path for name, item in costly_items.items()}, since())
+        cases = [name for name, item in costly_items.items() if marks[item].name == "by_turns"]
+        of = {name: next(iter(marks[item].args), item.path) for name, item in costly_items.items()}
+        tried = costly(of, since()) | by_turns(cases, since())
         left = {item for name, item in costly_items.items() if name not in tried}
         config.hook.pytest_deselected(items=list(left))
         items[:] = [item for item in items if item not in left]

@@ -31,11 +31,8 @@ def main() -> int:
     blocks.add_argument("pages", nargs="*", type=Path, help="default: all")
     building = commands.add_parser("build", help="build the site, into .site/html")
     for command in (blocks, building):
-        less = command.add_mutually_exclusive_group()
-        for flag, pace, which in (("fast", "fast", "slow or nightly"), ("without-nightly", "slow", "nightly; CI's")):
-            about = f"without the blocks that are marked {which}"
-            less.add_argument(f"--{flag}", action="store_const", dest="pace", const=pace, help=about)
-        command.set_defaults(pace="nightly")
+        about = "without the blocks that are marked slow or nightly"
+        command.add_argument("--fast", action="store_const", dest="pace", const="fast", default="nightly", help=about)
     arguments = parser.parse_args()
     if arguments.command == "build":
         from docsite.site import build

@@ -6,8 +6,8 @@ A page is Markdown, and its blocks run in order in an empty folder, as a reader 
 - a block under a line "`name`:", or with title="name", is a file, which is saved under that name;
 - other ```toml blocks are parts of a config: `<!-- into: tracker.toml -->` above one names the file that it is tried in;
 - other ```json blocks are read, line by line;
-- `<!-- slow -->` above a block: the default tests pass it by, and CI runs it when it builds the site; `<!-- nightly -->`: CI
-  passes it by, too. As a page's first line, either is for all its blocks;
+- `<!-- slow -->` above a block: run where its page or what that imports has changed, in a share of the other runs, and by
+  night; `<!-- nightly -->`: by night alone. As a page's first line, either is for all its blocks;
 - `<!-- needs: stonesoup -->` above a block: it is passed by where that package is not installed;
 - `<!-- picture: out/run/picture.png Its title -->` stands for a picture that the blocks have written by the end of the page;
 - a line `*Not run here: reason.*` above a block: nobody but the reader can run it. Readers see the mark, so it must be true;
@@ -23,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 PICTURE = re.compile(r"^<!-- picture: (?P<file>\S+) (?P<title>.+) -->$", re.MULTILINE)
 PACES = ("fast", "slow", "nightly")
-"""The default tests run the fast blocks, CI the slow ones, too, and the nightly tests and a whole build of the site all."""
+"""The tests run the fast blocks, the slow ones as costly tests, and all by night; so does a whole build of the site."""
 RUN, DATA, PLAIN = ("python", "sh"), ("toml", "yaml", "json", "csv"), ("text", "")
 _FENCE = re.compile(r'^(?P<indent> *)(?P<ticks>```+)(?P<language>\w*)(?: +title="(?P<title>[^"]+)")? *$')
 _COMMENT = re.compile(r"^ *<!-- (?P<what>(?P<pace>slow|nightly)|into: (?P<into>\S+)|needs: (?P<needs>\w+)) -->$")

@@ -165,6 +165,7 @@ def initiated(seed):
     return [vedette.metrics.judge(one, result.recording.truth, result.scans, experiment.judge) for one in both]
 
 
+@pytest.mark.costly
 def test_tutorial_9_initiated_tracks_by_their_metrics(pytestconfig):
     """Means over seeds lie beside Stone Soup's: none is worse by more than a tenth and two standard errors."""
     scores = [initiated(seed) for seed in range(10 if pytestconfig.getoption("vedette_profile") == "nightly" else 3)]

@@ -37,6 +37,7 @@ def followed(config, runs=200, scans=60, q=6.0):
 
 
 @pytest.mark.statistical(alpha=1e-6)
+@pytest.mark.costly
 def test_with_r_given_k_the_filter_is_consistent_and_with_sigma_over_k_too_sure():
     """NEES / 4 1.00 +- .01 against 1.25; the RMS error is 4.5 m for 5.1 m."""
     (own, error), (printed, larger) = (

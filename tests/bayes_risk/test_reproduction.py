@@ -32,6 +32,7 @@ def test_the_example_is_the_studys_filter(name):
     assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
 
 
+@pytest.mark.costly
 def test_the_path_is_table_1():
     truth, times, _ = draw(vedette.load(FILTERS["proposed"]), 2, 100.0, np.random.default_rng(0))
     assert times.tolist() == list(range(91))
@@ -42,6 +43,7 @@ def test_the_path_is_table_1():
     np.testing.assert_allclose(np.diff(truth[:, :2], axis=0), (truth[1:, 2:] + truth[:-1, 2:]) / 2, atol=1e-9)
 
 
+@pytest.mark.costly
 def test_the_error_is_3_2_to_3_8_m_and_the_same_in_both_windows():
     """At 500 runs 3.53 +- .03 and 3.51 +- .013, their ratio .993 +- .009 against .95: 5 standard errors each."""
     experiment = vedette.load(FILTERS["proposed"])

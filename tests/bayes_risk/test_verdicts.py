@@ -62,6 +62,7 @@ def scene():
     return draw(vedette.load(FILTERS["proposed"]), 100, REACH, np.random.default_rng(41))
 
 
+@pytest.mark.costly
 def test_a_filter_with_too_little_noise_does_not_err_alike_in_both(scene, monkeypatch):
     right = ConstantVelocityPiecewise.covariance
     monkeypatch.setattr(ConstantVelocityPiecewise, "covariance", lambda self, dt: right(self, dt) / 400)

@@ -1,6 +1,7 @@
 """The benchmark of association has every associator that is installed, and scenes that can be drawn."""
 
 import numpy as np
+import pytest
 
 import vedette
 from benchmarks import association as benchmark
@@ -13,6 +14,7 @@ def test_it_has_every_associator_of_the_standard_shelf():
     assert list(benchmark.trackers(benchmark.config({}))) == list(benchmark.TRACKERS)
 
 
+@pytest.mark.costly
 def test_its_scenes_have_the_groups_that_they_say():
     counts = {}
     for name, scene in benchmark.SCENES.items():

@@ -45,6 +45,7 @@ def test_vedette_solves_what_is_timed(family: str) -> None:
 
 
 @pytest.mark.parametrize("family", BATCHES)
+@pytest.mark.by_turns
 def test_batches_solve_what_is_timed(family: str) -> None:
     for level in ENTRIES[family]:
         if level == "step" or level.startswith(("kernels", "fused")):
@@ -55,6 +56,7 @@ def test_batches_solve_what_is_timed(family: str) -> None:
     ("family", "tracks"),
     [(family, tracks) for family in BATCHES for tracks in (None, 19) if (family, tracks) != ("ekf", None)],
 )
+@pytest.mark.by_turns
 def test_the_limit_solves_what_is_timed(family: str, tracks: int | None) -> None:
     try:
         build.library()

@@ -9,6 +9,7 @@ from benchmarks.drafts import MOTIONS, drawn, gospa
 from vedette import Space
 
 
+@pytest.mark.costly
 def test_scenes_are_drawn_alike_and_differ():
     one, again = drawn(3, 1), drawn(3, 1)
     assert one.about == again.about

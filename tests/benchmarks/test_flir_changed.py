@@ -24,6 +24,7 @@ CHANGES = [kind for kind in changed.CHANGES if kind not in PLANTED]
 
 
 @pytest.mark.parametrize("kind", CHANGES)
+@pytest.mark.by_turns
 def test_labels_stay_right(kind: str) -> None:
     new = changed.CHANGES[kind](*drawn(20), np.random.default_rng(1))
     if kind == "turned 4":

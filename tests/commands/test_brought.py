@@ -122,6 +122,7 @@ def test_one_whose_options_fail_harms_no_other(greeting, capsys):
     assert json.loads(told.out)["vedette"]
 
 
+@pytest.mark.costly
 def test_its_picture_is_drawn_of_every_run(greeting, config, tmp_path):
     pytest.importorskip("matplotlib")
     greeting()
@@ -129,6 +130,7 @@ def test_its_picture_is_drawn_of_every_run(greeting, config, tmp_path):
     assert (tmp_path / "out" / "dots.png").stat().st_size > 1000
 
 
+@pytest.mark.costly
 def test_a_picture_that_fails_is_told_and_costs_the_run_nothing(greeting, config, tmp_path, capsys):
     pytest.importorskip("matplotlib")
     greeting(drawing="raise ValueError('no ink')")
@@ -142,6 +144,7 @@ def test_a_picture_that_fails_is_told_and_costs_the_run_nothing(greeting, config
 
 @pytest.mark.parametrize("command", ["run", "consistency"])
 @pytest.mark.parametrize(("warning", "told"), [("", r"odd-\d+"), ("raise ValueError('no eyes')", r"of greet 1\.0.*no eyes")])
+@pytest.mark.by_turns
 def test_its_warning_is_told_wherever_a_recording_is_read_and_a_failing_one_harms_nothing(
     greeting, config, tmp_path, capsys, undrawn, command, warning, told
 ):

@@ -74,6 +74,7 @@ MIXED, RIGHT = (1.0, SHUFFLED, "in time"), (1.0, None, None)
         *(("study", *each) for each in (DEGREES, MIXED, RIGHT)),
     ],
 )
+@pytest.mark.by_turns
 def test_every_command_that_reads_a_recording_says_what_looks_wrong_with_it(
     config, tmp_path, capsys, command, factor, order, told
 ):
@@ -123,6 +124,7 @@ def test_a_quiet_sea_is_watched_without_a_warning(config, tmp_path, capsys):
 
 
 @pytest.mark.skipif(not hasattr(signal, "SIGXFSZ"), reason="files have no limit here")
+@pytest.mark.costly
 def test_a_full_disk_is_told_with_the_folder_of_a_streamed_run(config, tmp_path):
     given, out = config(), tmp_path / "out"
     limit = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (4096, 4096)); from vedette.cli import main; "

@@ -98,6 +98,7 @@ def test_the_version_is_the_distributions(capsys):
     assert capsys.readouterr().out == f"vedette {importlib.metadata.version('vedette')}\n"
 
 
+@pytest.mark.costly
 def test_a_reader_that_goes_away_is_no_error():
     reading, writing = os.pipe()
     os.close(reading)

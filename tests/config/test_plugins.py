@@ -62,6 +62,7 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.by_turns
 def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distribution: Distribution) -> None:
     change, reason = FAULTS[fault]
     distribution("bad-dist", "vedette_test_bad", change(drifting()))
@@ -209,6 +210,7 @@ def test_a_plugin_that_fails_to_write_its_files_does_not_take_the_others_with_it
 @pytest.mark.parametrize(
     "error", ["ZeroDivisionError('no ink')", "ConnectionError('no ink')", "OSError(2, 'no ink', '/ink')"]
 )
+@pytest.mark.by_turns
 def test_a_plugin_that_fails_at_a_file_or_folder_does_not_keep_it_from_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, distribution: Distribution, hook: str, error: str
 ) -> None:
@@ -301,6 +303,7 @@ print(json.dumps([vedette.to_config(tracker), entry.describe()]))
 """
 
 
+@pytest.mark.costly
 def test_a_third_partys_motion_model_works_in_a_config_of_another_process(
     distribution: Distribution,
 ) -> None:

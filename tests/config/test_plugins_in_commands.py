@@ -38,6 +38,7 @@ kind = "m_of_n"
         ("return x * np.nan", "move must return finite numbers; got nan in 2 of 2"),
     ],
 )
+@pytest.mark.by_turns
 def test_a_method_at_fault_is_named_by_explain_as_by_run(tmp_path, capsys, distribution, move, told):
     distribution("odd-dist", "vedette_test_odd", drifting().replace("return x + self.current * dt", move))
     path = tmp_path / "odd.toml"

@@ -44,6 +44,7 @@ def test_every_shape_of_parameter_is_written_back() -> None:
     st.dictionaries(st.text(min_size=1), st.floats(0, 1e15)),
     st.lists(st.text()),
 )
+@pytest.mark.costly
 def test_written_back_for_any_values(low: float, corners: Any, rates: Any, words: Any) -> None:
     region = Region(1.0, np.array(corners), {name: Rate(rate) for name, rate in rates.items()})
     band = Band(low, 1000.0 if low < 1000 else low, region, words=words) if low <= 1000 else Band(0, 1, region, words=words)

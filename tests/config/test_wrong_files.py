@@ -137,6 +137,7 @@ def test_too_many_values_of_yaml_are_refused_and_the_limit_can_be_raised(
 
 
 @pytest.mark.parametrize("ending", ["yaml", "json", "toml"])
+@pytest.mark.costly
 def test_time_grows_with_the_number_of_names_and_no_faster(tmp_path: Path, ending: str) -> None:
     """60,000 of YAML once took over a minute, JSON with a late duplicate its square."""
     if ending == "yaml":

@@ -22,6 +22,18 @@ def test_its_blocks_do_what_it_says(ran, page):
     assert faults(page, ran[page]) == []
 
 
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=page.stem, marks=pytest.mark.costly(page))
+        for page, its in ALL.items()
+        if any(block.pace == "slow" and block.runs for block in its)
+    ],
+)
+def test_its_slow_blocks_do_what_it_says(page):
+    assert faults(page, outputs([page], "slow")[page]) == []
+
+
 def test_fewer_than_one_block_in_twenty_cannot_be_run():
     code = [block for of_page in ALL.values() for block in of_page if block.code_of_readers]
     cannot = [block for block in code if block.reason is not None]

@@ -43,6 +43,7 @@ def test_frames_are_those_that_this_process_decodes(tmp_path):
         np.testing.assert_array_equal(there.frame(number), here.frame(number))
 
 
+@pytest.mark.costly
 def test_a_video_is_the_one_that_this_process_decodes(tmp_path):
     import cv2
 
@@ -57,6 +58,7 @@ def test_a_video_is_the_one_that_this_process_decodes(tmp_path):
         np.testing.assert_array_equal(there.frame(number), here.frame(number))
 
 
+@pytest.mark.costly
 def test_an_image_that_takes_too_much_memory_costs_one_frame(tmp_path):
     folder = pictures(tmp_path / "clip", [(20, 30), (4000, 4000), (20, 30)])
     assert look_through(folder).numbers == (0, 2)  # of another size
@@ -66,6 +68,7 @@ def test_an_image_that_takes_too_much_memory_costs_one_frame(tmp_path):
     assert "memory" in str(clip.problems[0]).lower() or "40 MiB" in str(clip.problems[0])
 
 
+@pytest.mark.costly
 def test_a_process_that_hangs_or_dies_is_told_and_the_next_question_has_a_new_one(tmp_path):
     folder = pictures(tmp_path / "clip", [(8, 8)])
     reader = ApartOpenCV(LIMITS)
@@ -107,6 +110,7 @@ def opened(source, sensor):
     return list(source.open({"radar": sensor}, np.random.default_rng(0)).scans)
 
 
+@pytest.mark.costly
 def test_it_writes_no_file(tmp_path):
     """A decoder that was taken over can create files, but put nothing into them."""
     code = (
@@ -118,6 +122,7 @@ def test_it_writes_no_file(tmp_path):
     assert (done.returncode, (tmp_path / "a").stat().st_size) == (1, 0)
 
 
+@pytest.mark.costly
 def test_tables_are_those_that_this_process_decodes(tmp_path):
     pa, parquet = pytest.importorskip("pyarrow"), pytest.importorskip("pyarrow.parquet")
     path, n = tmp_path / "a.parquet", 10_000
@@ -130,6 +135,7 @@ def test_tables_are_those_that_this_process_decodes(tmp_path):
         ApartTable(tmp_path / "b.parquet", LIMITS).cells({"t"})
 
 
+@pytest.mark.costly
 def test_a_library_that_is_not_there_is_told(monkeypatch, tmp_path):
     (tmp_path / "cv2.py").write_text("raise ImportError('no')")
     monkeypatch.setenv("PYTHONPATH", str(tmp_path))

@@ -115,6 +115,7 @@ def misses(recording):
     ("scenario", "counts"),
     [(2, [234, 70, 1012, 591]), (5, [276, 83, 2197, 694]), (13, [232, 69, 1000, 584]), (16, [235, 72, 1014, 593])],
 )
+@pytest.mark.by_turns
 def test_the_benchmark_is_read_whole(benchmark_folder, scenario, counts):
     sensors = {"lidar": PLANE["radar"], "radar": PLANE["radar"], "infrared": Camera(), "electro_optical": Camera()}
     recording = AutoferrySource(scenario=scenario, path=benchmark_folder).open(sensors, RNG)
@@ -128,6 +129,7 @@ def test_the_benchmark_is_read_whole(benchmark_folder, scenario, counts):
 
 
 @pytest.mark.parametrize("scenario", [2, 5, 13, 16])
+@pytest.mark.by_turns
 def test_taking_off_one_antenna_turn_brings_the_radar_to_the_boats(benchmark_folder, scenario):
     as_stamped, corrected = (
         np.median(misses(AutoferrySource(scenario=scenario, path=benchmark_folder, lag={"radar": lag}).open(PLANE, RNG)))

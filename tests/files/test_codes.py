@@ -34,6 +34,7 @@ CONFIG = {
 
 
 @given(st.from_regex(r"[0-9A-Za-z_-]{1,10}", fullmatch=True))
+@pytest.mark.costly
 def test_a_short_name_is_read_again_from_its_code(name):
     assert 0 <= code(name) < 2**63
     assert label(code(name)) == name

@@ -41,6 +41,7 @@ def test_a_mark_of_what_is_missing_is_told(tmp_path, marks, said):
 
 @settings(max_examples=200)
 @given(st.lists(st.integers(0, 6), max_size=9))
+@pytest.mark.costly
 def test_as_few_times_as_possible_are_refused_and_the_later_ones(times):
     samples = [Sample(str(i), float(t), None) for i, t in enumerate(times)]
     refused = []

@@ -147,6 +147,7 @@ def test_an_altered_byte_costs_one_scan_and_not_the_run(tmp_path, place):
 
 
 @pytest.mark.parametrize("content", [b"", b"PK\x03\x04", b"no picture", "cut", "flipped"])
+@pytest.mark.by_turns
 def test_one_corrupt_frame_is_one_refused_scan(tmp_path, content):
     """Once it ended the whole run as the fault of a plugin."""
     config, short = str(EXAMPLES / "flir.toml"), ["--set", "source.frames=12", "--set", "source.dead=0.02"]

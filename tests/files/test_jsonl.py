@@ -73,6 +73,7 @@ def bits(value):
 
 @settings(max_examples=150)
 @given(recording=recordings())
+@pytest.mark.costly
 def test_what_is_written_reads_back_to_the_last_bit(tmp_path_factory, recording):
     folder = tmp_path_factory.mktemp("jsonl")
     write_recording(folder / "r.jsonl", recording, SPACES)

@@ -276,6 +276,7 @@ sys.exit(main(sys.argv[1:]))
 """
 
 
+@pytest.mark.costly
 def test_a_line_of_many_gigabytes_does_not_fill_the_memory(tmp_path):
     """A file with a hole: eight GiB of zeros that take no room on the disk."""
     (tmp_path / "config.json").write_text(json.dumps(RADAR | {"source": CSV | {"path": str(tmp_path / "d.csv")}}))

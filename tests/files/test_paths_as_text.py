@@ -1,6 +1,7 @@
 """Files are named by a `Path` or by its text, as Python's own functions take them."""
 
 import numpy as np
+import pytest
 
 from vedette import Recording, Scan, Space, Track, Trajectory
 from vedette.types import Detections
@@ -22,6 +23,7 @@ def test_a_name_does_where_a_path_does(tmp_path, monkeypatch):
     assert len(read_recording("recording.jsonl")[0].scans) == 1
 
 
+@pytest.mark.costly
 def test_a_series_by_its_name(tmp_path, monkeypatch):
     import vedette
     from vedette.cli import main

@@ -93,6 +93,7 @@ def test_what_is_no_file_is_refused(tmp_path):
             read_table(place)
 
 
+@pytest.mark.costly
 def test_a_small_file_that_unpacks_to_much_is_refused_before_it_does(tmp_path, monkeypatch):
     """1 MB of deflated zeros once took 1 GB; the factor raises the limit."""
     path = archive(tmp_path / "a.npz", {"a": stored(np.zeros(2**24 + 2**20))})

@@ -69,6 +69,7 @@ def example(modes=2):
 
 @settings(max_examples=80)
 @given(given_tracks=many_tracks())
+@pytest.mark.costly
 def test_tracks_come_back_to_the_last_bit(tmp_path_factory, given_tracks):
     path = tmp_path_factory.mktemp("tracks") / "tracks.jsonl"
     write_tracks_jsonl(path, given_tracks, STATE)
@@ -86,6 +87,7 @@ def test_tracks_come_back_to_the_last_bit(tmp_path_factory, given_tracks):
 
 @settings(max_examples=80)
 @given(given_tracks=many_tracks())
+@pytest.mark.costly
 def test_csv_holds_the_estimates_to_the_last_bit(tmp_path_factory, given_tracks):
     path = tmp_path_factory.mktemp("tracks") / "tracks.csv"
     write_tracks_csv(path, given_tracks, STATE)

@@ -25,6 +25,7 @@ LOST = [{(1, 1.0)}, {(3, 1.0)}, {(3, 2.0)}, {(p, s) for p in (1, 3) for s in (1.
 
 @pytest.mark.parametrize("varied", [False, True])
 @pytest.mark.parametrize("lost", LOST)
+@pytest.mark.by_turns
 def test_a_case_in_which_all_is_lost_has_no_figures_and_no_merit(lost, varied, monkeypatch):
     monkeypatch.setattr(study, "record", lambda passes, spread, snr, jitter, runs, rng: made(runs, (passes, spread) in lost))
     monkeypatch.setattr(Variation, "record", lambda self, name, runs, seed: made(runs, varied))

@@ -63,6 +63,7 @@ def test_a_box_outside_the_image_is_told(tmp_path, change, told):
         run(path, change)
 
 
+@pytest.mark.costly
 def test_colour_is_converted_on_request(tmp_path):
     path, boxes = discs(tmp_path / "discs", colour=True)
     with pytest.raises(vedette.InputError, match="colour"):

@@ -192,6 +192,7 @@ def test_colour_and_depth():
 
 
 @pytest.mark.parametrize("change", [lambda f: np.full_like(f, np.nan), np.ones_like, lambda f: np.full_like(f, 255.0)])
+@pytest.mark.by_turns
 def test_frames_without_a_target_are_coasted_through(tmp_path, change):
     """All pixels unknown, without contrast, or saturated: the frame is a miss, the track goes on with what it knew."""
     images, boxes = hot_disc()

@@ -91,6 +91,7 @@ def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
     np.testing.assert_array_equal(again.tracks[0].mean, track.mean)
 
 
+@pytest.mark.costly
 def test_what_stands_in_the_scene_is_no_target_until_it_moves():
     """A lamp is as clear as the target; it starts to move in frame 45."""
     experiment = vedette.load(EXAMPLES / "flir_found.toml")
@@ -147,6 +148,7 @@ def test_no_config_is_drafted_for_what_is_no_video(tmp_path, monkeypatch, capsys
     assert not (tmp_path / "clip.toml").exists()
 
 
+@pytest.mark.costly
 def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     folder_of(tmp_path / "clip", count=25)
     monkeypatch.chdir(tmp_path)
@@ -165,6 +167,7 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     assert main(["new", "config", "table.csv", "--box", "1,2,3,4"]) == 2
 
 
+@pytest.mark.costly
 def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkeypatch, capsys, recwarn):
     path = tmp_path / "dark"
     path.mkdir()
@@ -179,6 +182,7 @@ def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkey
     np.testing.assert_allclose(track.mean[-1, :2], picture(19)[1], atol=0.7)
 
 
+@pytest.mark.costly
 def test_where_what_stands_out_does_not_move_the_run_asks_for_what_does(tmp_path, monkeypatch, capsys):
     (tmp_path / "clip").mkdir()
     spots = sum(picture(0, 20.0, at=(x, 50.0))[0] - picture(0, 0.0)[0] for x in (40.0, 80.0, 120.0))

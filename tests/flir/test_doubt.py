@@ -47,6 +47,7 @@ def followed():
     return np.array(rows).T
 
 
+@pytest.mark.costly
 def test_existence_hit_and_covariance_follow_what_stands_out(followed):
     existence, hit, spread, off = followed
     assert existence[:60].min() > 0.9

@@ -77,6 +77,7 @@ KEPT = np.random.default_rng(9).uniform(size=100) > 0.5
     [np.arange(100)[KEPT] / 30, np.delete(np.arange(120), np.s_[40:100]) / 30, np.arange(100) / 60, np.arange(40) / 10],
     ids=["half dropped", "a gap of 2 s", "60 a second", "10 a second"],
 )
+@pytest.mark.by_turns
 def test_times_of_frames_need_not_be_even(times):
     error, existence, velocity = uneven(times)
     assert np.sum(existence < 0.5) <= 1  # in the frame after a gap, which may show another scene
@@ -84,6 +85,7 @@ def test_times_of_frames_need_not_be_even(times):
     assert np.median(velocity[15:]) < 8.0
 
 
+@pytest.mark.costly
 def test_a_frame_shown_twice_changes_nothing_of_a_held_target():
     """As players fill a lower rate: the target stands for a frame, and is neither doubted nor lost."""
     tracker = vedette.load(EXAMPLES / "flir_clip.toml").tracker
@@ -96,6 +98,7 @@ def test_a_frame_shown_twice_changes_nothing_of_a_held_target():
         assert np.hypot(*(tracker.estimate(state).mean[0, :2] - path(k))) < 1.5
 
 
+@pytest.mark.costly
 def test_a_target_that_nears_a_treeline_is_held():
     frames = [sky(k) + trees(np.interp(k, [20, 50], [95.0, 54.0])) + spot(path(k), 60.0) for k in range(80)]
     existence, place = followed(frames, [path(0)])
@@ -103,6 +106,7 @@ def test_a_target_that_nears_a_treeline_is_held():
     assert np.abs(place[:, 0] - [path(k) for k in range(80)]).max() < 2.5
 
 
+@pytest.mark.costly
 def test_a_cloud_edge_is_no_loss():
     x = np.arange(SKY[1])
     cloud = 25.0 / (1.0 + np.exp(-(x - 75.0) / 6.0))
@@ -112,6 +116,7 @@ def test_a_cloud_edge_is_no_loss():
 
 
 @pytest.mark.parametrize("fading", [1, 20], ids=["behind a pole", "fades"])
+@pytest.mark.by_turns
 def test_what_is_gone_is_told_and_found_again(fading):
     def peak(k):
         return 60.0 * float(np.interp(k, [30, 30 + fading, 70, 71], [1.0, 0.0, 0.0, 1.0]))
@@ -126,12 +131,14 @@ def test_what_is_gone_is_told_and_found_again(fading):
     assert np.abs(place[86:, 0] - [path(k) for k in range(86, 110)]).max() < 2.5
 
 
+@pytest.mark.costly
 def test_a_target_that_leaves_the_picture_is_told():
     existence, _ = followed([sky(k) + spot((90.0 + 2.0 * k, 40.0), 60.0) for k in range(90)], [(90.0, 40.0)])
     assert existence[:30].min() > 0.9
     assert existence[50:].max() < 0.5
 
 
+@pytest.mark.costly
 def test_a_bird_that_crosses_is_not_taken_for_the_target():
     def bird(k):
         return spot((120.0 - 2.5 * k, 40.0 + 0.5 * (k - 24)), 40.0, spread=(1.0, 1.0))
@@ -141,6 +148,7 @@ def test_a_bird_that_crosses_is_not_taken_for_the_target():
     assert np.abs(place[-1, 0] - path(59)).max() < 2.0
 
 
+@pytest.mark.costly
 def test_a_mast_before_which_a_target_vanishes_is_told():
     """It is as bright, and nothing else is near; but it stands, and is of another shape."""
     mast = spot(path(38), 45.0, spread=(1.3, 4.0))
@@ -154,6 +162,7 @@ def test_a_mast_before_which_a_target_vanishes_is_told():
     assert np.abs(place[60:, 0] - path(38)).max() < 2.0  # the place is still that of what is most like it
 
 
+@pytest.mark.costly
 def test_a_target_that_stops_is_held():
     existence, place = followed([sky(k) + spot(path(min(k, 30)), 60.0) for k in range(80)], [path(0)])
     assert existence.min() > 0.9
@@ -178,6 +187,7 @@ def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_a_target_that_stops_and_turns_is_held(monkeypatch, asked):
     """It has not left its own place, so that nothing was seen there before, and grows unlike its first look."""
     if not asked:
@@ -211,6 +221,7 @@ def test_the_ring_is_robust_to_what_stands_on_one_side():
     assert ring_spread(image, np.array([40.0, 40.0]), np.array([8.0, 8.0]))[1] < 1.5 * spread
 
 
+@pytest.mark.costly
 def test_a_box_that_shows_nothing_is_told():
     """Along a dark band all places are like each other: a track slides along it. A spot beside its twin is one."""
     band = -35.0 * np.exp(-0.5 * ((np.mgrid[: SKY[0], : SKY[1]][0] - 40.0) / 14.0) ** 2)

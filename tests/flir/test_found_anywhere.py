@@ -48,6 +48,7 @@ LARGE = pytest.param((1080, 1920), marks=pytest.mark.nightly("45 large frames: 1
 
 
 @pytest.mark.parametrize("shape", [(60, 80), (120, 160), (160, 120), (256, 320), (480, 640), LARGE])
+@pytest.mark.by_turns
 def test_frames_of_any_size(shape):
     (found,), when, at = started(shape)
     assert when <= 1.0
@@ -64,6 +65,7 @@ def test_frames_of_any_size(shape):
     ],
     ids=["8 bit", "14 bit over an offset", "16 bit", "16 bit of little contrast"],
 )
+@pytest.mark.by_turns
 def test_counts_of_any_depth(change):
     """Gain and offset change nothing but rounding."""
     (plain,), *_ = started()
@@ -72,6 +74,7 @@ def test_counts_of_any_depth(change):
     np.testing.assert_allclose(found, plain, atol=0.4)
 
 
+@pytest.mark.costly
 def test_a_dark_target_is_a_hot_one_of_the_negative():
     plain, when, _ = started()
     dark, later, _ = started(change=lambda pixels: 255.0 - pixels, **{"preprocessors.spots.polarity": "'dark'"})
@@ -93,6 +96,7 @@ TIMES = {
 
 
 @pytest.mark.parametrize("times", TIMES.values(), ids=TIMES)
+@pytest.mark.by_turns
 def test_frames_at_any_times(times):
     (found,), when, at = started(times=times)
     assert when <= max(1.0, times[20] - times[0])
@@ -100,6 +104,7 @@ def test_frames_at_any_times(times):
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
+@pytest.mark.by_turns
 def test_a_folder_of_images_is_the_frames_that_it_holds(tmp_path, depth):
     (tmp_path / "clip").mkdir()
     for k in range(COUNT):

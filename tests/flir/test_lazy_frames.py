@@ -59,6 +59,7 @@ def test_a_run_holds_few_frames(clip):
     assert all(scan.frame is None for scan in result.scans)
 
 
+@pytest.mark.by_turns
 def test_frames_are_the_same_in_any_order(clip):
     scans = experiment(clip).run().recording.scans
     assert isinstance(scans, LazyScans)

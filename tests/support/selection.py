@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import subprocess
 from collections.abc import Iterable, Mapping
+from itertools import groupby
 from pathlib import Path
 
 from attrs import frozen
@@ -23,7 +24,7 @@ from vedette.testing import laws_of
 SHARE = 28
 """One of so many unchanged kinds is tried."""
 
-MOST_KINDS, MOST_COSTLY = 30, 15
+MOST_KINDS, MOST_COSTLY = 30, 30
 """Kinds, and costly tests, of one change that are tried."""
 
 OF_ALL = (
@@ -119,9 +120,9 @@ def _most(touched: Mapping[str, bool], head: str, most: int) -> set[str]:
 
 
 def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
-    """Return those of some costly tests, name to file, that are tried.
+    """Return those of some costly tests, name to file, or to the page whose blocks one runs, that are tried.
 
-    What changed is a test's own file, what it imports, the plugin that its folder mirrors, or what configs name everywhere.
+    What changed is that file, what it imports, the plugin or room that its folder mirrors, or what configs name everywhere.
     """
     if what is None:
         return set(tests)
@@ -131,9 +132,16 @@ def costly(tests: Mapping[str, Path], what: Since | None) -> set[str]:
     return _most(touched, what.head, MOST_COSTLY) | {*a_share(tests.keys() - touched.keys(), what.head)}
 
 
+def by_turns(cases: Iterable[str], what: Since | None) -> set[str]:
+    """Return of the cases of each test the share that a commit draws, which is one at least."""
+    tests = groupby(sorted(cases), key=lambda name: name.partition("[")[0])
+    return set() if what is None else {name for _, its in tests for name in a_share(its, what.head)}
+
+
 def _is_changed(test: Path, files: frozenset[str]) -> bool:
     file = test.relative_to(ROOT).as_posix()
-    near = ("tests/support/", *CONFIGURED, f"plugins/vedette_{file.split('/')[1]}/")
+    mirrored = file.partition("/")[2].partition("/")[0]
+    near = ("tests/support/", *CONFIGURED, f"plugins/vedette_{mirrored}/", f"core/vedette/{mirrored}/")
     imported = {path.relative_to(ROOT).as_posix() for path in closure(imports_of(test))}
     return bool(files & {file, *imported}) or any(name.startswith(near) for name in files)
 

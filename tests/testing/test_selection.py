@@ -11,7 +11,20 @@ from mutants.foreign import MUTANTS as FOREIGN
 from support.closure import closure, known
 from support.mutants.table import MUTANTS as OURS
 from support.paths import ROOT
-from support.selection import MOST_COSTLY, MOST_KINDS, OF_ALL, SHARE, Since, changed, chosen, costly, drawn, files_of, since
+from support.selection import (
+    MOST_COSTLY,
+    MOST_KINDS,
+    OF_ALL,
+    SHARE,
+    Since,
+    by_turns,
+    changed,
+    chosen,
+    costly,
+    drawn,
+    files_of,
+    since,
+)
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, kit, laws_of
 from vedette.testing.laws import apart
@@ -164,11 +177,21 @@ def test_costly_tests_are_tried_where_what_they_test_has_changed():
     ):
         assert ours <= of(file), file
     assert of("docs/index.md", "tests/marine/test_chain.py") == of()
+    page = {"slow blocks": ROOT / "README.md"}
+    assert costly(page | tests, Since("a" * 40, "b" * 40, frozenset({"README.md"}))) >= set(page)
     many = {f"{name} {i}": path for name, path in tests.items() for i in range(6)}
     own = {name for name in many if "vts" in name}
     tried = costly(many, Since("a" * 40, "b" * 40, frozenset({"core/vedette/space.py", "tests/vts/test_reproduction.py"})))
     assert len(tried) == MOST_COSTLY
     assert tried < own
+
+
+def test_of_cases_that_take_turns_one_is_tried_in_every_run_and_each_in_its_own():
+    cases = [f"a.py::test_{test}[{i}]" for test in "xy" for i in range(5)]
+    rounds = [by_turns(cases, Since("a" * 40, f"{i:040x}", frozenset())) for i in range(60)]
+    assert {tuple(sorted(name[11] for name in tried)) for tried in rounds} == {("x", "y")}
+    assert set().union(*rounds) == set(cases)
+    assert len({frozenset(tried) for tried in rounds}) > 20  # not the same case of both
 
 
 @pytest.fixture
