@@ -71,6 +71,7 @@ def test_one_spot_is_a_target_and_one_among_its_like_is_not(monkeypatch):
     assert len(confirmed(waves)) > 3
 
 
+@pytest.mark.costly
 def test_two_that_fly_beside_each_other_are_both_found(monkeypatch):
     """As alike as waves, but two."""
     first, beside = np.array([40.0, 60.0]), np.array([24.0, 4.0])
@@ -82,6 +83,7 @@ def test_two_that_fly_beside_each_other_are_both_found(monkeypatch):
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeypatch, asked):
     """A sign moves before the scene as the camera turns; asked is whether it moves in the frames."""
     corners = [np.array([0.8 * k, 0.1 * k]) for k in range(40)]
@@ -93,6 +95,7 @@ def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeyp
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_a_line_drawn_in_inverse_is_no_target_where_the_camera_turns(monkeypatch, asked):
     """Bright over sky and dark over land, it ends at a treeline, and so grows and shrinks as the camera turns along that."""
     if not asked:
@@ -106,6 +109,7 @@ def test_a_line_drawn_in_inverse_is_no_target_where_the_camera_turns(monkeypatch
     assert len(confirmed(frames, corners)) == (0 if asked else 1)
 
 
+@pytest.mark.costly
 def test_parked_cars_are_no_targets_where_one_after_another_leaves_the_picture():
     """The track of the one that left finds the next: that is far from where it was, but nothing went there."""
     cars, corners = [np.array([150.0 - 24.0 * i, 70.0]) for i in range(3)], [np.array([-2.0 * k, 0.0]) for k in range(50)]
@@ -113,6 +117,7 @@ def test_parked_cars_are_no_targets_where_one_after_another_leaves_the_picture()
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_sparkles_that_follow_each_other_are_no_target(monkeypatch, asked):
     """Each lives for a fifth of a second, 10 px from the one before, as on water; none moves."""
     if not asked:
@@ -124,6 +129,7 @@ def test_sparkles_that_follow_each_other_are_no_target(monkeypatch, asked):
 
 
 @pytest.mark.parametrize("mutant", ["none", "frames before what is found in them", "leaps asked of what was seen once"])
+@pytest.mark.by_turns
 def test_what_flies_seven_px_a_frame_is_found(monkeypatch, mutant):
     """By the next frame it would have left the place where it was found; and how fast it is only the second frame says."""
     step = np.array([7.0, 1.0])
@@ -142,6 +148,7 @@ def test_what_flies_seven_px_a_frame_is_found(monkeypatch, mutant):
 
 
 @pytest.mark.parametrize("flies", [True, False])
+@pytest.mark.by_turns
 def test_what_goes_along_with_what_is_around_it_is_slow(monkeypatch, flies):
     """A thing of the scene goes .2 px a frame as the camera zooms by .4 %, and hardly before the scene."""
     speeds, frames = list[float](), []

@@ -109,6 +109,7 @@ def start(built, recording):
     return given.mean, given.cov
 
 
+@pytest.mark.costly
 def test_runs_in_lock_step_are_those_of_the_command():
     built = experiment(1e6)
     found = together(built, recordings(built, 2))
@@ -118,6 +119,7 @@ def test_runs_in_lock_step_are_those_of_the_command():
 
 
 @pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
+@pytest.mark.by_turns
 def test_the_default_gate_keeps_what_a_plain_iterated_filter_keeps(density, pytestconfig):
     built = experiment(density)
     drawn = recordings(built, runs_of(pytestconfig, 3))
@@ -141,6 +143,7 @@ def test_the_default_gate_keeps_what_a_plain_iterated_filter_keeps(density, pyte
 
 
 @pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
+@pytest.mark.by_turns
 def test_a_blanked_target_counts_as_missed(density, pytestconfig):
     """In the frames that are blanked, by noise, by an even image or by unknown pixels; and in no run before them."""
     rng = np.random.default_rng(0)

@@ -25,6 +25,7 @@ def drawn(tmp_path_factory):
     return picture(given, result).axes[0], result
 
 
+@pytest.mark.costly
 def test_the_map_has_the_orientation_and_the_limits_of_the_image(drawn):
     axes, _ = drawn
     assert axes.get_xlim() == (-0.5, 99.5)

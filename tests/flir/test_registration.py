@@ -35,6 +35,7 @@ STEPS = {"a slow turn": [0.3, 0.1], "a fast one": [6.5, 1.2], "hardly any": [0.0
 
 
 @pytest.mark.parametrize("step", STEPS.values(), ids=STEPS)
+@pytest.mark.by_turns
 def test_a_turning_camera_is_followed_without_drift(step):
     path = np.array([20.0, 20.0]) + np.arange(90)[:, None] * np.array(step)
     found = corners(path, landscape())
@@ -53,6 +54,7 @@ def test_a_jerk_and_the_way_back_are_followed():
     assert np.abs(corners(path, landscape()) - (path - path[0])).max() < 0.5
 
 
+@pytest.mark.costly
 def test_errors_add_up_where_each_frame_is_compared_with_the_one_before(monkeypatch):
     path = np.array([20.0, 20.0]) + np.arange(90)[:, None] * np.array([0.3, 0.1])
     right = np.abs(corners(path, landscape(), noise=6.0) - (path - path[0]))[-1].max()
@@ -64,6 +66,7 @@ TURNS = {"rolls": (4.0, 0.0), "zooms in": (0.0, 0.004), "zooms out": (0.0, -0.00
 
 
 @pytest.mark.parametrize(("roll", "zoom"), TURNS.values(), ids=TURNS)
+@pytest.mark.by_turns
 def test_a_camera_that_rolls_and_zooms_as_it_turns_is_followed(monkeypatch, roll, zoom):
     """Its middle is where it is, in px of the first frame; the mutant believes a shift alone."""
     scene, off = landscape(), []
@@ -101,6 +104,7 @@ FAINT = 80.0 + 0.3 * (landscape() - 100.0)
 
 
 @pytest.mark.parametrize("scene", [landscape(), FAINT], ids=["a scene", "one much fainter than the text"])
+@pytest.mark.by_turns
 def test_text_in_the_frames_does_not_hold_the_camera(monkeypatch, scene):
     """Until it has turned by some pixels, nothing tells the two apart."""
     path, off = np.array([20.0, 20.0]) + np.arange(60)[:, None] * np.array([1.0, 0.4]), []
@@ -126,6 +130,7 @@ def test_what_is_no_longer_written_is_the_scene_again():
 
 
 @pytest.mark.parametrize("drift", [0.0, 1.5])
+@pytest.mark.by_turns
 def test_what_stands_and_is_large_is_the_scene_however_clouds_drift(drift):
     """Below a wood of half the frame, above clouds: the wood's pixels stand, and are more."""
     motion, wood = Registration(), seen(landscape(1), (40.0, 40.0), noise=0.0)
@@ -143,6 +148,7 @@ def stretched(self, image):
 
 @pytest.mark.parametrize(("told", "least", "most"), [(True, 0.0, 0.1), (False, 5.0, np.inf)], ids=["told", "not told"])
 @pytest.mark.parametrize("base", ["slope", "stripes"])
+@pytest.mark.by_turns
 def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, base, told, least, most):
     """Along it nothing but noise has corners; the mutant takes them for the scene's."""
     if not told:
@@ -158,6 +164,7 @@ def test_noise_over_a_slope_does_not_turn_a_camera(monkeypatch, base, told, leas
 
 
 @pytest.mark.parametrize(("shown", "least", "most"), [(Registration._shown, 0.0, 1.0), (stretched, 3.0, np.inf)])
+@pytest.mark.by_turns
 def test_the_sky_is_followed_as_land_comes_into_the_picture_and_leaves_it(monkeypatch, shown, least, most):
     """The strip is a hundred times as bright as what the sky shows: by its levels the sky would change, too."""
     monkeypatch.setattr(Registration, "_shown", shown)
@@ -170,6 +177,7 @@ def test_the_sky_is_followed_as_land_comes_into_the_picture_and_leaves_it(monkey
 
 
 @pytest.mark.parametrize("speed", [0.5, 2.5])
+@pytest.mark.by_turns
 def test_a_faint_fixed_pattern_in_the_sky_does_not_hold_a_camera(speed):
     """A strip of land tells how it turns, though most of the frame stands."""
     land, pattern = landscape(), 0.1 * (landscape(seed=5)[:160, :200] - 100.0)
@@ -200,6 +208,7 @@ def test_a_bright_target_does_not_turn_the_camera(turn):
         assert np.array_equal(alone.take(sky), np.zeros(2))
 
 
+@pytest.mark.costly
 def test_a_cut_and_a_lost_frame_move_nothing_and_what_follows_is_followed():
     path = np.array([20.0, 20.0]) + np.arange(20)[:, None] * np.array([2.0, 0.0])
     motion, other = Registration(), landscape(1)
@@ -229,6 +238,7 @@ def clip(tmp_path_factory):
 
 
 @pytest.mark.parametrize("source", ["video", "video_stream"])
+@pytest.mark.by_turns
 def test_velocities_are_those_in_the_scene(source, clip):
     """4 px a frame in the scene at 30 frames a second; in the picture nearly none, but for what the hand shakes."""
     overrides = ["estimator.motion.motion.shake=0.0", "estimator.motion.motion.sigma_accel=30.0"]

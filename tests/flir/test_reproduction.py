@@ -134,6 +134,7 @@ def test_a_broken_component_flips_what_is_reproduced(study, label, name, text, m
     assert verdict(found, {**kept, label: {**kept[label], name: other}}, text) == "not reproduced"
 
 
+@pytest.mark.costly
 def test_a_camera_that_counts_its_pixels_twice_flips_the_first(study, monkeypatch):
     monkeypatch.setattr(Camera, "information", counts_pixels_twice(Camera.information))
     assert verdict({STRONG: {"three passes": matched(3)}}, study[1], "An extended Kalman filter") == "not reproduced"
@@ -145,6 +146,7 @@ def test_lost_runs_of_the_paper_s_filter_flip_the_first(study):
     assert verdict(found, {**kept, "wander": {**kept["wander"], **lost}}, "An extended Kalman filter") == "not reproduced"
 
 
+@pytest.mark.costly
 def test_one_pass_in_the_place_of_three_flips_the_first(study):
     narrow = {(0.5, 2.0, 20.0): {"three passes": record(1, 2.0, 20.0, 0.5, RUNS, np.random.default_rng(0))}}
     assert verdict(narrow, study[1], "An extended Kalman filter") == "not reproduced"

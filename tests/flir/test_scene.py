@@ -75,6 +75,7 @@ def test_spots_turn_and_dead_pixels_are_nan():
     assert abs(j - 11) <= 1  # a quarter turn from x towards y
 
 
+@pytest.mark.costly
 def test_the_example_keeps_its_target():
     experiment = vedette.load(EXAMPLE)
     result = experiment.run()
@@ -135,6 +136,7 @@ def riccati(spread, snr):
 
 @pytest.mark.statistical(alpha=1e-6)
 @pytest.mark.parametrize(("spread", "snr"), [(2.0, 5.0), (2.0, 10.0), (3.0, 10.0)])
+@pytest.mark.by_turns
 def test_the_iterated_filter_reaches_the_bound(spread, snr):
     """100 runs; the bands are the stated ones, each over five of the run means' standard errors from the true figure."""
     error, squared, innovation, lost = matched(100, spread, snr, 3, seed=11)

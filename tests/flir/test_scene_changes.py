@@ -52,6 +52,7 @@ def test_a_cut_is_told_from_noise_and_from_a_camera_that_moves(depth):
     assert is_cut(seen[-1], change(seen[-1], other), max(changes), 0.3)
 
 
+@pytest.mark.costly
 def test_a_target_that_is_away_after_a_cut_is_doubted_at_once():
     path = [np.array([30.0 + k, 40.0]) for k in range(30)] + [np.array([-99.0, 0.0])] * 20
     _, existence = followed([0] * 30 + [1] * 20, path)
@@ -61,6 +62,7 @@ def test_a_target_that_is_away_after_a_cut_is_doubted_at_once():
     assert np.sum(plain[30:] < 0.5) <= np.sum(existence[30:] < 0.5)
 
 
+@pytest.mark.costly
 def test_a_target_that_a_cut_leaves_in_place_stays():
     error, existence = followed([0] * 25 + [1] * 15, [np.array([30.0 + k, 40.0]) for k in range(40)])
     assert existence[5:].min() > 0.5

@@ -51,6 +51,7 @@ TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.7, 0.3), (1.2, 0.0)], id
 
 @TURNS
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn, asked):
     """The target fades where the spot is, whose likeness to it stays above .95: only that it was there says what it is."""
     if not asked:
@@ -65,6 +66,7 @@ def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn,
 
 @TURNS
 @pytest.mark.parametrize("land", [5.0, 0.0], ids=["land", "sky"])
+@pytest.mark.by_turns
 def test_a_target_that_stops_and_looks_otherwise_there_is_held(monkeypatch, turn, land):
     def grows(k):
         return (2.0 + 0.02 * max(k - 30, 0), 2.0 - 0.01 * max(k - 30, 0))
@@ -77,6 +79,7 @@ def test_a_target_that_stops_and_looks_otherwise_there_is_held(monkeypatch, turn
 
 @TURNS
 @pytest.mark.parametrize("speed", [0.3, 1.2, 4.0])
+@pytest.mark.by_turns
 def test_how_far_it_went_in_the_scene_is_known_whatever_the_camera_does(monkeypatch, turn, speed):
     """What is remembered is renewed on the way, several times where the target is fast."""
     frames = [seen(k, [(path(k, speed), 60.0, (2.0, 2.0))], turn) for k in range(min(int(110 / speed), 80))]
@@ -90,6 +93,7 @@ def test_how_far_it_went_in_the_scene_is_known_whatever_the_camera_does(monkeypa
     assert np.nanmin(new) > 0.8
 
 
+@pytest.mark.costly
 def test_another_scene_says_nothing(monkeypatch):
     rng = np.random.default_rng(1)
     scenes = [40.0 * rng.normal(size=SIZE).cumsum(axis=1) / 9.0 for _ in range(8)]
@@ -101,6 +105,7 @@ def test_another_scene_says_nothing(monkeypatch):
 
 @pytest.mark.parametrize("peak", [60.0, 120.0])
 @pytest.mark.parametrize(("speed", "ahead"), [(0.3, 8.0), (0.3, 16.0), (1.2, 16.0)])
+@pytest.mark.by_turns
 def test_a_target_that_follows_another_is_held(monkeypatch, speed, ahead, peak):
     """The other was where the target is now, yet is no part of the scene: it is as far ahead now."""
     places = [path(k, speed) for k in range(80)]
@@ -109,6 +114,7 @@ def test_a_target_that_follows_another_is_held(monkeypatch, speed, ahead, peak):
     assert existence.min() > 0.9
 
 
+@pytest.mark.costly
 def test_a_frame_that_shows_another_scene_does_not_shift_what_is_remembered(monkeypatch):
     frames = [seen(k, [(path(k, 2.0), 60.0, (2.0, 2.0))], (0.0, 0.0), -50.0 if k % 12 == 11 else 5.0) for k in range(55)]
     *_, way = followed(monkeypatch, frames)
@@ -118,6 +124,7 @@ def test_a_frame_that_shows_another_scene_does_not_shift_what_is_remembered(monk
     np.testing.assert_allclose(went[known], 14.0, atol=1.0)
 
 
+@pytest.mark.costly
 def test_a_target_that_comes_nearer_is_held(monkeypatch):
     """It goes less far than it grows: what was there before was itself, and no part of the scene."""
     places = [path(k, 0.35) for k in range(80)]
@@ -129,6 +136,7 @@ def test_a_target_that_comes_nearer_is_held(monkeypatch):
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0), (1.2, 0.0)], ids=["stands", "follows"])
 @pytest.mark.parametrize("grows", [1.5, 2.0])
+@pytest.mark.by_turns
 def test_how_new_a_target_that_has_grown_is_stays_known(monkeypatch, turn, grows):
     """What is around it is remembered as widely as it has grown: else it is known in .73 and .5 of the frames."""
     monkeypatch.setitem(globals(), "SIZE", (100, 400))
@@ -148,6 +156,7 @@ def test_a_target_that_is_found_again_larger_has_grown_by_that_alone():
 
 
 @pytest.mark.parametrize("late", [True, False], ids=["of late", "as learned alone"])
+@pytest.mark.by_turns
 def test_a_target_that_has_turned_is_new(monkeypatch, late):
     """It lay and stands: its template follows slowly, and by that alone it is less new."""
     if not late:
@@ -170,6 +179,7 @@ def before_masts(k, start, speed, bright, wide):
 
 @pytest.mark.parametrize("bright", [90.0, 120.0])
 @pytest.mark.parametrize(("speed", "wide"), [(0.4, 5.0), (0.8, 5.0), (0.8, 8.0)])
+@pytest.mark.by_turns
 def test_a_target_that_hides_what_is_brighter_is_held(monkeypatch, speed, wide, bright):
     """What is there is fainter than what was there before: a target that only added to it would be told as lost."""
     frames = [before_masts(k, path(0), speed, bright, wide) for k in range(int(60 / speed))]

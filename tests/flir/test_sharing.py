@@ -51,6 +51,7 @@ def kept(place, true):
     return bool(np.abs(place[-1] - true[-1]).max() < 4.0)
 
 
+@pytest.mark.costly
 def test_targets_that_cross_keep_their_ids_where_their_speeds_differ():
     """With the example's motion, which allows for sharp turns. 100 of 100 runs do: python -m benchmarks.flir_crossing."""
     for run in range(3):
@@ -75,6 +76,7 @@ def test_four_that_meet_at_once_keep_their_ids():
         assert existence.min() > 0.5
 
 
+@pytest.mark.costly
 def test_ids_that_nothing_tells_apart_are_told_as_possibly_exchanged():
     for run in range(2):
         frames, true = crossing(run, 0.8, 50)
@@ -96,6 +98,7 @@ def test_likeness_tells_apart_what_motion_does_not():
         assert existence.min() > 0.5
 
 
+@pytest.mark.costly
 def test_each_on_its_own_takes_the_others_target(monkeypatch):
     """The mutant: without sharing, both tracks end on one of two targets, or exchange them untold."""
     frames, true = crossing(0, 0.8, 50)
@@ -104,6 +107,7 @@ def test_each_on_its_own_takes_the_others_target(monkeypatch):
     assert not np.any(links < 0.95)
 
 
+@pytest.mark.costly
 def test_a_lost_target_is_not_found_in_the_place_of_one_that_is_held():
     """One vanishes beside the other, its like: it is told as lost, and does not take the other's pixels."""
     rng = np.random.default_rng(5)
@@ -196,6 +200,7 @@ def test_targets_far_apart_are_found_as_each_would_be_alone():
     assert np.all(link == 1.0)
 
 
+@pytest.mark.costly
 def test_a_run_tells_of_ids_that_may_have_been_exchanged(tmp_path, capsys):
     frames, true = crossing(1, 0.8, 40)
     folder, out = tmp_path / "clip", tmp_path / "out"

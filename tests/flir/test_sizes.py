@@ -62,6 +62,7 @@ def test_the_box_follows_a_target_that_grows_and_states_its_doubt():
     assert np.abs(np.log(mean[-1, 4] / 20.0)) < 2.0 * DOUBT
 
 
+@pytest.mark.costly
 def test_places_are_the_same_with_and_without_a_size_that_follows():
     (with_size, cov), (without, plain) = followed(0.05), followed(0.0)
     np.testing.assert_array_equal(with_size[:, :4], without[:, :4])

@@ -40,6 +40,7 @@ def followed(frames):
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
         monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
@@ -52,12 +53,14 @@ def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(mo
     assert existence[60:].max() < 0.5 if asked else existence[60:].min() > 0.5
 
 
+@pytest.mark.costly
 def test_a_target_that_stops_is_held_where_the_camera_turns():
     existence, place = followed([seen(k, [(path(min(k, 30)), 60.0, (2.0, 2.0))]) for k in range(80)])
     assert existence.min() > 0.9
     assert np.abs(place[-1] - path(30)).max() < 0.5
 
 
+@pytest.mark.costly
 def test_a_target_that_turns_back_is_held():
     """Within 8 frames it comes back to where it was, and looks otherwise than before; but it does not stand."""
     across = [path(40 - abs(40 - k)) for k in range(60)]
@@ -83,6 +86,7 @@ def stands(monkeypatch, frames):
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.by_turns
 def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
     """From frame 25 on it stands in the frames, and what is around it passes; the mutant sees the frames alone."""
 
@@ -96,6 +100,7 @@ def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
 
 
 @pytest.mark.parametrize("flies", [True, False], ids=["flies, and stops", "hovers"])
+@pytest.mark.by_turns
 def test_who_stands_as_a_rule_has_not_come_to_stand(monkeypatch, flies):
     frames = [seen(0, [(path(min(k, 30) * flies), 60.0, (2.0, 2.0))]) for k in range(55)]
     assert np.any(stands(monkeypatch, frames)) == flies

@@ -83,6 +83,7 @@ def end_of(result):
 
 
 @pytest.mark.parametrize("as_url", [True, False])
+@pytest.mark.by_turns
 def test_a_file_or_its_url_is_followed_to_its_end(clip, as_url):
     result = experiment(clip.as_uri() if as_url else clip).run()
     assert len(result.scans) == 30
@@ -164,6 +165,7 @@ def test_a_stream_without_frames_and_one_in_colour(camera):
         experiment("0", "source.grey=equal").run()
 
 
+@pytest.mark.costly
 def test_a_command_writes_the_track_as_it_goes(clip, tmp_path, capsys):
     out = tmp_path / "out"
     sets = ["--set", f'source={{kind = "video_stream", address = "{clip}", box = {BOX}}}']

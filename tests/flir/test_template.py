@@ -72,6 +72,7 @@ def test_a_box_without_a_target_is_taken_as_it_is():
 
 
 @pytest.mark.parametrize("box", [(0, 0, 10, 9), (1.2, 1.0, 10, 9), (-1.0, 1.2, 12, 11), (0, 0, 8, 7.2)])
+@pytest.mark.by_turns
 def test_a_start_that_is_off_stays_as_it_was_and_loses_nothing(box):
     """The point that the box marks is followed, whatever it marks."""
     frames = [bird(k) for k in range(40)]
@@ -80,6 +81,7 @@ def test_a_start_that_is_off_stays_as_it_was_and_loses_nothing(box):
     assert np.abs(off).max() < 1.5
 
 
+@pytest.mark.costly
 def test_a_target_that_fades_is_missed_and_found_again():
     """For eight frames a smear stands where the target was, a tenth as strong: of its shape, but not the target."""
     frames = [bird(k, step=1.2, trees=False) for k in range(30)]
@@ -107,6 +109,7 @@ def test_a_few_faint_frames_are_not_worth_another_target(monkeypatch):
     assert np.abs(fooled - true)[-1].max() > 10.0
 
 
+@pytest.mark.costly
 def test_a_drifting_template_is_held_by_its_centroid():
     """A template renewed in each frame, on whole cells, walks off its target by the rounding; its centroid tells."""
     errors = []
@@ -151,6 +154,7 @@ def opened(by, pixels, centre, size, step, cells, amplitude):
     return sign * isolated(sign * image, by.opening * float(np.max(size)) / step)
 
 
+@pytest.mark.costly
 def test_a_bright_bank_beside_a_target_is_none_of_it(monkeypatch):
     """It comes within 7 px of a bank five times as bright, below which there are spots like it."""
     (y, x), frames = np.mgrid[:120, :160], []
@@ -169,6 +173,7 @@ def test_a_bright_bank_beside_a_target_is_none_of_it(monkeypatch):
     assert np.abs(found - np.array([at for _, at in frames])).max() > 10.0
 
 
+@pytest.mark.costly
 def test_the_amplitude_follows_a_target_that_brightens():
     frames = [bird(k, trees=False, bright=20.0 + 4.0 * k) for k in range(60)]
     found, hits = follow(tracker(brighten=0.2), frames)

@@ -52,6 +52,7 @@ def test_tracks_start_by_themselves_too(folder):
     assert score.position_rmse_m < 3.0
 
 
+@pytest.mark.costly
 def test_the_command_draws_what_it_saw(folder, tmp_path, capsys):
     given = tmp_path / "config.json"
     given.write_text(json.dumps(config(folder)))
@@ -111,6 +112,7 @@ def test_a_boat_under_the_heading_line_is_one_return(monkeypatch):
     assert max(returns()) == 2
 
 
+@pytest.mark.costly
 def test_a_beacon_leaves_no_returns_and_hides_who_is_on_its_spoke():
     """A beacon between the radar and the ship's path answers for 18 s of 45 s: while it does, nothing is seen behind it."""
     from vedette_marine import scenes

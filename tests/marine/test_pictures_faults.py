@@ -37,6 +37,7 @@ def rewrite(path, old, new):
         (lambda f: rewrite(f / "ais.csv", "3,211000001,54", "3,211000001,95"), "Latitude_degrees must be from -90 to 90"),
     ],
 )  # fmt: skip
+@pytest.mark.by_turns
 def test_one_bad_part_is_told_and_costs_nothing_else(folder, spoil, message):
     spoil(folder)
     given = config(folder, reference="ais")

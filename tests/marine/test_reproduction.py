@@ -59,6 +59,7 @@ def test_the_modes_separate_when_tuned_and_do_not_with_one_q(boats):
     assert abs(np.mean(alike.modes[10:, 1]) - 0.5) < 0.02
 
 
+@pytest.mark.costly
 def test_a_turn_rate_in_the_straight_mode_loses_boats():
     """The paper's five axes in both modes, with a straight mode that is sharp: its old turn rate is handed back."""
     points = draw(scenes.manoeuvres(), 8, study.CLUTTER, np.random.default_rng([15, 0]))
@@ -69,6 +70,7 @@ def test_a_turn_rate_in_the_straight_mode_loses_boats():
     assert not any(kept)
 
 
+@pytest.mark.costly
 def test_the_large_ship_is_the_same_to_all_against_its_antenna():
     points = draw(scenes.large_ship(), 20, study.CLUTTER, np.random.default_rng([13, 0]))
     filters = configs.TUNED_SHIP
@@ -78,6 +80,7 @@ def test_the_large_ship_is_the_same_to_all_against_its_antenna():
     assert outcome.rms(records["IMM-PDAF"], "centre") < 15
 
 
+@pytest.mark.costly
 def test_a_frame_s_number_for_its_time_makes_errors_of_the_published_size_alike_for_all(boats):
     points = by_frame_number(draw(scenes.manoeuvres(), 4, study.CLUTTER, np.random.default_rng([14, 0])))
     for target, published in ((0, 117), (1, 99)):

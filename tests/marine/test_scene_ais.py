@@ -127,6 +127,7 @@ def test_speed_and_course_are_those_of_the_antenna():
 
 
 @pytest.mark.statistical(alpha=1e-5)
+@pytest.mark.costly
 def test_the_receiver_s_error_is_stationary_and_correlated():
     path, sends = Ship(start=[0.0, 0.0]), Transponder(gnss=2.0, gnss_seconds=40.0, spread=0.0)
     errors = []
@@ -169,6 +170,7 @@ def points(**more):
 
 
 @pytest.mark.statistical(alpha=1e-5)
+@pytest.mark.costly
 def test_points_err_along_and_across_the_hull_and_clutter_fills_the_disc():
     given = points(clutter=4e-5, detection_probability=0.8, extent=0.5)
     runs = given.batch(60, 3)

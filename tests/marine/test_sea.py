@@ -18,6 +18,7 @@ def clutter_power(shape, seed, **more):
 
 @pytest.mark.statistical(alpha=1e-5)
 @pytest.mark.parametrize("shape", [0.7, 2.0])
+@pytest.mark.by_turns
 def test_the_sea_is_k_distributed(shape):
     """Moments n! Gamma(n + nu) / (nu^n Gamma(nu)) and the exceedance 2 / Gamma(nu) (nu z)^(nu/2) K_nu(2 sqrt(nu z))."""
     drawn = [clutter_power(shape, seed) for seed in range(48)]

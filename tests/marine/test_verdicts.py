@@ -112,6 +112,7 @@ def whole(boats):
     return tracked(boats)
 
 
+@pytest.mark.costly
 def test_on_these_scans_the_imm_gains(whole):
     assert of(whole)[GAIN] != "not reproduced"
 

@@ -83,6 +83,7 @@ def within_its_size(alarms, alpha):
     return abs(np.sum(alarms) - alpha * count) <= Z * np.sqrt(count * alpha * (1 - alpha)) + 1
 
 
+@pytest.mark.costly
 def test_sizes_of_the_exact_verdicts():
     """False alarms on 2,000 right sets of 30 runs at 5 %: chi-square, bias and every axis' calibration."""
     rng = np.random.default_rng(2)
@@ -100,6 +101,7 @@ def test_sizes_of_the_exact_verdicts():
     assert within_its_size(mean, 0.05)
 
 
+@pytest.mark.costly
 def test_size_of_the_worst_of_several_axes_and_lags():
     """The family of axes or lags alarms with alpha at most, and not much less."""
     rng = np.random.default_rng(3)
@@ -147,6 +149,7 @@ def test_run_mean_and_equivalence_by_hand():
     assert strict.low == pytest.approx(0.9 + lenient.high - 1.1)
 
 
+@pytest.mark.costly
 def test_run_mean_lets_the_edge_of_its_band_pass_and_equivalence_does_not():
     """Runs whose true mean is the band's edge: each verdict errs in alpha / 2 of the sets."""
     rng = np.random.default_rng(5)

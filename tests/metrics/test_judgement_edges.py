@@ -100,6 +100,7 @@ def test_a_judge_that_cannot_be_is_refused(options, message):
     st.integers(0, 2**32 - 1).map(np.random.default_rng),
 )
 @law
+@pytest.mark.costly
 def test_truth_at_all_scans_is_truth_at_each(known, times, rng):
     space = Space.of(heading="rad mod 2pi", x="m")
     trajectory = Trajectory("boat", space, np.array(known), rng.uniform(-3, 3, size=(len(known), 2)))

@@ -21,6 +21,7 @@ spots = st.integers(0, 4).flatmap(lambda n: arrays(float, (n, 2), elements=st.in
 # Matching
 @given(spots, spots, st.sampled_from([2.0, 5.0, 9.0]))
 @law
+@pytest.mark.costly
 def test_a_first_scan_is_matched_by_most_pairs_then_least_distance(a, b, radius):
     apart = distances(a, b)
     allowed = [pairs for pairs in pairings(len(a), len(b)) if all(apart[i, j] <= radius for i, j in pairs)]
@@ -34,6 +35,7 @@ def test_a_first_scan_is_matched_by_most_pairs_then_least_distance(a, b, radius)
 
 @given(st.lists(st.tuples(spots, st.integers(0, 15)), min_size=2, max_size=5), st.sampled_from([3.0, 6.0]))
 @law
+@pytest.mark.costly
 def test_a_matching_is_one_to_one_within_the_radius_and_keeps_what_it_can(scenes, radius):
     """Four tracks, some present at each scan by the bits of a number; two truths walk among them."""
     apart, present = [], []

@@ -108,6 +108,7 @@ def test_what_a_scan_costs_grows_with_the_near_pairs():
     assert most < 20e6
 
 
+@pytest.mark.costly
 def test_figures_of_whole_tracks_fit_together(fleet):
     score = judged(fleet)
     parts = [getattr(score, f"trajectory_gospa_{part}") for part in ("localisation", "missed", "false", "switches")]
@@ -124,6 +125,7 @@ def test_figures_of_whole_tracks_fit_together(fleet):
     assert judged(fleet, gospa_cutoff=20).hota < score.hota
 
 
+@pytest.mark.costly
 def test_far_tracks_count_in_mota_only(fleet):
     near, every = judged(fleet, far=30), judged(fleet)
     assert near.siap_spuriousness < every.siap_spuriousness

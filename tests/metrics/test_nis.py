@@ -37,6 +37,7 @@ def weighted_scans(rng, count, p_detect, p_gate, density):
     return nis, hit
 
 
+@pytest.mark.costly
 def test_weighted_nis_is_one_on_matched_truth():
     """Under PDA in clutter, at 1e-7; without the truncation, or counting scans instead of hits, it is not."""
     rng = np.random.default_rng(6)

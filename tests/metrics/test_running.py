@@ -82,10 +82,12 @@ def told(run):
 
 @pytest.mark.parametrize("block", [1, 13, 1000])
 @pytest.mark.parametrize("options", OPTIONS)
+@pytest.mark.by_turns
 def test_the_figures_are_those_of_a_run_judged_whole(run, options, block):
     check(run, OPTIONS[options], block)
 
 
+@pytest.mark.costly
 def test_the_run_tells_the_options_apart(run):
     scores = {name: running(run, options, 13) for name, options in OPTIONS.items()}
     assert len({(score.gospa_m, score.position_rmse_m) for score in scores.values()}) >= len(scores) - 1
@@ -109,6 +111,7 @@ def test_a_run_without_truth_or_without_tracks(run):
     assert judging.score() == attrs.evolve(whole, **dict.fromkeys(WHOLE_TRACKS))
 
 
+@pytest.mark.costly
 def test_figures_of_whole_tracks_are_left_out_beyond_what_may_be_kept(run):
     whole = running(run, OPTIONS["usual"], 13)
     assert all(getattr(whole, name) is not None for name in WHOLE_TRACKS if name != "position_bound_m")
@@ -228,6 +231,7 @@ MUTANTS = {
 
 
 @pytest.mark.parametrize("name", MUTANTS)
+@pytest.mark.by_turns
 def test_a_mutant_is_caught(run, told, monkeypatch, name):
     cls, attribute, mutant, options = MUTANTS[name]
     monkeypatch.setattr(cls, attribute, mutant)

@@ -22,6 +22,7 @@ cutoffs, orders = st.sampled_from([0.5, 3.0, 5.0, 20.0]), st.sampled_from([1.0, 
 # Set distances
 @given(spots, spots, cutoffs, orders)
 @law
+@pytest.mark.costly
 def test_gospa_is_the_least_over_all_pairings(a, b, cutoff, order):
     apart = distances(a, b)
     best = min(
@@ -39,6 +40,7 @@ def test_gospa_is_the_least_over_all_pairings(a, b, cutoff, order):
 
 @given(spots, spots, cutoffs, orders)
 @law
+@pytest.mark.costly
 def test_ospa_is_the_least_over_all_assignments(a, b, cutoff, order):
     apart = np.minimum(distances(a, b), cutoff)
     apart = apart if len(a) <= len(b) else apart.T
@@ -50,6 +52,7 @@ def test_ospa_is_the_least_over_all_assignments(a, b, cutoff, order):
 
 @given(spots, spots, spots, cutoffs, orders)
 @law
+@pytest.mark.costly
 def test_set_distances_are_metrics(a, b, c, cutoff, order):
     for metric in (
         lambda p, q: gospa(distances(p, q), cutoff, order).value,

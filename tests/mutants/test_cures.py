@@ -110,6 +110,7 @@ CURES: dict[str, tuple[Any, str, Any, Check]] = {
 
 
 @pytest.mark.parametrize("name", CURES)
+@pytest.mark.by_turns
 def test_without_its_cure_a_fault_is_caught(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     where, attribute, wrong, check = CURES[name]
     with monkeypatch.context() as patch:

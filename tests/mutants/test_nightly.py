@@ -319,6 +319,7 @@ template_centroid, cfar_factor = template.centroid, rates.factor
 
 
 @pytest.mark.parametrize("name", FAULTS)
+@pytest.mark.by_turns
 def test_by_day_a_fault_is_caught(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     where, attribute, wrong, check = FAULTS[name]
     monkeypatch.setattr(where, attribute, wrong)

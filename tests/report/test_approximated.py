@@ -1,6 +1,7 @@
 """A summary says how often association was not exact."""
 
 import numpy as np
+import pytest
 
 import vedette
 from support.paths import EXAMPLES
@@ -17,6 +18,7 @@ def told(*overrides):
     return result, summary(experiment, result, score)
 
 
+@pytest.mark.costly
 def test_approximate_weights_are_told_and_exact_ones_are_not():
     result, text = told("associator.exact=1")
     assert result.approximated > 0
@@ -26,6 +28,7 @@ def test_approximate_weights_are_told_and_exact_ones_are_not():
     assert "approximated" not in text
 
 
+@pytest.mark.costly
 def test_what_truncated_hypotheses_lack_is_told():
     result, text = told("associator={kind='k_best', hypotheses=2}", "lifecycle={kind='existence'}")
     assert 0 < result.lost < result.approximated
@@ -44,6 +47,7 @@ def test_where_much_was_dropped_another_associator_is_named():
     assert "'lmb' drops none" in " ".join(text.split())
 
 
+@pytest.mark.costly
 def test_a_study_tells_it_too():
     def studied(exact):
         overrides = ["associator.kind=jpda", f"associator.exact={exact}", "source.duration=300"]

@@ -123,6 +123,7 @@ def test_pictures_are_as_wide_as_they_should_be_and_cut_no_word(scene, columns):
 
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
+@pytest.mark.by_turns
 def test_every_format_is_written_with_its_title_for_a_paper_too(tmp_path, form):
     look = canvas.Look(form, "one")
     path = tmp_path / look.file("chart")
@@ -179,6 +180,7 @@ def test_the_title_of_the_nis_says_what_the_summary_says(scene):
         assert f"{share} % of" in words
 
 
+@pytest.mark.costly
 def test_commands_that_draw_take_format_columns_and_style(tmp_path, monkeypatch):
     looks = []
     monkeypatch.setattr(Drawing, "of_run", lambda self, result, folder: looks.append(self.look) or [])
@@ -195,6 +197,7 @@ def test_commands_that_draw_take_format_columns_and_style(tmp_path, monkeypatch)
     assert looks == [canvas.Look("svg", "two", tmp_path / "mine.mplstyle")] * 3
 
 
+@pytest.mark.costly
 def test_characters_that_the_font_lacks_are_told_in_a_line(tmp_path, capsys):
     """Once each of them was a warning of the plotting library."""
     (tmp_path / "config.json").write_text(json.dumps(config(title="\u8239\u8236")), encoding="utf-8")

@@ -31,6 +31,7 @@ LONG = "the standard deviation that a filter states of its own errors"
         [("one", "two")],
     ],
 )
+@pytest.mark.by_turns
 def test_labels_cover_no_curve_and_no_title(labels):
     panels = tuple(panel(f"panel {i}", *(line(each, k) for k, each in enumerate(names))) for i, names in enumerate(labels))
     made = draw(Chart("name", "A title", panels))
@@ -72,6 +73,7 @@ def test_shared_panels_have_one_scale():
 
 
 @pytest.mark.parametrize(("low", "high"), [(3.0, 10.0), (2.0, 35.0), (5.0, 530.0), (1e-4, 5.0)])
+@pytest.mark.by_turns
 def test_a_logarithmic_axis_has_numbers_enough(low, high):
     curve = Curve("", np.arange(2.0), np.array([low, high]))
     made = draw(Chart("name", "A title", (panel("", curve, log=True), panel("", curve, log=True))))

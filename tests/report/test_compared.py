@@ -27,6 +27,7 @@ def folders(tmp_path_factory):
     return folder / "one", folder / "other"
 
 
+@pytest.mark.costly
 def test_the_series_of_smoothed_tracks_are_those_tracks_and_their_errors(folders):
     filtered, smoothed = (read_series(folders[0] / name) for name in ("series.npz", "smoothed.npz"))
     entries, times = smoothed["entries"], smoothed["scans"]["time"]
@@ -125,6 +126,7 @@ def opened(request, folders, tmp_path_factory):
         yield Opened(running, page, *request.param)
 
 
+@pytest.mark.by_turns
 def test_one_cursor_moves_all_runs_and_every_value_is_its_file_s(folders, opened):
     one, other = folders
     files = [read_series(path) for path in (one / "series.npz", one / "smoothed.npz", other / "series.npz")]
@@ -192,6 +194,7 @@ def test_figures_of_the_summaries_stand_beside_each_other_with_differences(folde
         assert on_the_page(text.replace("\N{MINUS SIGN}", "-"), value)
 
 
+@pytest.mark.by_turns
 def test_the_life_of_the_tracks_of_all_runs_is_shown_and_a_click_chooses_one(folders, opened):
     tab = opened.tab
     tab.evaluate("page.choose({}); page.goTo(25)")

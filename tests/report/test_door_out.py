@@ -50,6 +50,7 @@ def refused(capsys, *arguments):
 
 @pytest.mark.parametrize("stream", [[], ["--stream"]])
 @pytest.mark.parametrize("way", ["named", "linked file", "linked folder", "hard link"])
+@pytest.mark.by_turns
 def test_a_run_does_not_write_what_it_reads(ran, capsys, way, stream):
     source, out = ran / "recording.jsonl", ran
     if way == "linked file":
@@ -82,6 +83,7 @@ def test_a_table_that_is_named_as_a_result_is_not_overwritten(given, capsys):
 
 
 @pytest.mark.parametrize("stream", [[], ["--stream"]])
+@pytest.mark.by_turns
 def test_results_are_not_written_through_links(ran, capsys, stream):
     precious = ran.parent / "precious.csv"
     precious.write_text("keep\n")
@@ -100,6 +102,7 @@ def test_a_linked_folder_is_followed(given):
 
 
 @pytest.mark.parametrize("name", ["tracks.jsonl", "series.npz", "recording.jsonl", "config.json"])
+@pytest.mark.by_turns
 def test_a_page_or_an_export_does_not_take_the_place_of_its_run(ran, capsys, name):
     before = files(ran)
     assert name in refused(capsys, "report", "out", "--out", ran / name)
@@ -121,6 +124,7 @@ def test_a_page_or_an_export_does_not_take_the_place_of_its_run(ran, capsys, nam
         ["reproduce", "vts"],
     ],
 )
+@pytest.mark.by_turns
 def test_a_second_process_is_refused(given, capsys, command):
     code = "import sys; from pathlib import Path; from vedette_files.writing import locked\n"
     code += "with locked(Path('out')): print('held', flush=True); sys.stdin.read()"
@@ -182,6 +186,7 @@ class Full:
 
 
 @pytest.mark.parametrize("stream", [[], ["--stream"]])
+@pytest.mark.by_turns
 def test_a_full_disk_is_told_and_former_results_stay(ran, capsys, monkeypatch, stream):
     before = files(ran)
     monkeypatch.setattr(series, "SCANS", 3)
@@ -249,6 +254,7 @@ def assert_killed_run_is_seen(out, before, capsys):
                 assert len(read_recording(place / "recording.jsonl")[0].scans) >= scans
 
 
+@pytest.mark.costly
 def test_a_killed_run_leaves_former_results_and_is_shown(ran, capsys):
     before = files(ran)
     with started(ran.parent, stays=40) as run:

@@ -71,6 +71,7 @@ def test_a_white_part_is_told_from_a_correlated_one():
     assert found.white == pytest.approx(0.3, rel=0.15)
 
 
+@pytest.mark.costly
 def test_white_errors_of_targets_that_turn_are_not_called_correlated():
     rng, times = np.random.default_rng(4), DT * np.arange(600)
     paths = [Path(times, 30 * np.sin(times / 5 + i) + rng.normal(size=600)) for i in range(6)]

@@ -46,6 +46,7 @@ def test_errors_that_are_often_far_off_are_found():
 
 
 @pytest.mark.parametrize("turns", [0.0, 200.0])
+@pytest.mark.by_turns
 def test_white_errors_show_neither(turns):
     """Of 12 draws at most 3 are called either; 1 in 100 is (100 draws), so a right rule fails here once in 2,000 times."""
     shapes = [shape_of(drawn(seed, "white", turns)) for seed in range(12)]

@@ -47,6 +47,7 @@ def test_whenever_many_runs_are_interrupted(tmp_path, options):
 
 
 @pytest.mark.parametrize("options", [[], ["--stream"]])
+@pytest.mark.by_turns
 def test_a_scan_that_was_counted_is_written(tmp_path, monkeypatch, options):
     """Ctrl-C comes when the fifth scan is counted, and not handed out yet."""
     count = Intake.add

@@ -13,6 +13,7 @@ def label(text, x, y):
 
 
 @pytest.mark.parametrize("down", [False, True])
+@pytest.mark.by_turns
 def test_words_do_not_overlap_and_those_without_room_are_counted(down):
     rng = np.random.default_rng(1)
     labels = [label(f"target {i}", *at) for i, at in enumerate(rng.uniform(0, 100, (150, 2)))]

@@ -36,6 +36,7 @@ def ran(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
 def test_states_come_back_as_soon_as_a_later_one_is_beyond_the_lag(kind):
     experiment, states = ran(kind)
     lagged, out, most = FixedLag(experiment.tracker, LAG, experiment.seed), [], 0
@@ -87,6 +88,7 @@ def test_the_lines_and_figures_are_those_of_a_run_that_keeps_all(both):
     assert (kept / "tracks.geojson").exists() == (streamed / "tracks.geojson").exists()
 
 
+@pytest.mark.costly
 def test_what_is_smoothed_is_there_while_the_run_goes(tmp_path, monkeypatch):
     monkeypatch.setattr(series, "SCANS", 4)
     seen = []
@@ -103,6 +105,7 @@ def test_what_is_smoothed_is_there_while_the_run_goes(tmp_path, monkeypatch):
     assert min(behind) > LAG
 
 
+@pytest.mark.costly
 def test_a_lag_that_waits_for_the_end_is_found(tmp_path, monkeypatch):
     """The mutant of the test above: nothing is told before the end."""
     own = FixedLag.push

@@ -51,6 +51,7 @@ def told(seed, other=POSITION, between=(2.0, 3.1), ships=3, **wrong):
 @pytest.mark.parametrize("other", [POSITION, POLAR], ids=lambda one: one["kind"])
 @pytest.mark.parametrize("lag", [4.0, 8.0])
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.by_turns
 def test_a_lag_is_told_within_its_deviations(other, lag, seed):
     (said,) = told(seed, other, lag=lag)
     found, deviation = map(float, re.search(r"were ([\d.]+) \+- ([\d.]+) s earlier", said).groups())
@@ -72,6 +73,7 @@ def test_a_lag_is_told_within_its_deviations(other, lag, seed):
     ],
     ids=str,
 )
+@pytest.mark.by_turns
 def test_nothing_is_told_where_no_sensor_is_late(scene, seed):
     assert told(seed, **scene) == []
 

@@ -51,6 +51,7 @@ def test_axe_finds_nothing_serious(name, scheme, pages, running):
     assert opened.said == []
 
 
+@pytest.mark.by_turns
 def test_the_page_opens_where_a_track_is_confirmed_and_returns_are_seen(opened):
     told = opened.tab.evaluate(
         "[page.data.scans.returns[page.state.scan], document.querySelectorAll('#details .list').length]"
@@ -81,6 +82,7 @@ def test_what_is_drawn_in_the_dark_has_a_contrast_of_4_5(pages, running):
     assert min((light + 0.05) / (paper + 0.05) for light in lights) >= 4.5
 
 
+@pytest.mark.by_turns
 def test_dates_are_told_where_times_are_dates(opened):
     opened.tab.evaluate("page.data.scans.time[2] = 1533103200.25; page.data.facts.dated = true; page.goTo(2)")
     assert opened.values()["time"] == "2018-08-01T06:00:00.250Z"

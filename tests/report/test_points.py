@@ -53,6 +53,7 @@ def boxes_of_names(axis):
 
 
 @pytest.mark.parametrize("columns", ["one", "two", "screen"])
+@pytest.mark.by_turns
 def test_numbers_on_a_map_stand_apart_and_a_note_stays_on_it(columns):
     places = np.array([[1900.0, -1990.0], [-2100.0, 1500.0]])
     curves = (Curve("truth", *places.T), Curve("", places[:1, 0], places[:1, 1], "points", 0, notes=("start",)))

@@ -25,6 +25,7 @@ def said(**parts):
 
 
 @pytest.mark.parametrize("associator", ["gnn", "jpda", "k_best", "lmb"])
+@pytest.mark.by_turns
 def test_nothing_is_said_of_a_tracker_that_can(associator):
     assert said(associator={"kind": associator}) == []
 

@@ -95,6 +95,7 @@ def refused(capsys, *arguments):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
 def test_what_comes_out_is_what_an_undisturbed_run_leaves(kind, monkeypatch, capsys):
     write(**KINDS[kind])
     assert main(["run", "config.json", "--out", "whole", "--stream"]) == 0
@@ -150,6 +151,7 @@ class Flawed(Source):
         return attrs.evolve(recording, scans=tuple(scans))
 
 
+@pytest.mark.costly
 def test_scans_that_were_refused_or_lack_returns_stay_so(monkeypatch):
     """The source's scans are those of the recording without what was left out."""
     experiment = attrs.evolve(vedette.load(config()), source=Flawed())
@@ -167,12 +169,14 @@ def test_scans_that_were_refused_or_lack_returns_stay_so(monkeypatch):
     assert again.result.intake.came["radar"].scans == whole.result.intake.came["radar"].scans
 
 
+@pytest.mark.costly
 def test_a_run_that_was_killed_before_it_kept_a_state_begins_anew(monkeypatch, left):
     killed(monkeypatch, 4, "run", "config.json", "--out", "early", "--stream")
     assert main(["run", "--resume", "early"]) == 0
     assert files(Path("early")) == files(Path("whole"))
 
 
+@pytest.mark.costly
 def test_the_config_may_be_named_and_is_compared(left, capsys):
     write(title="Another")
     told = refused(capsys, "run", "config.json", "--resume", "out")
@@ -182,6 +186,7 @@ def test_the_config_may_be_named_and_is_compared(left, capsys):
     assert main(["run", "config.json", "--resume", "out"]) == 0
 
 
+@pytest.mark.costly
 def test_other_code_is_refused_unless_it_is_accepted(left, capsys, monkeypatch):
     made = identity.identity
     monkeypatch.setattr(identity, "identity", lambda packages: made(packages) | {"sources of vedette": "0"})
@@ -191,10 +196,12 @@ def test_other_code_is_refused_unless_it_is_accepted(left, capsys, monkeypatch):
 
 
 @pytest.mark.parametrize("option", ["--out=other", "--keep", "--smooth"])
+@pytest.mark.by_turns
 def test_options_that_make_no_sense_are_refused(left, capsys, option):
     assert option.partition("=")[0] in refused(capsys, "run", "--resume", "out", option)
 
 
+@pytest.mark.costly
 def test_where_there_is_nothing_to_go_on_from_it_is_told(left, capsys):
     assert "--resume" in refused(capsys, "run", "--resume", "whole")
     assert "CONFIG" in refused(capsys, "run")
@@ -204,6 +211,7 @@ def test_where_there_is_nothing_to_go_on_from_it_is_told(left, capsys):
 
 
 @pytest.mark.parametrize("name", [CHECKPOINT, "series.npz", "recording.jsonl", "config.json"])
+@pytest.mark.by_turns
 def test_damage_is_refused_with_its_file_and_harms_nothing(left, capsys, name):
     content = (left / name).read_bytes()
     chance = random.Random(3)
@@ -249,6 +257,7 @@ def test_a_state_that_cannot_be_written_is_refused_with_its_place(capsys, monkey
     assert main(["report", "out"]) == 0
 
 
+@pytest.mark.costly
 def test_series_whose_last_block_was_being_written_are_shown_and_gone_on_from(left, capsys):
     path = left / "series.npz"
     with zipfile.ZipFile(path) as whole:
@@ -263,6 +272,7 @@ def test_series_whose_last_block_was_being_written_are_shown_and_gone_on_from(le
     assert "elsewhere" in refused(capsys, "report", "elsewhere.npz")
 
 
+@pytest.mark.costly
 def test_a_run_that_was_killed_while_its_files_moved_is_whole_with_the_next(left, monkeypatch):
     whole = files(Path("whole"))
     replace, moved = Path.replace, []
@@ -296,6 +306,7 @@ def all_files(folder):
 
 
 @pytest.mark.parametrize("moves", range(len(FILES) + 2))
+@pytest.mark.by_turns
 def test_a_run_that_was_killed_while_its_files_moved_has_ended(monkeypatch, capsys, moves):
     """After any number of moves and deletions; what goes on from it puts the rest in its place."""
     write()

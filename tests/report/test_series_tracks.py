@@ -52,6 +52,7 @@ def assert_equal(found, wanted):
 
 @pytest.mark.parametrize("pairs", [False, True])
 @pytest.mark.parametrize("name", RUNS)
+@pytest.mark.by_turns
 def test_the_series_hold_the_tracks(name, pairs, tmp_path, monkeypatch):
     """Read from the file, they are what the run's own histories are; also where only pairs within gates are kept."""
     if pairs:
@@ -72,6 +73,7 @@ def test_the_series_hold_the_tracks(name, pairs, tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("every", [1, 3, 7])
 @pytest.mark.parametrize("name", ["two ships by an IMM", "splits, merges and hypotheses", "splits and merges"])
+@pytest.mark.by_turns
 def test_pieces_are_the_whole(name, every):
     """Line by line the pieces are the whole tracks, and say once what split and merged.
 

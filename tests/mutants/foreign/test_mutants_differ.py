@@ -43,6 +43,7 @@ def test_a_mutant_can_be_built_and_behaves_otherwise(wrong):
 
 
 @pytest.mark.parametrize("role", PROBES)
+@pytest.mark.by_turns
 def test_a_right_component_behaves_as_it_did(role):
     rights = {m.right.func: m.right for m in MUTANTS if m.role == role}
     for right in rights.values():
@@ -50,6 +51,7 @@ def test_a_right_component_behaves_as_it_did(role):
 
 
 @pytest.mark.parametrize("role", PROBES)
+@pytest.mark.by_turns
 def test_a_mutant_without_a_fault_behaves_as_the_right_component(role):
     rights = {m.right.func: m.right for m in MUTANTS if m.role == role}
     for right in rights.values():

@@ -154,18 +154,21 @@ def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, unt
         (["sensors.radar.sigma=5", "estimator.motion.sigma_accel=0.5"], "likely R, or R and Q alike, 3"),
     ],
 )
+@pytest.mark.by_turns
 def test_without_truth_the_innovations_tell_q_from_r(scene, untold, settings, words):
     open_gate = "gate.probability=0.99999999"
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], open_gate, *settings]))
     assert (words in told.hint) if words else told.hint == ""
 
 
+@pytest.mark.costly
 def test_more_detections_than_declared_are_told(scene, untold):
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "sensors.radar.detection_probability=0.45"]))
     assert told.hits == pytest.approx(2.0, abs=0.15)
     assert "P_D is higher" in told.hint
 
 
+@pytest.mark.costly
 def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "estimator.motion.sigma_accel=0.05"]))
     assert told.hits < 0.8
@@ -181,6 +184,7 @@ def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
         ({"vx": "[90, 0.1]"}, "it never takes a return"),
     ],
 )
+@pytest.mark.by_turns
 def test_a_wrong_start_is_told_from_wrong_noises(scene, start, words):
     changed = [f"birth.start.{axis}={value}" for axis, value in start.items()]
     (told,) = recorded_consistency(load(scene, overrides=[*changed, "seed=5"]))
@@ -248,6 +252,7 @@ def test_a_target_lost_for_good_is_told(losing, capsys):
     assert len(json.loads(found)["tracks"]) == 1
 
 
+@pytest.mark.costly
 def test_a_target_that_is_kept_is_not_called_lost(losing, capsys):
     assert main(["consistency", str(losing), "--json", "--set", "estimator.motion.sigma_accel=0.2"]) == 0
     out = capsys.readouterr().out

@@ -76,6 +76,7 @@ def test_processes_with_unlike_hash_seeds_write_the_same_bytes(config, tmp_path)
     assert not any(str(tmp_path).encode() in data for data in first.values())
 
 
+@pytest.mark.costly
 def test_the_results_can_be_run_again(config, tmp_path, undrawn):
     once, again, replayed = (tmp_path / name for name in ("once", "again", "replayed"))
     assert main(["run", str(config), "--out", str(once)]) == 0
@@ -87,6 +88,7 @@ def test_the_results_can_be_run_again(config, tmp_path, undrawn):
         assert (replayed / name).read_bytes() == (once / name).read_bytes(), name
 
 
+@pytest.mark.costly
 def test_the_seed_comes_after_the_overrides_and_changes_the_scene(config, tmp_path, undrawn):
     runs = {"none": [], "set": ["--set", "seed=8"], "option": ["--set", "seed=9", "--seed", "8"]}
     for name, options in runs.items():

@@ -78,6 +78,7 @@ def test_the_example_runs_and_each_later_scan_helps(capsys):
     assert told[0] > told[1] > told[2]
 
 
+@pytest.mark.costly
 def test_on_recorded_radar_data_smoothing_lowers_the_error():
     """joyride, one given target, as docs/smoothing.md tells it."""
     folder = recording("joyride")

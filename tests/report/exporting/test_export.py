@@ -164,6 +164,7 @@ def test_tables_hold_the_same_rows(folder, tracks, tmp_path):
     assert first.total_seconds() == pytest.approx(whole[0].times[rows[0][0]])
 
 
+@pytest.mark.costly
 def test_rerun_reads_its_file_back(folder, tracks, tmp_path):
     pytest.importorskip("rerun", reason="needs rerun-sdk, which is not installed: pip install 'vedette[rerun]'")
     from rerun.chunk import RrdReader

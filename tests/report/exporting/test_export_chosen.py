@@ -42,12 +42,14 @@ def lives(folder):
     return {each.id: each.times[-1] - each.times[np.argmax(each.confirmed)] for each in tracks}
 
 
+@pytest.mark.costly
 def test_all_that_were_ever_confirmed_and_no_tentative_ones(folder, tmp_path):
     assert exported(folder, tmp_path) == set(lives(folder))
     entries = read_series(folder / "series.npz")["entries"]
     assert len(set(entries["track"].tolist())) > len(lives(folder))
 
 
+@pytest.mark.costly
 def test_those_that_lasted(folder, tmp_path, capsys):
     wanted = {number for number, life in lives(folder).items() if life >= 20.0}
     assert 0 < len(wanted) < len(lives(folder))
