@@ -171,6 +171,7 @@ INPUTS = {
 }
 
 
+@pytest.mark.costly
 def test_the_fuzzer_of_tables_bites(monkeypatch, tmp_path):
     """Rows by date that go missing are found."""
     monkeypatch.setattr(tables, "READERS", {"dates": tables.READERS["dates"]})
@@ -180,6 +181,7 @@ def test_the_fuzzer_of_tables_bites(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize("cure", INPUTS)
+@pytest.mark.by_turns
 def test_the_fuzzer_of_inputs_bites(cure, monkeypatch, tmp_path):
     """With a cure taken back it finds the fault again; of one reader alone, which makes the hunt short."""
     name, target, taken_back, text = INPUTS[cure]
@@ -204,6 +206,7 @@ def test_the_fuzzer_of_folders_bites(monkeypatch, tmp_path):
     assert "Error at" in (hunt(folders.case, tmp_path, 60) or "nothing found")
 
 
+@pytest.mark.costly
 def test_the_fuzzer_of_live_calls_bites(monkeypatch, tmp_path):
     from fuzz import live  # ASTERIX takes seconds to import
 

@@ -107,6 +107,7 @@ def test_a_picture_of_a_name_that_no_disk_takes(tmp_path):
 
 @pytest.mark.parametrize("name", ["config.json", "summary.txt"])
 @pytest.mark.parametrize("content", [b"{", b"\xff\xfe", b"[1]"])
+@pytest.mark.by_turns
 def test_what_a_page_shows_besides_series_may_be_anything(tmp_path, monkeypatch, name, content):
     """Found by the fuzzer of folders: tracebacks of JSON and of UTF-8."""
     folders.made()

@@ -91,6 +91,7 @@ def test_large_results_keep_their_numbers_too():
     assert np.all(grown == 7)
 
 
+@pytest.mark.costly
 def test_the_memory_that_is_kept_is_bounded():
     """Results of 96 MB at a time, ten times over, leave no more than the 64 MB that are kept."""
     resource = pytest.importorskip("resource")

@@ -19,6 +19,7 @@ ALL = 2000
 
 @pytest.mark.parametrize("best_joint", TWINS)
 @given(seeds, st.integers(0, 4), st.integers(0, 4), st.integers(1, 3))
+@pytest.mark.by_turns
 def test_each_hypothesis_has_the_best_of_its_own_associations(best_joint, seed, t, k, h):
     rng = np.random.default_rng(seed)
     scores = drawn_scores(rng, max(2 * t, 1), k)

@@ -64,6 +64,7 @@ def told(cluster, weights, starts, leaves, codes):
 
 
 @given(seeds, st.lists(st.integers(1, 3), min_size=0, max_size=4), st.integers(0, 4), st.integers(1, 40))
+@pytest.mark.costly
 def test_the_twins_grow_the_same(seed, sizes, k, most):
     rng = np.random.default_rng(seed)
     hypotheses = drawn(rng, sizes) if sizes else Hypotheses.of(0)
@@ -77,6 +78,7 @@ def test_the_twins_grow_the_same(seed, sizes, k, most):
 
 @pytest.mark.parametrize("grow", GROW)
 @given(seeds, st.lists(st.integers(1, 2), min_size=1, max_size=3), st.integers(0, 3))
+@pytest.mark.by_turns
 def test_clusters_grow_into_what_all_of_them_as_one_grow_into(grow, seed, sizes, k):
     rng = np.random.default_rng(seed)
     hypotheses = drawn(rng, sizes, 3)
@@ -97,6 +99,7 @@ def test_clusters_grow_into_what_all_of_them_as_one_grow_into(grow, seed, sizes,
 
 @pytest.mark.parametrize("grow", GROW)
 @given(seeds, st.integers(1, 3), st.integers(1, 3), st.integers(1, 5))
+@pytest.mark.by_turns
 def test_what_is_lost_is_the_share_of_all_associations_that_are_not_kept(grow, seed, tracks, k, most):
     rng = np.random.default_rng(seed)
     hypotheses = drawn(rng, [tracks], 3)
@@ -134,6 +137,7 @@ def test_a_return_of_nobody_starts_a_cluster_of_its_own(grow):
 
 
 @given(seeds, st.lists(st.integers(1, 4), min_size=1, max_size=3), st.sampled_from([1e-12, 1e-3, 0.05, 0.3]))
+@pytest.mark.costly
 def test_the_twins_shed_the_same(seed, sizes, tolerance):
     rng = np.random.default_rng(seed)
     hypotheses = drawn(rng, sizes, 8)
@@ -146,6 +150,7 @@ def test_the_twins_shed_the_same(seed, sizes, tolerance):
 
 @pytest.mark.parametrize("shed", SHED)
 @given(seeds, st.lists(st.integers(1, 2), min_size=1, max_size=3))
+@pytest.mark.by_turns
 def test_a_product_is_split_into_its_factors_and_nothing_else_changes(shed, seed, sizes):
     rng = np.random.default_rng(seed)
     parts = drawn(rng, sizes, 3)

@@ -115,6 +115,7 @@ def covariances_of(kernel, p):
 )
 @example(0, 4, 2, 11, 18.0, 0.0)
 @example(1, 6, 3, 11, 18.0, 9.0)
+@pytest.mark.costly
 def test_no_kernel_makes_an_indefinite_covariance(seed, n, m, batch, decades, lost):
     problem = Problem(seed, n, min(m, n), batch, decades, lost)
     for twin, kernel in TWINS:

@@ -22,6 +22,7 @@ def drawn(seed, t, k):
 @pytest.mark.parametrize("existence", TWINS)
 @settings(max_examples=100)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 4), st.booleans())
+@pytest.mark.by_turns
 def test_a_weight_of_one_is_next_to_one_of_nearly_one(existence, seed, t, k, exclusive):
     rng, scores, prior, loglik = drawn(seed, t, k)
     sure = np.zeros((t, 1 + k))
@@ -39,6 +40,7 @@ def test_a_weight_of_one_is_next_to_one_of_nearly_one(existence, seed, t, k, exc
 @pytest.mark.parametrize("existence", TWINS)
 @settings(max_examples=100)
 @given(st.integers(0, 2**32 - 1), st.integers(1, 4), st.integers(1, 4))
+@pytest.mark.by_turns
 def test_exact_weights_keep_within_the_bound(existence, seed, t, k):
     """Existence is P(hit) + P(miss) P(exists | miss), whatever tracks claim."""
     _, scores, prior, loglik = drawn(seed, t, k)

@@ -66,12 +66,14 @@ def without_joseph(P, H, R):
 
 
 @pytest.mark.parametrize("update", [by_kernel, by_update, by_scan, by_modes, by_points])
+@pytest.mark.by_turns
 def test_covariances_stay_psd_where_the_short_form_breaks(update):
     assert hard_recursion(update) > -1e-14
     assert hard_recursion(without_joseph) < -1e-6
 
 
 @pytest.mark.parametrize(("n", "m"), [(6, 3), (9, 3), (8, 4), (12, 6)])
+@pytest.mark.by_turns
 def test_they_do_so_at_more_axes(n, m):
     for update in (by_update, by_scan):
         assert hard_recursion(update, 400, n=n, m=m) > -1e-14

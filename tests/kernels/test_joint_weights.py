@@ -39,6 +39,7 @@ def drawn(seed, shape, spread, closed, sure=0.0):
 
 @pytest.mark.parametrize("weigh", TWINS)
 @given(seeds, shapes, st.sampled_from([1.0, 10.0, 300.0]), st.sampled_from([0.0, 0.3, 0.6]))
+@pytest.mark.by_turns
 def test_they_are_sums_over_all_associations(weigh, seed, shape, spread, closed):
     scores = drawn(seed, shape, spread, closed)
     weights, wide = weigh(scores, 16)
@@ -72,6 +73,7 @@ def test_all_want_one_return_most_and_one_gets_it():
     st.sampled_from([0.2, 0.6, 0.8, 0.95]),
     st.integers(-1, 9),
 )
+@pytest.mark.costly
 def test_the_twins_agree_on_what_is_too_wide_and_on_the_rest(seed, shape, spread, closed, most):
     scores = drawn(seed, shape, spread, closed)
     (weights, wide), (expected, as_wide) = kernels.joint_weights(scores, most), joint.joint_weights(scores, most)
@@ -133,6 +135,7 @@ def closes_too_late(linked, most):
         ("_order", closes_too_late, test_the_twins_agree_on_what_is_too_wide_and_on_the_rest),
     ],
 )
+@pytest.mark.by_turns
 def test_the_comparison_bites(monkeypatch, name, mutant, check):
     monkeypatch.setattr(joint, name, mutant)
     with np.errstate(all="ignore"), pytest.raises(AssertionError):

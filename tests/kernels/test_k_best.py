@@ -33,6 +33,7 @@ def drawn(seed, shape, forbidden, kind):
 
 @pytest.mark.parametrize("k_best", TWINS)
 @given(seeds, sizes, st.sampled_from([0.0, 0.3, 0.6]), st.sampled_from(["ties", "small", "large"]), st.integers(0, 150))
+@pytest.mark.by_turns
 def test_they_are_the_first_of_all_assignments(k_best, seed, shape, forbidden, kind, k):
     cost = drawn(seed, shape, forbidden, kind)
     everything = enumerated(cost)

@@ -140,6 +140,7 @@ def check_mixture(P, nu, H, R):
 
 @exactly
 @given(problems())
+@pytest.mark.costly
 def test_mixture_has_the_moments_of_its_hypotheses(problem):
     check_mixture(*problem)
 

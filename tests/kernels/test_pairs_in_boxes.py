@@ -28,6 +28,7 @@ def compared(low, high, points, periods):
 
 @pytest.mark.parametrize("search", [kernels.pairs_in_boxes, boxes.pairs_in_boxes], ids=["running", "reference"])
 @given(seeds, st.integers(0, 12), st.integers(0, 40), st.integers(1, 3), st.sampled_from([(), ((0, 4.0),), ((1, 4.0),)]))
+@pytest.mark.by_turns
 def test_every_pair_is_found_once(search, seed, t, k, m, periods):
     rng = np.random.default_rng(seed)
     periods = tuple(one for one in periods if one[0] < m)

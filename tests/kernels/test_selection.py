@@ -37,6 +37,7 @@ def ran(kernels, code=RUN):
     return subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
 
 
+@pytest.mark.costly
 def test_numpy_runs_where_it_is_asked_for():
     why, *_ = json.loads(ran("numpy").stdout)
     assert why == "numpy, as the environment variable VEDETTE_KERNELS asks for"
@@ -71,6 +72,7 @@ def test_the_command_line_refuses_it_in_a_line():
 HIDE = "import sys; sys.modules['vedette.kernels._compiled'] = None; sys.modules['vedette._values'] = None\n"
 
 
+@pytest.mark.costly
 def test_without_the_extension_numpy_runs_and_says_so():
     why, ids, *_ = json.loads(ran("", HIDE + RUN).stdout)
     assert why == "numpy, as the compiled kernels were not built here"

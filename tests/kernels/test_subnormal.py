@@ -46,6 +46,7 @@ many = settings(max_examples=60)
 
 
 @pytest.mark.parametrize("batch", [1, 11])
+@pytest.mark.by_turns
 def test_no_weight_below_the_smallest_normal_number_leaves_a_kernel(kernel, batch):
     @many
     @given(st.lists(logs, min_size=1, max_size=6), st.floats(0.0, 1.0), st.sampled_from([True, False]))

@@ -81,6 +81,7 @@ def test_smoothing(seed, batch, kind, n, periods, share):
 
 
 @given(seeds, batches, kinds, states, measured, st.floats(-7, 2))
+@pytest.mark.costly
 def test_one_sure_return(seed, batch, kind, n, m, sharpness):
     """Of any sharpness, as the covariance is updated in another way where digits would cancel."""
     draw = Draw(seed, batch, kind)
@@ -144,6 +145,7 @@ def leaves(value):
 
 
 @given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from(PERIODS), st.integers(1, 3))
+@pytest.mark.costly
 def test_returns_of_a_scan_and_their_mixture(seed, batch, kind, n, m, k, shared, periods, t):
     draw, runs = Draw(seed, (*batch, t), kind), Draw(seed + 1, batch, kind)
     P, z, expected, H = draw.cov(n), runs.vector(k, m, scale=4.0), draw.vector(m, scale=4.0), draw.vector(m, n)
@@ -161,6 +163,7 @@ def test_returns_of_a_scan_and_their_mixture(seed, batch, kind, n, m, k, shared,
 
 
 @given(seeds, batches, kinds, st.integers(1, 7), st.integers(1, 6), st.sampled_from(PERIODS), st.booleans())
+@pytest.mark.costly
 def test_modes_that_interact(seed, batch, kind, r, n, periods, possible):
     draw = Draw(seed, batch, kind)
     own = tuple(tuple(sorted(draw.rng.choice(n, draw.rng.integers(1, n + 1), replace=False).tolist())) for _ in range(r))
@@ -179,6 +182,7 @@ def test_modes_that_interact(seed, batch, kind, r, n, periods, possible):
 
 
 @given(seeds, batches, kinds, states, measured, counts, st.booleans(), st.sampled_from([0.0, 0.5, 3.0]))
+@pytest.mark.costly
 def test_points(seed, batch, kind, n, m, k, shared, kappa):
     draw = Draw(seed, batch, kind)
     P = draw.cov(n)
@@ -236,6 +240,7 @@ def test_whitening_refuses_what_is_no_covariance(flaw):
 
 
 @given(seeds, batches, kinds, st.integers(1, 7), states, measured, counts, st.booleans(), st.sampled_from([1.0, 1e-5]))
+@pytest.mark.costly
 def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible, sharpness):
     draw = Draw(seed, batch, kind)
     xs, Ps, H, R = draw.vector(r, n), draw.cov(n, r), draw.vector(m, n), draw.cov(m) * (sharpness if m <= min(n, 2) else 1.0)
@@ -256,6 +261,7 @@ def test_the_stacked_imm_pdaf(seed, batch, kind, r, n, m, k, possible, sharpness
 
 
 @given(seeds, batches, kinds, st.integers(1, 7), counts)
+@pytest.mark.costly
 def test_modes_weighed_and_weights_split(seed, batch, kind, r, k):
     draw = Draw(seed, batch, kind)
     log_prob = np.broadcast_to(draw.logs(r), (*batch, r))
@@ -270,6 +276,7 @@ def test_modes_weighed_and_weights_split(seed, batch, kind, r, k):
 
 
 @given(seeds, batches, kinds, st.integers(1, 4), counts, st.booleans(), st.booleans(), st.booleans())
+@pytest.mark.costly
 def test_scores_weights_and_existence(seed, batch, kind, t, k, all_valid, evidence, exclusive):
     draw, runs = Draw(seed, (*batch, t), kind), Draw(seed + 1, batch, kind)
     loglik = np.broadcast_to(-np.exp(draw.vector(1 + k)), (*batch, t, 1 + k))

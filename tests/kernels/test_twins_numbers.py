@@ -35,6 +35,7 @@ def test_a_generator_of_another_kind_draws_in_its_own_way():
 
 
 @given(seeds, st.integers(2, 12), st.integers(1, 4), st.floats(-14, 14))
+@pytest.mark.costly
 def test_covariances_stay_what_they_are_on_ill_conditioned_input(seed, n, m, exponent):
     """Symmetric to the last bit, and no eigenvalue below rounding, whatever the scales: both twins promise it."""
     rng = np.random.default_rng(seed)

@@ -61,6 +61,7 @@ def test_a_time_and_a_box_choose(base: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ending", ["kml", "geojson"])
+@pytest.mark.by_turns
 def test_maps_are_drawn_of_it(base: Path, tmp_path: Path, ending: str) -> None:
     to = tmp_path / f"tracks.{ending}"
     assert main(["export", str(base), "--to", str(to)]) == 0

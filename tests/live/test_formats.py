@@ -90,6 +90,7 @@ def report(**changed: object) -> TrackReport:
 @pytest.mark.parametrize("name", [*FORMATS, "asterix"])
 @given(data=st.data())
 @settings(max_examples=30, deadline=None)
+@pytest.mark.by_turns
 def test_where_a_stream_is_split_changes_nothing(name: str, data: st.DataObject) -> None:
     format_, whole = (Asterix(), asterix_blocks()) if name == "asterix" else FORMATS[name]
     cuts = sorted(data.draw(st.lists(st.integers(0, len(whole)), max_size=6)))
@@ -104,6 +105,7 @@ def test_where_a_stream_is_split_changes_nothing(name: str, data: st.DataObject)
 @pytest.mark.parametrize("name", [*FORMATS, "asterix"])
 @given(data=st.data())
 @settings(max_examples=60, deadline=None)
+@pytest.mark.by_turns
 def test_no_bytes_make_a_decoder_raise(name: str, data: st.DataObject) -> None:
     format_, whole = (Asterix(), asterix_blocks()) if name == "asterix" else FORMATS[name]
     noise = data.draw(st.one_of(st.binary(max_size=300), st.just(whole)))

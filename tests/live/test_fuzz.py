@@ -81,6 +81,7 @@ def resident() -> float:
 
 @pytest.mark.parametrize("count", [300, pytest.param(100_000, marks=pytest.mark.nightly("minutes"))])
 @pytest.mark.parametrize("name", SAMPLES)
+@pytest.mark.by_turns
 def test_a_service_takes_or_refuses_whatever_comes(name: str, count: int) -> None:
     if name == "asterix":
         pytest.importorskip("asterix.generated")

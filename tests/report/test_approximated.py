@@ -40,6 +40,7 @@ def test_what_truncated_hypotheses_lack_is_told():
     assert "'lmb'" not in text
 
 
+@pytest.mark.costly
 def test_where_much_was_dropped_another_associator_is_named():
     wide = ["sensors.radar.detection_probability=0.5", "birth.spread={ vx = 60, vy = 60, turn_rate = 0.1 }"]
     result, text = told("associator={kind='k_best', hypotheses=1}", "lifecycle={kind='existence'}", *wide)

@@ -100,6 +100,7 @@ def test_pieces_are_the_whole(name, every):
         assert any(key in line for line in pieces for key in ('"parents"', '"merged_into"'))
 
 
+@pytest.mark.costly
 def test_the_files_can_be_written_again_from_the_series(tmp_path):
     (tmp_path / "config.json").write_text(json.dumps(config()))
     assert main(["run", str(tmp_path / "config.json"), "--out", str(tmp_path / "out")]) == 0

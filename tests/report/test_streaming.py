@@ -68,6 +68,7 @@ def test_the_tracks_read_back_as_they_were(both):
         np.testing.assert_array_equal(found[number].confirmed, track.confirmed)
 
 
+@pytest.mark.costly
 def test_the_figures_are_those_of_a_run_that_keeps_all(both):
     wanted, found = (json.loads((folder / "summary.json").read_text()) for folder in both)
     assert (found, list(found)) == (wanted, list(wanted))
@@ -77,6 +78,7 @@ def test_the_figures_are_those_of_a_run_that_keeps_all(both):
     assert streamed == before + after.partition("\n\n")[2]
 
 
+@pytest.mark.costly
 def test_a_run_that_may_not_keep_enough_tells_so(tmp_path, monkeypatch):
     monkeypatch.setattr(series, "_KEPT", 100)
     done = stream(vedette.load(CONFIG), tmp_path)
@@ -86,6 +88,7 @@ def test_a_run_that_may_not_keep_enough_tells_so(tmp_path, monkeypatch):
     assert "left out" in told
 
 
+@pytest.mark.costly
 def test_steps_are_the_run(both):
     experiment = vedette.load(CONFIG)
     result = experiment.run()
@@ -173,6 +176,7 @@ def test_memory_is_flat_and_no_id_comes_twice():
         assert len(times) < 60
 
 
+@pytest.mark.costly
 def test_a_radar_that_is_turned_is_told_of(tmp_path):
     drawn = {"kind": "displaced", "of": registration.RADAR, "add": {"bearing": 0.05}}
     looks = {"radar": {"interval": 2.5, "clutter": registration.CLUTTER}}

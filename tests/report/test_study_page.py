@@ -48,6 +48,7 @@ def test_the_result_is_read_back_from_the_folder_to_the_last_bit(folder):
     assert [outcome.runs, outcome.plan.together] == [12, True]
 
 
+@pytest.mark.costly
 def test_a_run_that_is_run_anew_has_the_error_that_it_had_in_the_study(folder):
     outcome = read_outcome(folder)
     bad = worst(outcome, 2)

@@ -44,6 +44,7 @@ def test_the_summary_says_how_nees_stands(variance, verdict, scene):
 
 
 @pytest.mark.parametrize("ratio", [0.0, 1e-4])
+@pytest.mark.by_turns
 def test_data_without_noise_get_no_verdict(ratio, scene):
     """Neither on the errors nor on the innovations: no covariance can fit what is drawn without noise."""
     error = np.sqrt(ratio)
@@ -68,6 +69,7 @@ def test_frames_get_no_verdict_on_their_nis():
 
 
 @pytest.mark.parametrize("truths", [0, 30])
+@pytest.mark.by_turns
 def test_a_brief_summary_fits_a_screen_and_a_whole_one_has_more(truths, scene):
     away = [(40.0 * k, 0.0) for k in range(30)]
     tracks = [track(range(20), np.tile([*place, 0.0, 0.0], (20, 1)), np.eye(4), number=k) for k, place in enumerate(away)]
@@ -123,6 +125,7 @@ def test_figures_hold_no_number_that_json_lacks(scene):
     assert json.loads(json.dumps(found, allow_nan=False)) == found
 
 
+@pytest.mark.costly
 def test_a_figure_that_would_cost_too_much_is_told():
     experiment = vedette.load(EXAMPLES / "fleet.toml", overrides=["judge.largest_program=1"])
     result = experiment.run()

@@ -30,12 +30,14 @@ def test_a_right_filter_of_a_far_target_is_not_called_underconfident(scene):
     assert f"{said}; set judge.cover_radius to 240 or more" in text
 
 
+@pytest.mark.costly
 def test_with_the_radius_that_is_asked_for_it_is_judged(scene):
     text, score = told(scene[0], deviation=80.0 / np.sqrt(2), radius=240.0)
     assert score.nees_position == pytest.approx(1.0, rel=0.15)
     assert "the covariance fits the errors to within a factor of 2" in text
 
 
+@pytest.mark.costly
 def test_what_the_radius_cannot_hide_is_still_told(scene):
     """Too small by 30 even among the small errors: those left out are larger still."""
     text, _ = told(scene[0], deviation=200.0, radius=250.0, scale=0.03)
@@ -44,6 +46,7 @@ def test_what_the_radius_cannot_hide_is_still_told(scene):
     assert "underconfident" in text
 
 
+@pytest.mark.costly
 def test_errors_far_within_the_radius_are_judged_whatever_the_filter_expects(scene):
     text, score = told(scene[0], deviation=0.15 * 50.0, radius=50.0, scale=20.0)
     assert score.position_deviation_m > 25.0

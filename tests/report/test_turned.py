@@ -52,6 +52,7 @@ def angle(told):
 
 @pytest.mark.parametrize("degrees", [3.0, -2.5, 1.0])
 @pytest.mark.parametrize("by_truth", [True, False])
+@pytest.mark.by_turns
 def test_an_antenna_that_is_turned_is_told_of_with_its_angle(degrees, by_truth):
     for seed in range(4):
         (told,) = scene(seed, off=np.radians(degrees), by_truth=by_truth, reports=() if by_truth else (0, 1))
@@ -74,6 +75,7 @@ def test_radars_that_are_right_are_not_told_of():
         assert not scene(200 + seed, off=0.0, by_truth=True, reports=(), clutter=100)
 
 
+@pytest.mark.costly
 def test_returns_in_x_and_y_are_looked_at_from_where_the_radar_is():
     for seed in range(4):
         (told,) = scene(seed, off=np.radians(-3.0), plane=True)

@@ -30,6 +30,7 @@ def test_rounding_is_no_bias():
     assert "(0, 0.25) m" in summary(experiment, experiment.run(), score)
 
 
+@pytest.mark.costly
 def test_axes_of_errors_have_the_unit_of_the_tracks(monkeypatch):
     pytest.importorskip("matplotlib")
     from vedette_report.drawing import errors as page

@@ -22,6 +22,7 @@ def compared(paper, runs):
     return dict(zip(names, zip(lost.mean(axis=1), ratio.mean(axis=1), spread, strict=True), strict=True))
 
 
+@pytest.mark.costly
 def test_an_imm_keeps_vessels_that_one_filter_loses():
     found = compared("vts", 300)
     assert found["CVKF"][0] > 0.2

@@ -65,6 +65,7 @@ def test_points_are_kept_and_read_again(tmp_path):
     assert again.claims == once.claims
 
 
+@pytest.mark.costly
 def test_the_command_prints_the_grid(monkeypatch, capsys):
     one = {"speeding up and slowing down": ("by turns of 5 scans",), "q of all filters": ("half",), "IMM": ("stay .98",)}
     monkeypatch.setattr(VtsReproduction, "unsaid", one)

@@ -4,6 +4,7 @@ Every statistical test accepts at a false alarm rate of ALPHA, whatever the seed
 """
 
 import numpy as np
+import pytest
 from attrs import evolve
 from scipy import stats
 
@@ -88,6 +89,7 @@ def test_returns_come_in_random_order_and_valid_ones_first():
     assert sorted(ragged.z[1, :, 0]) == [6.0, 8.0]
 
 
+@pytest.mark.costly
 def test_a_batch_of_scans_is_like_scans_one_by_one():
     sensor = Polar(density=2e-6)
     x = np.array([[200.0, 0.0], [0.0, -700.0]])

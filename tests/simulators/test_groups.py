@@ -30,6 +30,7 @@ def alive(paths, time):
     return sum(path.times[0] <= time <= path.times[-1] for path in paths)
 
 
+@pytest.mark.costly
 def test_births_and_deaths_are_poisson_at_their_rates():
     births = sim.Population((CV,), START, rate=0.2, lifetime=40.0)
     scenes = [drawn(births, seed) for seed in range(80)]
@@ -54,6 +55,7 @@ def test_those_of_the_beginning_die_out_at_their_rate():
     assert {path.times[-1] for path in stay} == {60.0}
 
 
+@pytest.mark.costly
 def test_a_population_starts_where_it_is_said_and_moves_by_its_model():
     paths = drawn(sim.Population((CV,), SPEEDS, BOX, count=600, rate=2.0), 4)
     first = np.array([path.states[0] for path in paths])
@@ -70,6 +72,7 @@ def test_a_population_starts_where_it_is_said_and_moves_by_its_model():
     assert all(set(times[1:]) == {t for t in (*TIMES, 60.0) if t > times[0]} for times in born)
 
 
+@pytest.mark.costly
 def test_a_population_switches_models_at_every_step_from_the_first():
     models = (ConstantVelocity(1e-6), ConstantVelocity(10.0))
     turns = [[0.7, 0.3], [0.2, 0.8]]
@@ -143,6 +146,7 @@ GROUPS = {
 }
 
 
+@pytest.mark.costly
 def test_a_group_changes_nothing_for_the_others():
     plain = scene().open(SENSORS, np.random.default_rng(3))
     whole = scene(**GROUPS).open(SENSORS, np.random.default_rng(3))

@@ -67,6 +67,7 @@ def test_another_object_changes_nothing_for_the_rest():
     assert rows(fewer, "radar") < rows(before, "radar")
 
 
+@pytest.mark.costly
 def test_two_sensors_err_independently():
     twins = {name: CartesianPosition(sigma=1.0) for name in ("left", "right")}
     looks = {name: sim.Look(interval=0.05) for name in twins}
@@ -172,6 +173,7 @@ def test_an_object_that_switches_models_is_seen_by_what_its_models_share():
     assert (path.times[0], path.times[-1]) == (3.0, 50.0)
 
 
+@pytest.mark.costly
 def test_a_drawn_object_starts_where_it_is_said():
     still = {name: [7.0, 0.0] for name in START}
     drawn = {str(i): sim.Drawn((ConstantVelocity(0.3),), START) for i in range(1000)}

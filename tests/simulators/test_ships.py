@@ -1,6 +1,7 @@
 """Ships against integration."""
 
 import numpy as np
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
@@ -52,6 +53,7 @@ legs = st.one_of(
 
 @settings(max_examples=60)
 @given(course=st.floats(-4, 4), speed=st.floats(8, 20), before=st.lists(legs, max_size=4), after=st.lists(legs, max_size=1))
+@pytest.mark.costly
 def test_a_ship_goes_where_integration_takes_it(course, speed, before, after):
     stop = sim.Leg("stop", decel=0.4)
     after = [leg for leg in after if leg.lateral_accel is None and (leg.accel or 0.0) >= 0]

@@ -56,6 +56,7 @@ def check(monkeypatch, block):
 
 
 @pytest.mark.parametrize("block", [1, 7, 500])
+@pytest.mark.by_turns
 def test_the_scans_are_those_of_a_scene_drawn_whole(monkeypatch, block):
     check(monkeypatch, block)
 
@@ -77,6 +78,7 @@ MUTANTS = {
 
 
 @pytest.mark.parametrize("name", MUTANTS)
+@pytest.mark.by_turns
 def test_a_mutant_is_caught(monkeypatch, name):
     attribute, mutant = MUTANTS[name]
     monkeypatch.setattr(streamed_scene.Views, attribute, mutant)

@@ -19,6 +19,7 @@ def judged(name, *overrides):
 
 
 @pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.by_turns
 def test_bearings_give_the_range_once_the_platform_has_turned(seed):
     """The range is open by kilometres before the first turn, and known to some 100 m after the second, as it says."""
     result, _ = judged("bearing_only.toml", f"seed={seed}")
@@ -34,6 +35,7 @@ def test_bearings_give_the_range_once_the_platform_has_turned(seed):
     assert np.all(error[late] < 400)
 
 
+@pytest.mark.costly
 def test_a_doppler_radar_follows_all_three():
     _, score = judged("doppler.toml")
     assert score.coverage > 0.95
@@ -42,6 +44,7 @@ def test_a_doppler_radar_follows_all_three():
     assert score.position_rmse_m < 35.0
 
 
+@pytest.mark.costly
 def test_long_range_biases_are_their_formulas():
     """Within 5.5 standard errors; the covariance of all but the naive conversion is that of the error, to 2 %."""
     for kind, bias, formula, doubt, nees, given_return in runpy.run_path(str(ROOT / "examples" / "long_range.py"))[
@@ -66,6 +69,7 @@ NO_BIAS = tuple(
 @pytest.mark.parametrize(
     "more", [(), ("lifecycle.kind=single_target", "birth.kind=given")], ids=["automatic", "single target"]
 )
+@pytest.mark.by_turns
 def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
     overrides = (f"source.path={recording('joyride')}", "judge.last_scan=211", *more)
     result, score = judged("joyride.toml", *overrides)

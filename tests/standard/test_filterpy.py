@@ -48,6 +48,7 @@ def test_smoothing_answers_as_filterpy():
     agrees(track, STORED["rts"])
 
 
+@pytest.mark.costly
 def test_the_ensemble_is_filterpys_in_distribution():
     """Mean and deviation over seeds of the estimate at the last scan, and of the deviations that the ensemble states."""
     experiment, _ = run("ensemble")

@@ -91,6 +91,7 @@ def test_a_worker_without_the_plugin_is_told_and_finished_chunks_are_kept(cluste
         np.testing.assert_array_equal(values, again.figures[name][:, :10])
 
 
+@pytest.mark.costly
 def test_a_chunk_that_kills_its_workers_ends_the_study_and_keeps_the_others(cluster, monkeypatch, tmp_path):
     monkeypatch.setattr(cluster.scheduler, "allowed_failures", 0)
     own = execution.attempt
@@ -202,6 +203,7 @@ def test_a_study_waits_for_workers_and_takes_those_that_join(capfd):
         np.testing.assert_array_equal(values, there.figures[name])
 
 
+@pytest.mark.costly
 def test_chunks_follow_from_the_study_and_not_from_who_runs_it():
     sizes = {runs: plan({"experiment": CONFIG, "runs": runs}).chunk for runs in (100, 1000, 10_000)}
     assert all(-(-runs // size) * 5 >= min(runs // 20, 100) for runs, size in sizes.items() if runs == 10_000)

@@ -141,6 +141,7 @@ def test_what_the_truth_does_not_know_starts_where_it_is_said_to():
 
 
 # Studies.
+@pytest.mark.costly
 def test_a_study_of_a_recording_has_errors(recorded):
     found = vedette.monte_carlo(recorded, runs=10)
     means = found.means(0)
@@ -150,6 +151,7 @@ def test_a_study_of_a_recording_has_errors(recorded):
     assert plan(table(recorded)).runs == 10
 
 
+@pytest.mark.costly
 def test_settings_are_compared_on_the_same_draws(recorded):
     sweep = {"sensors.radar.sigma": [5.0, 5.0]}
     found = vedette.monte_carlo(recorded, runs=4, sweep=sweep)
@@ -238,6 +240,7 @@ def averaged(tmp_path_factory):
     return vedette.monte_carlo(config(paths[0]), runs=4, sweep=sweep, average=["source.path"])
 
 
+@pytest.mark.costly
 def test_recordings_are_averaged_run_by_run(averaged):
     assert [point.labels for point in averaged.plan.points] == [
         {"lifecycle.confirm": value} for value in (0.5, 0.95, 0.9999)

@@ -85,6 +85,7 @@ def test_returns_are_as_many_and_where_the_sensor_says():
     assert np.mean(far, axis=0) == pytest.approx([0, 0], abs=4 * 330 / np.sqrt(len(far)) + 1.0)
 
 
+@pytest.mark.costly
 def test_the_target_s_return_stands_anywhere_among_the_others():
     made = experiment(look={"clutter": CLUTTER}, sensor={"clutter_density": 4e-6})
     first = scenes(made, range(3000)).scans[0].detections

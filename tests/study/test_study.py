@@ -104,6 +104,7 @@ def test_runs_draw_from_their_own_seed_sequence():
 
 
 @pytest.mark.parametrize(("exactly", "options"), [(True, {"threads": 2}), (False, {"chunk": 7}), (False, {"chunk": 60})])
+@pytest.mark.by_turns
 def test_neither_threads_nor_chunks_change_the_result(undisturbed, exactly, options):
     equal(undisturbed, vedette.monte_carlo(config(), 60, 3, sweep=SWEEP, **{"chunk": 10} | options), exactly)
 
@@ -123,6 +124,7 @@ def test_trackers_are_compared():
     assert made.plan.points[2].config["associator"]["kind"] == "gnn"
 
 
+@pytest.mark.costly
 def test_standard_errors_are_those_of_repeated_studies():
     rng = np.random.default_rng(1)
     many = rng.gamma(2.0, 1.0, (4000, 100))
@@ -162,6 +164,7 @@ def test_precision_of_a_figure_that_no_point_has_is_refused_rather_than_reached(
     assert caught.value.problems[0].place == "precision.gospa"
 
 
+@pytest.mark.costly
 def test_files_of_a_study(tmp_path, capsys, undisturbed):
     xarray = pytest.importorskip("xarray")
     pytest.importorskip("zarr")

@@ -218,6 +218,7 @@ def test_at_the_end_it_says_so_and_stays(watched):
     watched.tab.screenshot(path=Path(os.environ.get("VEDETTE_PICTURES", watched.folder)) / "watch_ended.png")
 
 
+@pytest.mark.costly
 def test_on_a_phone_nothing_scrolls_sideways(running, tmp_path):
     own = Watched(running, tmp_path, (390, 844))
     own.send(len(own.told))

@@ -69,6 +69,7 @@ def of_entries(columns, first):
 
 @pytest.mark.parametrize("judged", [True, False])
 @pytest.mark.parametrize("together", [1, 7])
+@pytest.mark.by_turns
 def test_records_hold_what_the_file_holds(together, judged, tmp_path, monkeypatch):
     monkeypatch.setattr(records, "_SHARE", 1.0)
     monkeypatch.setattr(records, "_PAUSE", np.inf)

@@ -147,6 +147,7 @@ def two_targets(rng, apart, p_detect, density, gate=9.21):
     return scores
 
 
+@pytest.mark.costly
 def test_how_far_belief_propagation_is_off_where_two_targets_stand_close():
     """The figures that the documentation states, over 800 drawn scenes. The exact sum is there as they are not small."""
     rng = np.random.default_rng(1)
@@ -164,6 +165,7 @@ def test_how_far_belief_propagation_is_off_where_two_targets_stand_close():
 @named
 @exactly
 @given(scores=problems())
+@pytest.mark.by_turns
 def test_rows_sum_to_one_and_nothing_goes_where_the_score_is_minus_infinity(associator, scores):
     weights = associator.associate(scores, None)
     assert weights.shape == scores.shape
@@ -177,6 +179,7 @@ def test_rows_sum_to_one_and_nothing_goes_where_the_score_is_minus_infinity(asso
 @named
 @exactly
 @given(scores=problems(), seed=st.integers(0, 2**32 - 1))
+@pytest.mark.by_turns
 def test_a_rows_constant_and_an_order_change_nothing(associator, scores, seed):
     """Of scores without ties: a hard choice between two that are equal takes the first."""
     rng = np.random.default_rng(seed)
@@ -211,6 +214,7 @@ def test_no_tracks_or_no_returns_are_no_special_case(associator, scores):
 @named
 @exactly
 @given(seed=st.integers(0, 2**32 - 1))
+@pytest.mark.by_turns
 def test_a_target_that_is_surely_seen_takes_a_return(associator, seed):
     """A miss of -inf, where returns enough are in the gate to go round."""
     rng = np.random.default_rng(seed)

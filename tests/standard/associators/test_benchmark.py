@@ -52,6 +52,7 @@ RUNS = range(5)
         ("{kind='jpda'}", "pmb_murty", 1e-3),
     ],
 )
+@pytest.mark.by_turns
 def test_the_published_filters_report_the_same(associator, name, within, run):
     assert farthest(associator, name, run) < within
 

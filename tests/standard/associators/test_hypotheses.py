@@ -152,6 +152,7 @@ def test_a_track_that_began_within_the_window_is_not_decided_yet():
 
 
 @given(seeds)
+@pytest.mark.costly
 def test_one_track_alone_is_the_same_mixture_under_every_kind(seed):
     rng = np.random.default_rng(seed)
     scans = [drawn_scores(rng, 1, int(rng.integers(0, 4)), 0.2) for _ in range(3)]
@@ -285,6 +286,7 @@ def test_targets_that_swapped_names_are_found_by_singular_covariances(cov):
 
 
 @given(seeds)
+@pytest.mark.costly
 def test_the_search_never_ends_worse_than_the_tracks_names_would(seed):
     rng = np.random.default_rng(seed)
     leaves = Gaussian(rng.normal(0, 4, (6, 1)), rng.uniform(0.5, 2, (6, 1, 1)))

@@ -75,6 +75,7 @@ def test_three_returns_are_a_position_and_a_velocity_by_all_of_them():
     np.testing.assert_allclose(estimate.cov[0][np.ix_(at, at)], cov, atol=1e-9)
 
 
+@pytest.mark.costly
 def test_velocity_errors_of_new_tracks_are_as_stated():
     """The mean NEES of 400 tracks that began by three returns of a steady target: 4 +- .64 in all but one run of 100,000."""
     rng, nees = np.random.default_rng(4), []

@@ -51,6 +51,7 @@ def integrated(sensor, z):
 
 @pytest.mark.parametrize("pose", [Pose([0.0, 0.0]), Pose([150.0, -80.0], [6.0, -3.0], 0.7)])
 @pytest.mark.parametrize("z", [[300.0, 0.4, -5.0], [700.0, -2.0, 14.0], [450.0, 3.0, 0.0]])
+@pytest.mark.by_turns
 def test_the_density_is_that_over_all_places_and_velocities(pose, z):
     sensor, z = RADAR.at(pose), np.array(z)
     assert revealed(sensor, [z])[0] == pytest.approx(integrated(sensor, z), rel=0.01)

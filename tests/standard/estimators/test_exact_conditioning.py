@@ -109,6 +109,7 @@ def check_exact(kind, seed, spread=0):
 @pytest.mark.parametrize("seed", range(6))
 @pytest.mark.parametrize("kind", ALL)
 @pytest.mark.parametrize("spread", [0, 5])
+@pytest.mark.by_turns
 def test_equals_exact_conditioning_of_the_joint_gaussian(kind, seed, spread):
     check_exact(kind, seed, spread)
 
@@ -126,6 +127,7 @@ REAL_ABSORB, REAL_PREDICT, REAL_RETURNS = kernels.weighted_update, kernels.predi
     ],
     ids=["shifted", "covariance not updated", "no process noise", "F transposed"],
 )
+@pytest.mark.by_turns
 def test_exact_conditioning_bites(monkeypatch, name, mutant):
     monkeypatch.setattr(kernels, name, mutant)
     with pytest.raises(AssertionError):

@@ -30,6 +30,7 @@ def judged(estimator, motion, seeds):
 
 
 @pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.by_turns
 def test_every_estimator_stays_whole_with_every_motion(estimator):
     for motion in MOTIONS:
         judged(estimator, motion, range(1))

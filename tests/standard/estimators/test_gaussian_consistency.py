@@ -86,6 +86,7 @@ def within_a_tenth(values, freedom):
 
 @pytest.mark.parametrize("kind", [ExtendedKalman, UnscentedKalman])
 @pytest.mark.parametrize(("sigma_bearing", "consistent"), [(0.01, True), (0.0085, False)], ids=["matched", "too sure"])
+@pytest.mark.by_turns
 def test_nonlinear_filters_are_consistent_on_a_mild_problem(kind, sigma_bearing, consistent):
     """A boat 1 km from a radar of 10 m and 0.6 deg, turning a little; 3000 runs of 25 scans, standard errors below .006.
 

@@ -65,6 +65,7 @@ def within_a_tenth(values, freedom):
     [(SWITCH, 10.0, True), (SWITCH, 8.8, False), (np.array([[0.999, 0.001], [0.5, 0.5]]), 10.0, False)],
     ids=["matched", "too sure of the returns", "hardly ever switches"],
 )
+@pytest.mark.by_turns
 def test_nees_and_nis_of_an_imm_on_jump_markov_truth(switch, sigma, consistent):
     """3000 runs of 30 scans, truth drawn from its own modes and switches; standard errors of about .006.
 
@@ -90,6 +91,7 @@ def test_nees_and_nis_of_an_imm_on_jump_markov_truth(switch, sigma, consistent):
 
 
 @pytest.mark.parametrize("estimator", [Kalman(ConstantVelocity(1.0)), Imm(TWO, transition=SWITCH)], ids=["kalman", "imm"])
+@pytest.mark.by_turns
 def test_nis_under_pda_is_that_of_a_return_in_the_gate(estimator):
     """Among clutter the weighted squared distance over the weight of a return estimates E[d | d < gate] = m F_m+2 / F_m,
     here 1.69 of 2 axes.

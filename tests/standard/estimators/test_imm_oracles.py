@@ -159,6 +159,7 @@ def check_against_the_textbook(seed):
 
 
 @pytest.mark.parametrize("seed", range(3))
+@pytest.mark.by_turns
 def test_equals_the_textbooks_imm_pdaf_over_fifty_scans(seed):
     check_against_the_textbook(seed)
 

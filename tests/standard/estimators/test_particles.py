@@ -88,6 +88,7 @@ def test_errors_fall_as_one_over_the_root_of_the_number(kind):
 
 
 @each
+@pytest.mark.by_turns
 def test_means_are_without_bias(kind):
     """The average over 400 runs of 1000 particles lies within 5.5 standard errors of the exact filter, plus the O(1/p) bias
     that self-normalised weights have: below 1 % of a standard deviation.
@@ -138,6 +139,7 @@ def test_soft_association_and_misses_agree_with_the_mixture(kind):
     np.testing.assert_allclose(found.cov, wanted.cov, rtol=0.05, atol=0.2)
 
 
+@pytest.mark.costly
 def test_looking_ahead_pays_where_the_sensor_is_sharp():
     """A sensor 50 times sharper than the prediction: the auxiliary filter's mean is nearer to the exact one."""
     sensor = Along(0.1)

@@ -39,6 +39,7 @@ def m_of_n_by_hand(seen, hits, looks, misses):
     st.integers(1, 5).flatmap(lambda m: st.tuples(st.just(m), st.integers(m, 8))),
     st.integers(1, 6),
 )
+@pytest.mark.costly
 def test_m_of_n_counts_hits_in_its_last_looks(seen, rule, misses):
     life = MOfN(hits=rule[0], looks=rule[1], misses=misses)
     memory = life.start(np.ones(1))

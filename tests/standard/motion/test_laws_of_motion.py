@@ -34,6 +34,7 @@ from vedette_standard.motion.singer import Singer
 @pytest.mark.parametrize(("law", "model"), [(law, model) for law in LAWS for model in MODELS if applies(law, model)])
 @PROFILE
 @given(data=st.data())
+@pytest.mark.by_turns
 def test_law(law, model, data):
     one = data.draw(MODELS[model])
     law(one, data.draw(states(one)), data.draw(STEPS))

@@ -128,6 +128,7 @@ def drawn_within(sensor, at, runs=400):
 
 
 @pytest.mark.parametrize("at", [np.zeros(2), np.array([120.0, -333.0])], ids=["at 0", "on a platform"])
+@pytest.mark.by_turns
 def test_drawn_clutter_is_uniform_in_range_and_bearing(at):
     r, bearing, counts = drawn_within(RADAR.at(Pose(at)), at)
     assert dispersion_p(counts, 30.0) > ALPHA

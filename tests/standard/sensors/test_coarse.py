@@ -57,6 +57,7 @@ def test_cells_that_make_no_sense_are_refused(of, cells):
         Coarse(of, cells)
 
 
+@pytest.mark.costly
 def test_scenes_merge_as_often_as_it_states():
     sensor, count, rng = Coarse(CartesianPosition(1.0), {"x": 10.0}), 3000, np.random.default_rng(1)
     x, seen = np.array([[0.0, 0.0], [10.0, 0.0]]), []

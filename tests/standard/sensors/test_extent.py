@@ -25,6 +25,7 @@ EXTENDED = st.builds(
 @pytest.mark.parametrize("law", [*LAWS, poses_lead_the_states])
 @PROFILE
 @given(data=st.data())
+@pytest.mark.by_turns
 def test_law(law, data):
     sensor = data.draw(EXTENDED)
     law(sensor, data.draw(states(sensor).filter(lambda x: x.size > 0)))

@@ -40,6 +40,7 @@ from vedette_standard.sensors.range_bearing import RangeBearing
 @pytest.mark.parametrize("law", LAWS)
 @PROFILE
 @given(data=st.data())
+@pytest.mark.by_turns
 def test_law(law, sensor, data):
     one = data.draw(SENSORS[sensor])
     law(one, data.draw(states(one)))
@@ -55,6 +56,7 @@ def test_the_last_bearing_below_half_a_turn_is_canonical():
 @pytest.mark.parametrize("law", STANDING)
 @PROFILE
 @given(data=st.data())
+@pytest.mark.by_turns
 def test_standing_law(law, sensor, data):
     one = data.draw(SENSORS[sensor])
     law(one, data.draw(states(one).filter(lambda x: x.size > 0)))
@@ -70,6 +72,7 @@ def test_only_the_place_relative_to_the_radar_counts(data):
 @pytest.mark.parametrize("sensor", [RangeBearing, PolarPosition])
 @PROFILE
 @given(data=st.data())
+@pytest.mark.by_turns
 def test_a_pose_replaces_where_the_radar_stands(sensor, data):
     one = data.draw(SENSORS[sensor])
     x = data.draw(states(one))

@@ -37,6 +37,7 @@ def estimates(kind, by, largest, monkeypatch):
 
 
 @pytest.mark.parametrize(("kind", "by"), [("ekf", "jpda"), ("srkf", "jpda"), ("ekf", "k_best"), ("srkf", "k_best")])
+@pytest.mark.by_turns
 def test_how_large_no_cell_is_changes_nothing(kind, by, monkeypatch):
     large, larger = (estimates(kind, by, size, monkeypatch) for size in (1e6, 1e9))
     np.testing.assert_allclose(larger.mean, large.mean, rtol=1e-7, atol=1e-6)

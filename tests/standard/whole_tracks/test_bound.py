@@ -155,6 +155,7 @@ def test_in_a_study_the_kalman_filter_reaches_the_enumeration_within_three_stand
 
 
 @pytest.mark.parametrize("kind", ["ekf", "ukf"])
+@pytest.mark.by_turns
 def test_no_filter_beats_the_bound_over_drawn_truth_by_three_standard_errors(kind):
     """Of a nonlinear sensor: the bound with the information's mean over the drawn truth."""
     rng = np.random.default_rng(1)

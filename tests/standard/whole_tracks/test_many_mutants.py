@@ -96,6 +96,7 @@ OF_HOTA = [
         *((hota, hota_fits, *pair) for pair in OF_HOTA),
     ],
 )
+@pytest.mark.by_turns
 def test_a_wrong_piece_is_noticed(module, fits, old, new):
     wrong, right = changed(module, old, new), changed(module, old, old)
     assert all(fits(right, given) for given in problems())

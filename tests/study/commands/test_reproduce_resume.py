@@ -61,6 +61,7 @@ def study(monkeypatch):
     return until
 
 
+@pytest.mark.costly
 def test_an_interrupted_study_goes_on_to_the_same_result(study, tmp_path, capsys):
     study(3)
     assert main(["reproduce", "noise", "--runs", "4", "--out", str(tmp_path / "whole")]) == 0
