@@ -48,6 +48,7 @@ def test_joyride_automatic():
 
 
 @pytest.mark.parametrize("offset", ["{x=10.0}", "{x=-10.0}", "{y=10.0}", "{y=-10.0}"])
+@pytest.mark.by_turns
 def test_joyride_single_target(offset):
     path = recording("joyride")
     overrides = (

@@ -97,6 +97,7 @@ TRUTHS = {
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 @pytest.mark.parametrize("truth", TRUTHS)
 @pytest.mark.parametrize("edge", EDGES)
+@pytest.mark.by_turns
 def test_a_run_at_the_edge_ends_with_a_summary(edge, truth, estimator, tmp_path):
     built = experiment(EDGES[edge], TRUTHS[truth], estimator)
     result, found, text = told(built, tmp_path, pictures=estimator == "imm" and truth in ("no truth", "a truth"))

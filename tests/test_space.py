@@ -58,6 +58,7 @@ def check_inverse(space, a, b):
 
 @exactly
 @given(pairs())
+@pytest.mark.costly
 def test_canonical_wraps_and_leaves_what_is_inside_to_the_last_bit(pair):
     check_canonical(*pair[:2])
 
@@ -109,6 +110,7 @@ def test_the_checks_bite(monkeypatch, mutant):
     st.floats(-10, 10),
     st.lists(st.floats(0.01, 1), min_size=5, max_size=5),
 )
+@pytest.mark.costly
 def test_the_mean_turns_with_the_circle(angles, turn, weights):
     """Points within less than half a turn, weighted: the mean and the differences are those of the plain line, turned."""
     weights = np.array(weights[: len(angles)])

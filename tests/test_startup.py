@@ -29,6 +29,7 @@ def test_import_vedette_pulls_in_next_to_nothing():
         "import vedette_standard, vedette_sim, vedette_files",
     ],
 )
+@pytest.mark.by_turns
 def test_no_use_short_of_a_report_pulls_in_what_is_heavy(code):
     loaded = modules_after(code)
     assert not [name for name in loaded if name.startswith(HEAVY)]

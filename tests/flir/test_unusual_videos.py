@@ -87,6 +87,7 @@ def tracks_of(file, **wishes):
     ],
     ids=lambda value: getattr(value, "__name__", None),
 )
+@pytest.mark.by_turns
 def test_a_target_in_a_box_is_followed(tmp_path, made, side, options):
     file = written(tmp_path, made, 50, **options)
     first, last = (path(k)[::-1] if made is portrait else path(k) for k in (0, 49))
@@ -98,6 +99,7 @@ def test_a_target_in_a_box_is_followed(tmp_path, made, side, options):
 
 
 @pytest.mark.parametrize("made", [usual, portrait, black_between, large, zoom])
+@pytest.mark.by_turns
 def test_a_target_that_nobody_marked_is_followed(tmp_path, made):
     (track,) = tracks_of(written(tmp_path, made, 50))
     assert np.abs(track.mean[-1, :2] - (path(49)[::-1] if made is portrait else path(49))).max() < 1.0
@@ -109,6 +111,7 @@ def test_a_video_of_ten_frames_has_a_track_by_its_box(tmp_path):
     assert np.abs(track.mean[-1, :2] - path(9)).max() < 1.0
 
 
+@pytest.mark.costly
 def test_a_gif_with_times_of_its_own_is_followed(tmp_path):
     file, image = tmp_path / "clip.gif", pytest.importorskip("PIL.Image")
     frames = [image.fromarray(usual(k)) for k in range(40)]

@@ -255,6 +255,7 @@ def test_no_single_wrong_character_passes(tmp_path):
 # Recorded AIS.
 
 
+@pytest.mark.costly
 def test_the_solent_s_outlier_is_found_and_nothing_is_lost():
     ships, refused = read_csv(recording("solent_ais", "SolentAIS_20160112_130211.csv"))
     assert not refused

@@ -51,6 +51,7 @@ def test_closed_forms_against_integrals():
 
 
 @pytest.mark.parametrize("test", TESTS)
+@pytest.mark.by_turns
 def test_false_alarms_in_noise_come_at_the_rate(test):
     """400,000 independent windows, one tested cell each; 5 standard errors: 6e-7 a test. The level does not matter."""
     preprocessor = Cfar(SCREEN, cell=5.0, test=test, rate=0.01, window=16, guard=2)

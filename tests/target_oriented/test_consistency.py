@@ -37,6 +37,7 @@ def pooled_nees(name, prior, truth, scans):
     return np.mean(nees(estimate.mean - truth, estimate.cov), axis=1)
 
 
+@pytest.mark.costly
 def test_on_jump_truth_the_consistent_model_is_in_its_band_and_the_literal_one_is_twice_off():
     """4.02 +- .06 in 3.5 to 4.5, and 10 +- .2 above 8: each fails with probability below 1e-9."""
     prior, truth, scans = jump_truth(100, 81, np.random.default_rng(7))

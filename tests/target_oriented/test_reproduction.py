@@ -37,6 +37,7 @@ def test_the_example_is_the_studys_filter(name):
     assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
 
 
+@pytest.mark.costly
 def test_in_manoeuvres_the_error_is_a_fifth_below_singers_and_more(records):
     """The ratio is .69 +- .017 at 200 runs against .8: 6 standard errors."""
     for name in ("TOM literal", "TOM"):

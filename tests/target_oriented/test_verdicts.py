@@ -54,6 +54,7 @@ def of_processes(moved, changed=None):
     return [claim.verdict for claim in processes.claims(processes.figures(found) | (changed or {}), 40)]
 
 
+@pytest.mark.costly
 def test_what_a_default_run_finds_decides_all(tracked):
     found = of_tracks(tracked[1], to=FOUND, runs=RUNS)
     assert [found[i] for i in (LESS, STRAIGHT, FAILS)] == ["reproduced"] * 3
@@ -77,6 +78,7 @@ def test_a_model_that_does_not_turn_loses_more_and_gains_nothing(tracked, monkey
     assert broken[FAILS] == broken[LESS] == "not reproduced"
 
 
+@pytest.mark.costly
 def test_a_noise_that_is_far_too_large_spoils_the_straight_legs(tracked, monkeypatch):
     scene, records = tracked
     right = ResettingMotion.noise
@@ -132,6 +134,7 @@ def test_the_printed_noise_is_the_derived_one_but_for_q12():
 AXES_1, AXES_2, SHAPE_1, SHAPE_2, GAUSSIAN, ANISOTROPY, VARIANCES = range(7)
 
 
+@pytest.mark.costly
 def test_the_verdicts_on_accelerations(moved):
     found = of_processes(moved)
     assert [found[i] for i in (AXES_2, SHAPE_1, SHAPE_2, ANISOTROPY)] == ["reproduced"] * 4
@@ -147,6 +150,7 @@ def test_axes_that_do_not_turn_flip_them(moved):
     assert [found[i] for i in (AXES_2, SHAPE_1, SHAPE_2, ANISOTROPY)] == ["not reproduced"] * 4
 
 
+@pytest.mark.costly
 def test_the_papers_accelerations_flip_the_others(moved):
     """Figure 3: less correlated, as white noise is; figure 4: a Gaussian."""
     printed = {("correlation", "scenario 1"): Cell(0.5, 0.02)} | {

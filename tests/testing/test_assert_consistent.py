@@ -60,6 +60,7 @@ POLAR = LINEAR | {
     ],
     ids=["kalman", "misses", "two sensors", "imm", "clutter", "polar"],
 )
+@pytest.mark.by_turns
 def test_a_right_tracker_passes_and_says_how_it_was_judged(config, reason):
     report = assert_consistent(config, runs=200, scans=40, alpha=1e-6)
     assert (report.exact, report.why) == (not reason, reason)
@@ -84,6 +85,7 @@ def with_estimator(estimator):
     return evolve(tracker, estimator=estimator(tracker.estimator.motion))
 
 
+@pytest.mark.costly
 def test_a_covariance_that_is_too_small_is_told_with_its_size_and_time():
     with pytest.raises(AssertionError, match=r"NEES at .*times too small (throughout|from \d+ s on)") as failure:
         assert_consistent(with_estimator(lambda motion: Sure(motion, factors=(0.8,) * 4)), runs=200)
@@ -142,6 +144,7 @@ def test_the_seed_repeats_a_report():
     assert not np.array_equal(first.nees, other.nees)
 
 
+@pytest.mark.costly
 def test_the_picture_is_drawn(tmp_path):
     consistency(LINEAR, runs=50, scans=12).plot(tmp_path / "picture.png")
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
@@ -193,6 +196,7 @@ def test_a_recording_is_told_of_and_a_right_filter_is_near_one_on_it():
     assert told.text.startswith("boat: track 0, 401 scans, ANEES ")
 
 
+@pytest.mark.costly
 def test_a_recording_tells_a_filter_that_is_too_sure():
     experiment = vedette.load(LINEAR | SCENE)
     wrong = Sure(experiment.tracker.estimator.motion, factors=(0.5,) * 4)
