@@ -330,6 +330,7 @@ FROM_FILES = {kind: Registry.installed().get("source", kind).cls for kind in ("c
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=pytest.mark.kind.with_args(cls)) for kind, cls in FROM_FILES.items()]
 )
+@pytest.mark.by_turns
 def test_a_source_that_reads_a_file_keeps_the_laws(kind, tmp_path, vedette_kit):
     recording = vedette.load(RECORDED).source.open({SENSOR: CartesianPosition(sigma=5.0)}, np.random.default_rng(0))
     if kind == "jsonl":

@@ -66,12 +66,14 @@ def test_the_noise_that_is_wrong_is_named_with_its_size(wrong, right, name, fact
 
 
 @pytest.mark.parametrize("q", [1 / 9, 1 / 36])
+@pytest.mark.by_turns
 def test_a_q_that_is_far_too_small_is_named(q):
     """Its factor is known badly, as the filter hardly reacts to it; that it is not 1 is known well."""
     cause = judged({"q": q}, {}).cause
     assert re.match(r"Q is (far|[0-9.]+ \+- [0-9.]+ times) too small; not R of radar along x, R", cause), cause
 
 
+@pytest.mark.costly
 def test_both_are_named_where_both_are_wrong():
     cause = judged({"q": 0.5, "r": 1.5}, {}).cause
     assert size(cause, "Q") == pytest.approx(2.0, rel=0.25)

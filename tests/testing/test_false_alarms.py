@@ -36,6 +36,7 @@ def tracker(detects=1.0, clutter=0.0, start=AT_REST, sigma_accel=0.5, associator
 
 @pytest.mark.statistical(alpha=3e-6)
 @pytest.mark.parametrize(("detects", "clutter"), [(0.7, 0.0), (0.7, 2e-5), (0.9, 1e-4)])
+@pytest.mark.by_turns
 def test_a_target_that_is_expected_at_rest_has_a_direction(detects, clutter):
     report = consistency(tracker(detects, clutter), scans=40, alpha=1e-6)
     assert report.consistent, report.text
@@ -52,6 +53,7 @@ def test_what_pda_uses_of_dense_clutter_is_white(clutter):
     assert {verdict.name for verdict in report.verdicts if not verdict.inside} <= {"lost"}
 
 
+@pytest.mark.costly
 def test_what_a_filter_with_too_small_a_q_uses_in_clutter_is_not_white():
     right = tracker(0.9, 3e-5, sigma_accel=1.5)
     report = consistency(tracker(0.9, 3e-5), world=right, scans=40)
@@ -144,6 +146,7 @@ def test_noise_that_would_wrap_is_no_fault():
         ("nobody", "scans_last_as_stated"),
     ],
 )
+@pytest.mark.by_turns
 def test_right_components_keep_the_laws_that_they_once_failed(name, law):
     (made,) = (c.make() for c in COMPONENTS if c.name == name)
     (law,) = (each for each in laws_of(type(made)) if each.name == law)
@@ -168,6 +171,7 @@ def test_right_components_keep_every_law(component):
     assert [(one.law.name, one.text) for one in found if one.verdict == "failed"] == []
 
 
+@pytest.mark.costly
 def test_a_scene_may_have_another_sensor_than_the_tracker():
     scene = Simulation(
         30.0, {SENSOR: Look(1.0)}, ships={"boat": Ship([0.5, 0.5])}, sensors={SENSOR: CartesianPosition(sigma=60.0)}

@@ -132,6 +132,7 @@ def test_a_birth_at_an_entrance_is_the_bayes_rule_of_one_target(road):
         ),
     ],
 )
+@pytest.mark.by_turns
 def test_what_a_config_lacks_is_told_when_it_is_built(registry, change, problem):
     config = {
         "estimator": {"kind": "second_order", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
@@ -167,6 +168,7 @@ def test_a_track_is_confirmed_by_hits_without_a_gap_and_ends_after_its_patience(
     assert lifecycle.review(memory, vedette.Review(1.0, *np.array([[1.0], [0.0], [0.9]])))[2].tolist() == [False]
 
 
+@pytest.mark.costly
 def test_it_works_in_a_config(registry):
     """In a scene with clutter of 5 returns a scan one vehicle comes in, and is held nearly all the time."""
     experiment = vedette.load(TEMPLATE / "road.toml", registry)
@@ -178,6 +180,7 @@ def test_it_works_in_a_config(registry):
     assert np.sqrt(np.mean(np.square(errors))) < 10.0
 
 
+@pytest.mark.costly
 def test_its_filter_is_consistent_on_what_its_motion_draws(road, registry):
     tracker = vedette.build(TEMPLATE / "road.toml", registry)
     prior = {"x": (0, 3), "y": (0, 3), "heading": (0, 0.05), "speed": (15, 1), "curvature": (0, 2), "sharpness": (0, 1)}

@@ -67,6 +67,7 @@ class Turned(RangeBearingRate):
 
 @pytest.mark.parametrize(("share", "wanted"), [(1.0, "held"), (10.0, "failed")])
 @pytest.mark.parametrize("law", ["a_sharp_return_inverts_exactly", "inverts_where_it_stands"])
+@pytest.mark.by_turns
 def test_an_inverse_may_allow_for_what_a_bearings_error_makes_of_an_unknown_velocity(law, share, wanted):
     given = {"sigma_bearing": st.just(0.1), "sigma_rate": st.just(1.0), "crossing_speed": st.just(20.0)}
     given |= {"max_range": st.just(5000.0), "max_rate": st.just(50.0), "clutter_density": st.just(0.0)}

@@ -22,6 +22,7 @@ def wrong(report):
     return {verdict.name for verdict in report.verdicts if not verdict.inside}
 
 
+@pytest.mark.costly
 def test_noise_that_is_correlated_is_seen_though_each_variance_is_right():
     report = consistency(mixed(PLAIN), world=mixed(TILTED))
     assert {"innovation covariance", "error covariance"} <= wrong(report)
@@ -33,6 +34,7 @@ def test_noise_that_is_correlated_is_seen_though_each_variance_is_right():
     assert consistency(mixed(TILTED)).consistent
 
 
+@pytest.mark.costly
 def test_a_world_starts_where_it_says():
     sharp = {name: [mean, deviation / 10] for name, (mean, deviation) in START.items()}
     report = consistency(mixed(PLAIN, sharp), world=mixed(PLAIN))
@@ -45,6 +47,7 @@ def switching(stay):
     return vedette.build(IMM | {"estimator": IMM["estimator"] | {"transition": [[stay, 1 - stay], [1 - stay, stay]]}})
 
 
+@pytest.mark.costly
 def test_a_wrong_transition_is_named():
     report = consistency(switching(0.5), world=switching(0.95), runs=400)
     assert "modes" in wrong(report)
@@ -115,6 +118,7 @@ def test_a_world_that_is_another_scene_is_refused_by_its_place(world, place):
     assert str(refused.value).split(":")[0] == place
 
 
+@pytest.mark.costly
 def test_a_world_may_have_axes_of_its_own():
     wider = vedette.build(
         LINEAR
@@ -126,6 +130,7 @@ def test_a_world_may_have_axes_of_its_own():
     assert not consistency(tracker(), world=wider).consistent
 
 
+@pytest.mark.costly
 def test_a_worlds_sensor_may_observe_more_of_the_state():
     """It once ended in a raw ValueError."""
     add = {"kind": "biased", "add": {"range": "range_bias"}, "spread": {"range_bias": 20.0}}

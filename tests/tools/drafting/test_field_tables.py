@@ -304,6 +304,7 @@ def test_it_is_refused_with_what_would_be_right(name, tmp_path):
         draft_config(path)
 
 
+@pytest.mark.costly
 def test_the_wrong_delimiter_is_suspected(tmp_path):
     (tmp_path / "d.csv").write_text(PLAIN)
     config = tomllib.loads(drafted(PLAIN))
@@ -312,23 +313,27 @@ def test_the_wrong_delimiter_is_suspected(tmp_path):
         vedette.load(config).run()
 
 
+@pytest.mark.costly
 def test_a_unit_that_nobody_knows_is_said():
     assert "for 'cubits' is no unit that is known" in drafted(table("time,x [cubits],y [cubits]", plain))
 
 
 @pytest.mark.parametrize(("stated", "axis"), [({}, "x"), ({"x": "m"}, "y"), ({"x": "NM", "y": "NM"}, "")])
+@pytest.mark.by_turns
 def test_a_draft_with_a_unit_that_nobody_knows_does_not_fit(stated, axis, tmp_path):
     (tmp_path / "d.csv").write_text(table("time,x [cubits],y [cubits]", plain))
     failure = whole_draft(tmp_path / "d.csv", wishes=Wishes(units=stated)).failure
     assert (f"--units {axis}=NM" in failure) if axis else not failure
 
 
+@pytest.mark.costly
 def test_plain_seconds_are_no_clock_times():
     """A second of each minute under 60, ten minutes long: of clock times the gaps would be 40 s longer."""
     assert "time is in s" in drafted(table("time,x,y", lambda time, x, y: (5 * time, x, y)))
 
 
 @pytest.mark.parametrize("titles", ["time,x,y", "time,range,bearing"])
+@pytest.mark.by_turns
 def test_returns_in_one_place_get_a_config_that_loads(titles):
     still = [(2.0 * k, 0.0, 0.0) for k in range(40)]
     config = tomllib.loads(drafted(table(titles, plain, looks=still)))

@@ -27,6 +27,7 @@ def test_it_is_tracked(name):
     assert (len(result.scans), len(result.refused), len(result.tracks)) == (30, 0, 1)
 
 
+@pytest.mark.costly
 def test_cells_without_a_value_are_refused_one_by_one():
     frame = FRAME.astype({"x": "Float64"})
     frame.loc[3, "x"] = pd.NA

@@ -61,6 +61,7 @@ def test_the_likelihood_is_that_of_the_joint_gaussian():
     assert loglik(windows_of(found), np.array([sigma, sigma]), accel, speed) == pytest.approx(wanted, rel=1e-9)
 
 
+@pytest.mark.costly
 def test_the_noise_is_found_within_its_error():
     """Six targets over 120 scans: the errors are some 3 % and 20 %, those of the mean of two draws less."""
     found = []

@@ -36,6 +36,7 @@ def test_what_lies_far_off_is_no_error_of_a_position(tmp_path):
 
 
 @pytest.mark.parametrize(("digits", "step"), [(2, 1112.0), (3, 111.2)])
+@pytest.mark.by_turns
 def test_errors_are_no_smaller_than_digits_leave_them(digits, step, tmp_path):
     """Boats at 6 m/s stay in one hundredth of a degree for minutes: errors of 1 mm were drafted."""
     rng = np.random.default_rng(2)
@@ -61,6 +62,7 @@ def test_digits_tell_errors_in_any_unit():
     ],
     ids=["an hour twice", "past 24:00:00"],
 )
+@pytest.mark.by_turns
 def test_a_draft_says_what_of_the_times_it_does_not_take_as_they_stand(clock, told, tmp_path):
     """Where summer time ended three targets became six, and past 24:00:00 every row was refused, without a word."""
     rng = np.random.default_rng(4)
