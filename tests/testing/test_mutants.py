@@ -8,7 +8,6 @@ from support.mutants.table import MUTANTS, mutant, tried
 from vedette.config.parameters import role_of
 from vedette.config.registry import Registry
 
-
 OF_LAWS = {row[2]: row[0] for row in reversed(MUTANTS)}
 """A mutant of each law is tried by day, the others of it by turns."""
 
