@@ -36,6 +36,7 @@ def confirmed(birth, by, delete, seed):
 
 @pytest.mark.parametrize("birth", BIRTHS)
 @pytest.mark.parametrize("by", ["gnn", "jpda", "lmb"])
+@pytest.mark.by_turns
 def test_rare_births_confirm_targets_whatever_ends_a_track(birth, by):
     for seed in range(3):
         assert confirmed(birth, by, 0.05, seed) == confirmed(birth, by, 1e-4, seed) == 3

@@ -90,6 +90,7 @@ def test_the_mean_of_the_hypotheses_can_be_shown():
 
 
 @pytest.mark.parametrize("associator", [{"kind": "variational"}, {"kind": "k_best", "show": "mean"}], ids=str)
+@pytest.mark.by_turns
 def test_merging_mode_by_mode_changes_nothing_where_modes_are_alike(associator):
     """An IMM of one filter twice is that filter, merged or not; one of two filters is not."""
     mode, given = FILTERS["kalman"][0], scans(RADAR)

@@ -74,6 +74,7 @@ CLASSES = {"confusion": [[0.9, 0.1], [0.1, 0.9]]}
 
 
 @pytest.mark.parametrize("associator", ["jpda", "gnn", "k_best"])
+@pytest.mark.by_turns
 def test_two_of_one_class_are_two_tracks_and_unlike_classes_keep_tracks_apart(associator):
     swapped = 0
     for seed in range(6):

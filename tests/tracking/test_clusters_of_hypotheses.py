@@ -57,6 +57,7 @@ def covered(built, state, targets, radius=30.0):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
 def test_twelve_scenes_100_km_apart_are_tracked_as_each_is_alone(kind):
     built, scenes = tracker(kind), []
     for number in range(12):
@@ -75,6 +76,7 @@ def test_twelve_scenes_100_km_apart_are_tracked_as_each_is_alone(kind):
 
 
 @pytest.mark.parametrize("kind", ["gnn", "nearest", "k_best", "jpda"])
+@pytest.mark.by_turns
 def test_targets_that_may_appear_anywhere_are_found(kind):
     """A young track's existence is .08 or less: where a hard choice was made by it, clutter always won."""
     built, shares = tracker(kind, "uniform"), []

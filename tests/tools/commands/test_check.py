@@ -16,6 +16,7 @@ from vedette_standard.associators.nearest import Nearest
 from vedette_tools.commands import check
 
 
+@pytest.mark.costly
 def test_the_last_line_is_the_table_in_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["check", "nearest", "--json"]) == 0
     (component,) = json.loads(capsys.readouterr().out.splitlines()[-1])["components"]
@@ -64,6 +65,7 @@ kind = "single_target"
 """
 
 
+@pytest.mark.costly
 def test_a_config_is_checked_part_by_part(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "tracker.toml"
     path.write_text(CONFIG.replace("gauss_markov_free", "constant_velocity").replace("sigma = 1.0", "sigma_accel = 1.0"))
@@ -94,6 +96,7 @@ class Noisy(MotionModel):
 """
 
 
+@pytest.mark.costly
 def test_a_counterexample_has_four_lines_and_warnings_are_counted(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -147,6 +150,7 @@ def test_a_module_of_the_folder_is_found(
     assert "pure" in capsys.readouterr().out
 
 
+@pytest.mark.costly
 def test_without_hypothesis_its_cure_is_told() -> None:
     code = "import sys; sys.modules['hypothesis'] = None; from vedette.cli import main; sys.exit(main(['check', 'nearest']))"
     ended = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)

@@ -1,6 +1,7 @@
 """`vedette check` on kinds that break a law on purpose, and on parameters that name what to try."""
 
 import hypothesis
+import pytest
 from attrs import frozen
 
 from vedette import fields
@@ -12,6 +13,7 @@ from vedette_flir.lifecycles.reappearing import ReappearingTarget
 from vedette_tools.commands.check import check
 
 
+@pytest.mark.costly
 def test_laws_broken_on_purpose_are_told_and_fail_nothing(capsys):
     assert main(["check", "reappearing_target"]) == 0
     told = capsys.readouterr().out
@@ -19,6 +21,7 @@ def test_laws_broken_on_purpose_are_told_and_fail_nothing(capsys):
     assert "broken  on purpose: the given targets are kept to the end, lost or not" in told
 
 
+@pytest.mark.costly
 def test_a_law_declared_broken_that_holds_is_a_failure(capsys, monkeypatch):
     monkeypatch.setattr(ReappearingTarget, "known_failures", {"pure": "no reason at all"})
     found = check(ReappearingTarget, Profile.named("fast", 0))

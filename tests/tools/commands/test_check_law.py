@@ -147,6 +147,7 @@ def stepping(component, drawn):
         raise Broken("too long")
 
 
+@pytest.mark.costly
 def test_a_counterexample_can_be_pasted():
     calls.clear()
     outcome = examine(ConstantVelocity, Law(stepping), components(ConstantVelocity), FAST)

@@ -84,6 +84,7 @@ def in_seconds(degrees):
 
 
 @pytest.mark.parametrize("written", [in_minutes, in_seconds])
+@pytest.mark.by_turns
 def test_errors_are_the_same_however_degrees_are_written(written, tmp_path):
     """Cells that are no plain number were taken for whole degrees: errors of 32 km were drafted for 5 m."""
     rng = np.random.default_rng(3)
@@ -180,6 +181,7 @@ def test_what_is_faster_than_anything_is_in_another_unit(tmp_path):
     assert not drafted(tmp_path / "d.csv", wishes=Wishes(units={"x": "0.001 m", "y": "0.001 m"})).failure
 
 
+@pytest.mark.costly
 def test_what_is_seen_every_six_hours_is_tracked(tmp_path):
     """A storm, to a quarter of a degree: targets were taken to stay for ten minutes, and no track was confirmed."""
     rows = [(f"2026-05-{1 + k // 4:02d} {6 * (k % 4):02d}:00", 20 + round(0.8 * k) / 4, -40 - k / 4) for k in range(40)]

@@ -36,6 +36,7 @@ def test_targets_that_report_in_turn_have_a_chain_each(error):
 
 
 @pytest.mark.parametrize("moved", [0.0, 3.0, 10.0, 30.0])
+@pytest.mark.by_turns
 def test_a_target_at_rest_or_nearly_so_has_one_chain(moved):
     """Moved by so many errors in all: at rest these are a fifth of the area's side, and a tenth made three chains of it."""
     rng = np.random.default_rng(12)
@@ -92,6 +93,7 @@ def test_the_longest_wait_of_each_name_that_comes_often():
     assert longest_waits([np.array(codes) for codes in named]).tolist() == [4.0, 6.0]
 
 
+@pytest.mark.costly
 def test_what_reports_are_not_wrong_by_is_motion(tmp_path):
     """Aircraft whose places are up to a second old: as a sensor's returns they are wrong by more than 5 m."""
     rng = np.random.default_rng(12)
@@ -125,6 +127,7 @@ def test_what_is_tried_together_is_followed_as_if_each_were_alone():
         assert alone == likely[i]
 
 
+@pytest.mark.costly
 def test_what_a_receiver_wrote_of_itself_is_no_surer_than_a_decimetre(tmp_path):
     """A smoothed path of steady pace and climb, whose second differences are those of rounding."""
     points = "".join(

@@ -35,6 +35,7 @@ def test_straight_courses_are_drafted_with_noise_that_is_felt_within_a_hundred_s
     assert any("would hardly notice a turn" in line for _, line in drafts)
 
 
+@pytest.mark.costly
 def test_what_turns_is_drafted_as_it_is(tmp_path):
     found, line = sigma_accel(draft_config(file_of(tmp_path / "turns.csv", 50)))
     assert found * 300**1.5 / np.sqrt(3) > 3 * 11

@@ -41,6 +41,7 @@ def test_a_file_a_frame_and_a_draft_give_the_same_tracks(result, tmp_path, monke
     assert equal(vedette.track(frame), vedette.track("plots.csv"))
 
 
+@pytest.mark.costly
 def test_what_cannot_be_tracked_is_said(result):
     scene = vedette.to_config(vedette.load(EXAMPLES / "harbour.toml"))
     with pytest.raises(ConfigError, match=r"source\.kind: must be 'csv'"):
@@ -55,6 +56,7 @@ def test_what_cannot_be_tracked_is_said(result):
         result.to_dataframe("trucks")
 
 
+@pytest.mark.costly
 def test_data_frames_of_a_result_hold_what_it_holds(result):
     tracks, seen = result.to_dataframe(), result.to_dataframe("detections")
     assert tracks["x"].tolist() == [x for track in result.tracks for x in track.mean[:, 0].tolist()]

@@ -198,6 +198,7 @@ PLANTED["a box of undetected targets elsewhere"] = (*ELSEWHERE, [
 
 
 @pytest.mark.parametrize("name", PLANTED)
+@pytest.mark.by_turns
 def test_a_planted_disproportion_is_found(name: str) -> None:
     place, words, overrides = PLANTED[name]
     found = told(BOATS, overrides)

@@ -82,6 +82,7 @@ READ = {
 
 
 @pytest.mark.parametrize("what", READ)
+@pytest.mark.by_turns
 def test_what_can_be_read_is_smoothed_as_the_plain_table(what, folder, capsys):
     (folder / "d.csv").write_bytes(READ[what])
     assert main(["smooth", "d.csv", "--workers", "1", "--json"]) == DONE
@@ -102,6 +103,7 @@ def test_a_mark_that_is_not_closed_and_other_bytes_are_told_by_line(folder, caps
         assert f"{name}.csv:9: " in capsys.readouterr().err
 
 
+@pytest.mark.costly
 def test_dates_by_a_pattern_are_read_and_written(folder):
     (folder / "d.csv").write_text(DATES)
     stated = ["--dates", "%d.%m.%Y %H:%M:%S"]
@@ -162,6 +164,7 @@ def test_columns_and_counts_that_are_stated_are_smoothed_by(folder, capsys):
 @pytest.mark.parametrize(
     "command", [["consistency"], ["tune", "--free", "sensors.radar.sigma", "--starts", "1", "--out", "o"]]
 )
+@pytest.mark.by_turns
 def test_what_is_left_out_of_a_recording_is_told_with_its_place(command, folder, capsys):
     """It was so by `run` alone."""
     (folder / "d.csv").write_text(changed(PLAIN, 9, "14.0,north,977.75"))

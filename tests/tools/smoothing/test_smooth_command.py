@@ -73,6 +73,7 @@ def test_what_is_wrong_is_told_and_nothing_is_overwritten(frame, capsys):
     assert sorted(path.name for path in Path().iterdir()) == ["bare.csv", "plots.csv"]
 
 
+@pytest.mark.costly
 def test_the_named_positions_of_a_table_are_smoothed_beside_a_radars_plots(tmp_path, capsys, monkeypatch):
     """The radar's rows have no name and no position: they are counted apart, and change nothing."""
     monkeypatch.chdir(tmp_path)
@@ -94,6 +95,7 @@ def test_the_named_positions_of_a_table_are_smoothed_beside_a_radars_plots(tmp_p
     pd.testing.assert_frame_equal(smooth[["time", "x", "y"]], wanted[["time", "x", "y"]])
 
 
+@pytest.mark.costly
 def test_the_first_moment_of_many_objects_may_be_all_that_is_looked_at(tmp_path, capsys, monkeypatch):
     """3,000 objects report at each of three times: what a file's head shows is one time, and no id twice."""
     monkeypatch.chdir(tmp_path)

@@ -238,6 +238,7 @@ def drawn_objects(rng, count, spread, step, noise, *, in_turn):
 
 @pytest.mark.parametrize("in_turn", [False, True], ids=["scans", "in turn"])
 @pytest.mark.parametrize("count", [2, 5, 70])
+@pytest.mark.by_turns
 def test_several_objects_that_no_column_names_are_no_path_of_one(count, in_turn):
     """One path through all of them would be wild, and said to be sure."""
     frame = drawn_objects(np.random.default_rng(count), count, 1000.0, 1.0, 1.0, in_turn=in_turn)

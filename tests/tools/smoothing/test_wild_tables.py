@@ -117,6 +117,7 @@ def pair(rng, apart, *, in_turn, share=0.5):
 
 @pytest.mark.parametrize("in_turn", [True, False], ids=["in turn", "at once"])
 @pytest.mark.parametrize("apart", [60.0, 1000.0])
+@pytest.mark.by_turns
 def test_of_several_objects_under_one_name_nothing_is_claimed(apart, in_turn, frame, folder, capsys):
     """Their path in the middle was sure to 3 m, half-way between them; the others lose nothing."""
     shared = pair(np.random.default_rng(1), apart, in_turn=in_turn)
@@ -132,6 +133,7 @@ def test_of_several_objects_under_one_name_nothing_is_claimed(apart, in_turn, fr
 
 
 @pytest.mark.parametrize(("apart", "share"), [(1000.0, 0.3), (1000.0, 0.15), (24.0, 0.3), (15.0, 0.5), (15.0, 0.3)])
+@pytest.mark.by_turns
 def test_of_two_objects_that_are_near_or_unlike_often_nothing_is_claimed(apart, share, frame, monkeypatch):
     """By five to eight deviations of 3 m, too; the mutant asks for no likelihood, and finds two in one."""
     shared = pair(np.random.default_rng(1), apart, in_turn=True, share=share)

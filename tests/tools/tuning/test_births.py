@@ -46,6 +46,7 @@ def likely(recording: Recording, **parts):
     ],
     ids=["lifecycle", "another lifecycle", "gate", "no gate"],
 )
+@pytest.mark.by_turns
 def test_when_tracks_end_and_what_gates_leave_out_changes_nothing(recording, parts):
     assert likely(recording, **parts) == pytest.approx(likely(recording), abs=1e-9)
 
@@ -88,6 +89,7 @@ def test_a_probability_of_detection_is_that_of_the_data(recording):
     assert abs(top - 0.85) < 3.0 * np.sqrt(0.85 * 0.15 / 240)
 
 
+@pytest.mark.costly
 def test_targets_that_leave_the_clutter_do_not_thin_it():
     """A target that goes 1,500 m beyond the clutter makes the box of all returns twice as large: within four errors."""
     recording = drawn(3, 60, ({"x": [1200, 1], "y": [0, 1], "vx": [30, 0.1], "vy": [0, 0.1]}, *STARTS[1:]))

@@ -77,6 +77,7 @@ def counts(p, rng, each=40.0, folds=5):
     return n, rng.binomial(n.astype(int), p).astype(float)
 
 
+@pytest.mark.costly
 def test_cells_that_differ_by_chance_are_one():
     """Of 600 tables without any difference .075 were held to differ; of 200 more than .14 are once in 2,000 times."""
     rng = np.random.default_rng(1)
@@ -145,6 +146,7 @@ def test_the_config_that_it_writes_has_the_table_and_runs(scene, tmp_path):
     assert main(["run", str(scene / "tuned.toml"), "--set", "source.duration=60", "--out", str(tmp_path / "run")]) == 0
 
 
+@pytest.mark.costly
 def test_where_no_place_differs_one_number_is_written():
     found = tune_detection(
         config(2, drawn={"detection_probability": 0.8}, own={"detection_probability": 0.95}, duration=200),
@@ -165,6 +167,7 @@ def test_existence_as_it_was_known_then_finds_too_high_a_probability(monkeypatch
     assert abs(right - 0.6) < 4.0 * np.sqrt(0.6 * 0.4 / 800)
 
 
+@pytest.mark.costly
 def test_a_sensor_keeps_the_cells_of_its_own_table():
     own = {"detection_probability": 0.5, "detection": TABLE | {"probability": [[1.0] * 4, [0.5] * 4]}}
     given = config(3, drawn={"detection": TABLE}, own=own, duration=200)

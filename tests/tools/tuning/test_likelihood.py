@@ -75,6 +75,7 @@ def over_sets(scores):
 
 
 @pytest.mark.parametrize(("tracks", "returns"), [(40, 2), (33, 9), (9, 12), (12, 0)])
+@pytest.mark.by_turns
 def test_many_joint_associations_are_summed(tracks, returns):
     """Many tracks for few returns, as where targets report one at a time, and few for many."""
     rng = np.random.default_rng(tracks)

@@ -42,6 +42,7 @@ MUTANTS = {
 
 
 @pytest.mark.parametrize("name", MUTANTS)
+@pytest.mark.by_turns
 def test_each_is_caught(name, monkeypatch):
     home, attribute, wrong, check = MUTANTS[name]
     monkeypatch.setattr(home, attribute, wrong)

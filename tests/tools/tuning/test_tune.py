@@ -35,6 +35,7 @@ def tuned(config):
     return tune(config, FREE, overrides=off({path: TRUTH[path] for path in SIGMAS}, 4.0), part=0.7, starts=1)
 
 
+@pytest.mark.costly
 def test_the_noises_are_found_from_four_times_too_large(tuned, config):
     for each in tuned.parameters:
         assert abs(each.after - TRUTH[each.free.path]) < 3.0 * each.error
@@ -111,6 +112,7 @@ def test_the_tuned_config_runs(tuned, tmp_path):
     assert again.source.path == vedette.load(tuned.config).source.path
 
 
+@pytest.mark.costly
 def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkeypatch):
     """Stopped half-way, it goes on with what is kept; the figures are those of a run without a stop."""
     monkeypatch.setattr(command, "can_draw", lambda: False)
@@ -162,6 +164,7 @@ def test_what_is_kept_is_read_back_to_the_last_bit(tmp_path):
     assert (0.3, 1.0) not in again
 
 
+@pytest.mark.costly
 def test_consistency_finds_the_noises_too(config):
     changed = off({path: TRUTH[path] for path in SIGMAS}, 4.0)
     tuned = tune(config, FREE[1:], overrides=changed[:1] + ["sensors.radar.sigma=40"], by="consistency", part=0.7, starts=1)
@@ -176,6 +179,7 @@ def test_workers_change_nothing(config):
     assert data(one) == data(two)
 
 
+@pytest.mark.costly
 def test_the_picture_is_drawn(tuned, tmp_path):
     pytest.importorskip("matplotlib")
     assert "tuned.png" in command._write(tmp_path, tuned, Look())
