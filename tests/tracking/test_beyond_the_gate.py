@@ -59,6 +59,7 @@ def confirmed(it, scans):
 
 
 @pytest.mark.parametrize(("kind", "birth"), SCENES)
+@pytest.mark.by_turns
 def test_targets_as_they_are_modelled_begin_no_second_track(kind, birth):
     """As without a gate; each target's returns fall beyond it in one scan of a hundred."""
     it = tracker(kind, birth)
@@ -74,6 +75,7 @@ def test_with_the_gate_alone_second_tracks_begin(monkeypatch):
 
 
 @pytest.mark.parametrize(("apart", "leaves"), [(3.0, False), (5.0, False), (8.0, False), (3.0, True)])
+@pytest.mark.by_turns
 def test_a_second_target_near_a_track_begins_as_without_a_gate(apart, leaves):
     for seed in range(8):
         given = list(beside(seed, apart, leaves))

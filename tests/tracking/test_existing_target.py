@@ -115,11 +115,13 @@ def normalised_errors(runs, ages):
     return nees
 
 
+@pytest.mark.costly
 def test_errors_are_those_of_the_filter_that_is_told_that_its_target_exists():
     doubting, sure = normalised_errors(100, 8)
     np.testing.assert_allclose(doubting, sure, rtol=1e-6)
 
 
+@pytest.mark.costly
 def test_the_comparison_of_errors_bites(monkeypatch):
     """With the weights as they were, young tracks are wrong: their mean NEES is off by more than 4 standard errors."""
     monkeypatch.setattr(kernels, "given_existence", lambda weights, *rest: weights)

@@ -71,6 +71,7 @@ def command(monkeypatch, tmp_path):
 
 
 @pytest.mark.parametrize(("cls", "method", "fault", "place", "said"), WRONG)
+@pytest.mark.by_turns
 def test_a_faulty_method_is_named_in_one_paragraph(cls, method, fault, place, said, command, capsys):
     assert command(spoiled(cls, method, fault)) == 2
     error = capsys.readouterr().err.strip()
@@ -108,6 +109,7 @@ def test_a_step_that_fails_says_so_too_and_leaves_the_state():
     assert len(state.ids) == 1
 
 
+@pytest.mark.costly
 def test_a_track_that_would_begin_nowhere_fails_the_step():
     config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
     nowhere = spoiled("Lidar", "invert", "return Gaussian(given.mean * np.nan, given.cov)")
@@ -133,6 +135,7 @@ def test_numbers_that_are_none_are_told_after_the_run():
         vedette.config.load(tomllib.loads(CONFIG), registry).run()
 
 
+@pytest.mark.costly
 def test_right_components_break_no_promise():
     """No false alarm: every call of these runs is looked at."""
     for config in ("harbour", "flir", "swarm"):

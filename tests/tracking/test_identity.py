@@ -41,6 +41,7 @@ def changes(tracker, states):
 
 
 @pytest.mark.parametrize("kind", ["k_best", "n_scan", "lmb"])
+@pytest.mark.by_turns
 def test_a_track_is_called_the_same_whichever_hypothesis_is_best(kind):
     changed = 0
     for seed in RUNS:

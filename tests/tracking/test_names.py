@@ -113,6 +113,7 @@ def kept_apart(it, scans):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
 def test_codes_keep_targets_apart_that_their_positions_do_not(kind):
     it = tracker(kind, gate={"probability": 0.9999}, identity={"wrong": 0.1})
     switched = [not kept_apart(it, _hidden(beside_each_other(seed))) for seed in range(5)]
@@ -126,6 +127,7 @@ def _hidden(scans):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
 def test_names_and_orders_are_free(kind):
     """Other codes for the same objects, and returns in another order, change no estimate."""
     it, scans = tracker(kind), list(beside_each_other(2))

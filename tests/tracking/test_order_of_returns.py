@@ -29,6 +29,7 @@ def tracks(by, birth, scans):
 
 @pytest.mark.parametrize("by", ["nearest", "pda", "gnn", "jpda", "k_best", "lmb"])
 @pytest.mark.parametrize("birth", BIRTHS)
+@pytest.mark.by_turns
 def test_permuted_returns_give_the_same_tracks(by, birth):
     """Two targets 20 m apart: tracks that begin in one scan share their returns."""
     rng, scans = np.random.default_rng(5), []

@@ -68,6 +68,7 @@ def states(made, scans):
 
 
 @pytest.mark.parametrize(("birth", "by", "life", "seed"), CASES)
+@pytest.mark.by_turns
 def test_scans_of_other_places_change_no_track(birth, by, life, seed):
     """Between two scans, and at their very time."""
     two = {"west": RADAR, "far": {**RADAR, "view": ELSEWHERE}}
@@ -90,6 +91,7 @@ def test_scans_of_other_places_change_no_track(birth, by, life, seed):
 
 
 @pytest.mark.parametrize("birth", BIRTHS)
+@pytest.mark.by_turns
 def test_each_of_two_radars_starts_the_tracks_of_its_own_half(birth):
     rng, made = np.random.default_rng(3), tracker(birth)
     state = made.start(seed=1)
@@ -114,6 +116,7 @@ def test_what_gives_no_position_stands_beside_what_does(birth):
 
 
 @pytest.mark.parametrize("birth", ["two_point", "three_point"])
+@pytest.mark.by_turns
 def test_what_nobody_looks_at_again_is_forgotten(birth):
     """A ship that sails on for 400 scans remembers the returns of sixteen."""
     made = tracker(birth, radar={"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01, "max_range": 100.0})
@@ -134,6 +137,7 @@ def test_decisions_after_so_many_scans_of_any_place_break_the_law(monkeypatch):
             test_scans_of_other_places_change_no_track(birth, "n_scan", "existence", 1)
 
 
+@pytest.mark.costly
 def test_scans_that_end_what_they_cannot_see_break_the_law(monkeypatch):
     monkeypatch.setattr(limited, "UNSEEN", -1.0)
     for seed in (1, 5, 7, 14, 18, 19):

@@ -82,6 +82,7 @@ def test_what_is_told_wrongly_is_not_the_joint_posterior(wrong, monkeypatch):
 @pytest.mark.parametrize(
     "associator", ["pda", "jpda", "jpda_star", "gnn", "nearest", "m_best_jpda", "lmb", "k_best", "n_scan", "variational"]
 )
+@pytest.mark.by_turns
 def test_a_bearing_offset_is_found_from_ais_of_half_of_the_vessels(associator):
     scene = experiment({"bearing_offset": 0.06}, ais=True, associator=associator)
     state = run(scene, ais_of_half(scene, seed=1, bearing=BEARING))
