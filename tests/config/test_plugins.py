@@ -62,7 +62,6 @@ FAULTS: dict[str, tuple[Callable[[str], str], str]] = {
 
 
 @pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.by_turns
 def test_a_faulty_plugin_is_set_aside_and_harms_no_other(fault: str, distribution: Distribution) -> None:
     change, reason = FAULTS[fault]
     distribution("bad-dist", "vedette_test_bad", change(drifting()))

@@ -83,7 +83,6 @@ def test_a_table_that_is_named_as_a_result_is_not_overwritten(given, capsys):
 
 
 @pytest.mark.parametrize("stream", [[], ["--stream"]])
-@pytest.mark.by_turns
 def test_results_are_not_written_through_links(ran, capsys, stream):
     precious = ran.parent / "precious.csv"
     precious.write_text("keep\n")
@@ -186,7 +185,6 @@ class Full:
 
 
 @pytest.mark.parametrize("stream", [[], ["--stream"]])
-@pytest.mark.by_turns
 def test_a_full_disk_is_told_and_former_results_stay(ran, capsys, monkeypatch, stream):
     before = files(ran)
     monkeypatch.setattr(series, "SCANS", 3)
