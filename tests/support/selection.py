@@ -3,7 +3,7 @@
 What changed is told since the branch left main. The hash of the commit draws these, so that the same commit tries
 the same kinds. Of what depends on a change, as all does on the kernels, at most `MOST_KINDS` and `MOST_COSTLY` are tried:
 those whose own file changed, then drawn ones; otherwise a run would take twice its time. Without git, as in an sdist,
-without history, with `--all` and in the nightly profile all are tried.
+without history, with `--all` and in the nightly profile all are tried. Of cases that take turns one is tried in every run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ SHARE = 28
 """One of so many unchanged kinds is tried."""
 
 MOST_KINDS, MOST_COSTLY = 30, 30
-"""Kinds, and costly tests, of one change that are tried."""
+"""Kinds, and costly tests, of one change that are tried; by hand: less than a minute of CPU each."""
 
 OF_ALL = (
     "core/cpp/",
