@@ -110,6 +110,7 @@ def test_a_run_at_the_edge_ends_with_a_summary(edge, truth, estimator, tmp_path)
 
 
 @pytest.mark.parametrize("kind", ["single_target", "m_of_n", "existence", "score", "coast_limited"])
+@pytest.mark.by_turns
 def test_tracks_there_from_the_start_live_through_a_quiet_sea(kind, tmp_path):
     parts = {"lifecycle": {"kind": kind}}
     if kind == "single_target":

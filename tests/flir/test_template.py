@@ -183,6 +183,7 @@ def test_the_amplitude_follows_a_target_that_brightens():
     assert follow(follows_neither, frames[::-1])[1][-1] < 0.5
 
 
+@pytest.mark.costly
 def test_a_target_that_turns_is_held(monkeypatch):
     """It looks as it did a frame before, however far it has turned since its template was learned."""
     (y, x), frames = np.mgrid[:60, :100], []
@@ -199,6 +200,7 @@ def test_a_target_that_turns_is_held(monkeypatch):
     assert existences(frames, (22.0, 22.0))[1].min() < 0.5
 
 
+@pytest.mark.costly
 def test_a_hidden_target_is_not_taken_for_a_smaller_thing_of_its_scene(monkeypatch):
     """A spot of its shape is .3 of its size. It is told as lost while it is hidden, and found where it comes out."""
     (y, x), frames = np.mgrid[:120, :200], []

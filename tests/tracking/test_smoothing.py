@@ -38,6 +38,7 @@ def check_exact(kinds=ALL, seeds=range(25)):
             assert np.linalg.eigvalsh(before - covs).min() > -1e-9 * scale
 
 
+@pytest.mark.costly
 def test_on_linear_problems_it_is_the_joint_gaussians_conditional_and_never_less_certain_than_the_filter():
     check_exact()
 
