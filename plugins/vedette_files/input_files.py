@@ -18,11 +18,20 @@ from vedette.limits import most as raised
 LONGEST_LINE = 2**25
 """Characters of a line; a scan of 100,000 returns with their covariances takes a third of it."""
 
+AS_CSV = ", not text: save the table as CSV"
+
 NOT_TEXT = {
     b"PAR1": "is a Parquet file: its name must end in .parquet",
-    b"PK\x03\x04": "is an Excel workbook or a ZIP archive, not text: save the table as CSV",
-    b"\xd0\xcf\x11\xe0": "is an old Excel workbook, not text: save the table as CSV",
+    b"PK\x03\x04": f"is an Excel workbook or a ZIP archive{AS_CSV}, or unpack it",
+    b"\xd0\xcf\x11\xe0": f"is an old Excel workbook{AS_CSV}",
     b"\x1f\x8b": "is compressed by gzip: unpack it",
+    b"\x89HDF": f"is an HDF5 file{AS_CSV} or Parquet",
+    b"MATLAB 5.0": f"is a file of MATLAB{AS_CSV} or Parquet",
+    b"SQLite format 3": f"is a database of SQLite{AS_CSV}, with a row for each return",
+    b"\x93NUMPY": f"is an array of numpy{AS_CSV}, with titles",
+    b"#ROSBAG": f"is a recording of ROS{AS_CSV}, a topic in each file",
+    b"ULog": f"is a log of PX4{AS_CSV}, as ulog2csv does",
+    b"\xd4\xc3\xb2\xa1": "holds packets of a network, not text: decode what they hold, as ASTERIX, to CSV or JSON",
 }
 """How files begin that are taken for text, and what to do with them."""
 

@@ -142,7 +142,8 @@ def _parsed(place: str, text: str) -> Any:
 def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Iterator[dict[str, Any]]:
     """Yield the rows of a record; lists of numbers give rows only with `points`, and where no list of records does."""
     if not isinstance(record, Mapping):
-        raise InputError(f'{place}: must be a record, as {{ "t": 0.0, "x": 1.0 }}, got {shown(str(record))}')
+        cure = '; a list of lists needs titles: {"columns": [...], "data": [...]}' if isinstance(record, list) else ""
+        raise InputError(f'{place}: must be a record, as {{ "t": 0.0, "x": 1.0 }}, got {shown(str(record))}{cure}')
     if depth == 0 and record.get("format") == FORMAT:
         raise InputError(f"{place}: is a recording in Vedette's own format: a source of kind 'jsonl' reads it")
     row: dict[str, Any] = {}

@@ -119,9 +119,10 @@ def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -
     return f"{wanted}; write one above it, with the columns' own names: {typed}"
 
 
-def of_header(titles: Sequence[str], below: Sequence[str]) -> str:
+def of_header(path: TablePath, titles: Sequence[str], below: Sequence[str]) -> str:
     """Return what is wrong with a header, by what stands below it, or ""."""
-    if "" in titles[:-1] or (any(below) and not any(sign.isdigit() for cell in below for sign in cell)):
+    in_lines = isinstance(path, Path) and not is_columnar(path)
+    if in_lines and ("" in titles[:-1] or (any(below) and not any(sign.isdigit() for cell in below for sign in cell))):
         return f"; {ONE_EACH}"
     if "sample_token" in titles:
         return "; nuScenes keeps it in sample.json: join the two by sample_token"

@@ -21,11 +21,17 @@ DAYS = ((2e4, 8e4), (7.1e5, 7.7e5), (2.43e6, 2.49e6))
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
 
+CODED = 25.0
+"""ft: transponders tell altitudes in such steps."""
+
 ASTERIX = {"sac", "sic"}
 """Titles of radar plots that are decoded from ASTERIX, whose ranges are in NM."""
 
 FAR_OFF = 50.0
 """So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
+
+SEVERAL = 5
+"""So many altitudes that are whole steps are so by no chance: of whole numbers one in ten million."""
 
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 
@@ -47,13 +53,21 @@ def add_unit(
     elif not unit and axis == "range" and {title.lower() for title in columns} >= ASTERIX:
         unit = "NM"
         guessed[given.title] = "is in NM, as ASTERIX sends it"
-    elif not unit and axis == "altitude" and (most := float(np.max(numbers(columns[given.title]), initial=0.0))) > CEILING:
+    elif not unit and axis == "altitude" and (told := _in_feet(numbers(columns[given.title]))):
         unit = "ft"
-        guessed[given.title] = f"is in ft: it goes up to {most:,.0f}{_unknown(given)}"
+        guessed[given.title] = f"is in ft: {told}{_unknown(given)}"
     elif not unit:
         guessed[given.title] = f"is in {usual}{_unknown(given)}"
     if unit and unit != usual:
         units[place] = unit
+
+
+def _in_feet(altitudes: Array) -> str:
+    """Return why altitudes are in ft, or ""."""
+    if (most := float(np.max(altitudes, initial=0.0))) > CEILING:
+        return f"it goes up to {most:,.0f}"
+    coded = len(np.unique(altitudes)) >= SEVERAL and not np.any(altitudes % CODED)
+    return f"its numbers are {CODED:.0f} apart, as a transponder tells altitudes" if coded else ""
 
 
 def unknown_unit(axis: str, given: Meaning) -> str:

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from vedette_tools.drafting.titles import NAMES, PROPERTIES, SENT
+from vedette_tools.drafting.titles import NAMES, OTHER_IDS, PROPERTIES, SENT
 
 OFTEN, ONCE = 2.0, 0.9
 """A name of an object stands in so many rows, and in such a part of them alone at its time."""
@@ -18,7 +18,8 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
     plain = {name: title for name, title in by_words(columns).items() if title not in taken}
     rows = list(dict.fromkeys(zip(times, *columns.values(), strict=True)))  # a row that stands twice says no more
     place = {title: 1 + i for i, title in enumerate(columns)}
-    for name in NAMES:
+    others = [words for words in plain if words.endswith("_id") and not OTHER_IDS & {*words.split("_")}]
+    for name in (*NAMES, *others):
         title = plain.get(name) or next(
             (title for words, title in plain.items() if name in SENT and words.endswith(name)), ""
         )

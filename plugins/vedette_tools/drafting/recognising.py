@@ -84,7 +84,7 @@ class Columns:
             told = (
                 f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
             )
-            raise InputError(f"{path}: {told}{index}{of_header(titles, below or next(iter(rows), []))}")
+            raise InputError(f"{path}: {told}{index}{of_header(path, titles, below or next(iter(rows), []))}")
         return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern)
 
     def geodetic(self) -> tuple[Columns, tuple[str, ...]]:
@@ -104,9 +104,9 @@ class Columns:
         """Return the times that are numbers; InputError if the column cannot be the time, or must be read otherwise."""
         cells, place = self.cells[self.time.title], f"{self.path}: {self.time.title}"
         # What is looked at of a longer file may be the reports of many objects at its first moment.
-        if MANY <= len(self.rows) < 0.9 * LOOKED_AT and len(set(cells)) == 1:
-            route = "" if cells[0] else "; a planned route has none"
-            raise InputError(f"{place}: is the time, and {cells[0]!r} in all rows; name another: --time COLUMN{route}")
+        if 1 < len(self.rows) < 0.9 * LOOKED_AT and len(set(cells)) == 1:
+            several = "add rows of other moments, for one shows no motion" if cells[0] else "a planned route has none"
+            raise InputError(f"{place}: is the time, and {cells[0]!r} in all rows; name another, --time COLUMN; {several}")
         times = numbers(cells)
         if not (wishes.rate or wishes.dates) and (advice := joined(times)):
             raise InputError(f"{place}: {advice}, got {times[0]:.15g}")
@@ -136,7 +136,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
         text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
-        raise InputError(f"{path}: {text}{of_header(titles, table.below or next(iter(table.rows), []))}")
+        raise InputError(f"{path}: {text}{of_header(path, titles, table.below or next(iter(table.rows), []))}")
     found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
     check_together(path, found_by, found, titles)
     lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
@@ -151,10 +151,12 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if not others or who:
         names |= third_column(axes[0], measured, main)
     first, second = (measured[name].title for name in axes)
-    for title in titles:
-        if title.endswith(f".{first}") and (other := title.removesuffix(first) + second) in titles:
-            typed = f"--columns {axes[0]}={title},{axes[1]}={other} takes them instead"
-            assumed.append(f"{title} and {other} are not read: {typed}")
+    again = [(title, title.removesuffix(first) + second) for title in titles if title.endswith(f".{first}")]
+    alike = zip(*([each for each in titles if meaning(each).axis == axis] for axis in axes), strict=False)
+    again = [pair for pair in again if pair[1] in titles] or [pair for pair in alike if not {first, second} & {*pair}][:1]
+    for title, other in again:
+        typed = f"--columns {axes[0]}={title},{axes[1]}={other} takes them instead"
+        assumed.append(f"{title} and {other} are not read: {typed}")
     beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}

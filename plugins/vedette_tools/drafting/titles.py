@@ -63,6 +63,13 @@ NAMES = (
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
+OTHER_IDS = frozenset((
+    "frame", "scan", "sweep", "turn", "image", "scene", "sensor", "source", "station", "radar", "site", "camera", "cam",
+    "event", "message", "msg", "detection", "det", "measurement", "plot", "point", "spot", "cluster", "parent", "row",
+    "index", "class", "type", "category", "status", "group", "session", "study", "zone", "record", "file",
+))  # fmt: skip
+"""Words of titles whose id is not an object's, or not for long."""
+
 OF_REPORTS = frozenset((
     *BORNE, "groundspeed", "groundspeed_kn", "sog", "sog_knots", "cog", "cog_degrees", "track_deg", "speedoverground",
     "courseoverground",
@@ -87,10 +94,17 @@ PROPERTIES = "properties."
 CENTRES = ("pos", "position", "pose", "center", "centre", "centroid", "p", "utm")
 """Words before an axis of a position, as of the middle of a box; frames may stand between, as in p_RS_R_x."""
 
-PLACES = ("range", "latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
-MOVING = ("v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration", "traveled", "travelled")
-"""Axes of places, and words of titles that name none, whatever else they say: vrel_lat is a lateral speed, distance
-travelled no range."""
+COORDINATE = {*CENTRES, "coord", "coords", "coordinate", "coordinates", "loc", "location", "px", "pixel"} - {"p", "utm"}
+"""Words of which one anywhere beside an x says that it is one: X_POSITION, cell x coordinate."""
+
+SPOTS = ("latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
+PLACES = ("range", "bearing", "elevation", *SPOTS)
+MOVING = (
+    "v", "vel", "vrel", "velocity", "speed", "rate", "acc", "accel", "acceleration", "traveled", "travelled", "moved",
+    "movement", "motion", "displacement", "orientation", "between",
+)  # fmt: skip
+"""Axes of places, where something stands or as a sensor sees it, and words of titles that name none, whatever else they
+say: vrel_lat is a lateral speed, distance travelled, or between start and end, no range, angle of movement no bearing."""
 
 AXES: dict[str, tuple[str, ...]] = {
     **{
@@ -202,11 +216,12 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
         if whole in names:
             return axis, own, True
     place = "_".join(word for word in words if word not in STANDS)
-    for axis in PLACES[1:]:
+    for axis in SPOTS:
         if place in AXES[axis]:
             return axis, True, True
-    if len(words) > 2 and words[0] in CENTRES and words[-1] in ("x", "y", "z"):
-        return words[-1], own, False
+    letters = [word for word in words if word in ("x", "y", "z")]
+    if len(letters) == 1 and (words[0] in CENTRES or COORDINATE & {*words}) and not {*MOVING} & {*words}:
+        return letters[0], own, False
     for axis, names in AXES.items():
         if axis == "sensor" and len(words) > 2:
             continue  # the type of a device is no sensor's name

@@ -138,6 +138,7 @@ REFUSED = {
         table("time,x,y", lambda time, x, y: (time, x, y if time < 20 else f"{y:.0f} or so")),
         r"d.csv: 30 of 40 rows cannot be read, the first of them d.csv:12: y must be a number",
     ),
+    "a snapshot": (table("time,id,x,y", lambda time, x, y: (7, time, x, y), looks=LOOKS[:9]), "all rows; .* other moments"),
     "one time in all rows": (table("date,x,y", lambda time, x, y: (140214, x, y)), r"d.csv: date: .* all rows; .*--time"),
     "degrees and minutes without a letter": (
         table("time,lat,lon", lambda time, x, y: (time, f"{5925 + time / 100:.4f}", f"{1028 + time / 100:.4f}")),
@@ -147,6 +148,9 @@ REFUSED = {
         b"PK\x03\x04" + bytes(99),
         "is an Excel workbook or a ZIP archive, not text: save the table as CSV",
     ),
+    "an HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(99), "d.csv: is an HDF5 file, not text: save"),
+    "a file of MATLAB": (b"MATLAB 5.0 MAT-file" + bytes(99), "d.csv: is a file of MATLAB, not text: save"),
+    "captured packets": (b"\xd4\xc3\xb2\xa1\x02\x00" + bytes(99), "d.csv: holds packets .*: decode"),
     "a Parquet file": (b"PAR1" + bytes(99), "is a Parquet file: its name must end in .parquet"),
     "bytes of any kind": (bytes(range(1, 200)) * 3, r"among .*\\x02.*; name it `time` or `t`"),
     "clock times without colons": (
@@ -226,6 +230,10 @@ REFUSED = {
     "how far and where to something went": (
         table("t,distance travelled,angle", plain),
         "among t, distance travelled, angle;",
+    ),
+    "an angle of movement": (
+        table("t,Distance between start and end,Angle of movement", plain),
+        "among t, Distance between",
     ),
     "speeds in place of places": (
         table("t_ms;id;vrel_long;vrel_lat", lambda time, x, y: (int(1000 * time), 1, -3.0, 0.2), ";"),
@@ -444,3 +452,42 @@ def test_a_column_of_dates_is_the_time_whatever_its_title_says(tmp_path):
     found = read_table(path)
     assert found.time.title == "t_begin"
     assert any("t_begin is the time" in said for said in found.said)
+
+
+@pytest.mark.parametrize("titles", ["x_center,y_center", "cell X Coordinate (px),cell Y Coordinate (px)", "Loc.X,Loc.Y"])
+def test_what_says_that_an_x_is_a_position_stands_before_or_after_it(titles, tmp_path):
+    (tmp_path / "d.csv").write_text(table(f"time,{titles},orientation_x,x_center_speed", lambda *look: (*look, 1, 2)))
+    assert [*read_table(tmp_path / "d.csv").measured.values()] == titles.split(",")
+
+
+def test_a_draft_says_which_positions_of_a_row_it_does_not_read(tmp_path):
+    (tmp_path / "d.csv").write_text(table("time,x position,y position,goal loc x,goal loc y", lambda *look: (*look, 1, 2)))
+    told = "goal loc x and goal loc y are not read: --columns x=goal loc x,y=goal loc y takes them instead"
+    assert told in read_table(tmp_path / "d.csv").assumed
+
+
+@pytest.mark.parametrize(("title", "name"), [("PersID", "PersID"), ("storm_id", "storm_id"), ("sensor_id", "")])
+def test_an_id_of_whom_it_may_be_names_objects(title, name, tmp_path):
+    (tmp_path / "d.csv").write_text(table(f"time,{title},x,y", lambda time, x, y: (time, 3, x, y)))
+    assert read_table(tmp_path / "d.csv").identity == name
+
+
+def test_altitudes_in_the_steps_of_transponders_are_in_ft(tmp_path):
+    """Below 20,000 they were in m."""
+    for step, unit in ((25, "ft"), (7, None)):
+        (tmp_path / "d.csv").write_text(
+            table("time,lat,lon,altitude", lambda t, x, y, step=step: (t, 54 + t / 1e4, 10.5, 600 + step * t))
+        )
+        assert read_table(tmp_path / "d.csv").units.get("altitude") == unit
+
+
+@pytest.mark.parametrize(
+    ("data", "cure"),
+    [([["ab1", 1, 2.0]] * 9, 'titles: {"columns"'), ([{"name": "a", "kind": "b"}] * 9, r"--time COLUMN$")],
+)
+def test_json_without_titles_or_times_is_refused_for_that_alone(data, cure, tmp_path):
+    """Of words alone the titles were said to stand in several lines."""
+    path = tmp_path / "d.json"
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match=cure):
+        read_table(path)
