@@ -29,6 +29,7 @@ class Acknowledging:
     _seen: dict[str, int] = field(factory=dict)
     _waiting: deque[tuple[Number, int, str]] = field(factory=deque)
     _taken: dict[tuple[str, str], int] = field(factory=dict)
+    _marks: deque[tuple[Number, int]] = field(factory=deque)
     _unreadable: dict[str, deque[str]] = field(factory=dict)
     _ended: dict[str, dict[str, int]] = field(factory=dict)
 
@@ -76,6 +77,10 @@ class Acknowledging:
         """Remember that a message has come: of a sensor that is known, as others may have very many names."""
         self._seen[_key(*number[:2])] = number[2]
 
+    def mark(self, number: Number) -> None:
+        """Remember that a message has come that is in no scan: it is taken once what came before it is."""
+        self._marks.append((number, self.last(number)))
+
     def take(self, numbers: Iterable[Number]) -> None:
         """Remember that messages are taken, or refused."""
         _raise(self._taken, numbers)
@@ -86,6 +91,13 @@ class Acknowledging:
         for (stream, sensor), number in self._taken.items():
             key = _key(stream, sensor)
             numbers[key] = max(number, numbers.get(key, -1))
+        for _ in range(len(self._marks)):
+            mark, before = self._marks.popleft()
+            if before > numbers.get(key := _key(*mark[:2]), -1):
+                self._marks.append((mark, before))
+            else:
+                self.take([mark])
+                numbers[key] = max(mark[2], numbers.get(key, -1))
         return numbers
 
     def keep(self, numbers: Mapping[str, int]) -> None:

@@ -86,7 +86,11 @@ class Keeping:
         return window
 
     def save(self, window: Window | None, *, due: bool = True) -> None:
-        """Keep, if it is due, the state and the tracks since the last time; answer what is kept, or all where nothing is."""
+        """Keep, if it is due, the state and the tracks since the last time; answer what is kept, or all where nothing is.
+
+        It is due, too, as soon as the record was moved away: after a kill, what is in another file would come again.
+        """
+        due = due or (self.recorder is not None and "record" not in self.ails and self.recorder.moved)
         if due and self.recorder is not None:
             self._write_record(self.recorder)
         acknowledging = self.listening.numbers
@@ -135,12 +139,12 @@ class Keeping:
                 self._unsaved.append(chosen(report, report.confirmed))
 
     def record(self, *, all_of_it: bool) -> None:
-        """Write the record once enough waits, or `all_of_it`."""
+        """Write the record once enough waits, or `all_of_it`; one that was moved away is begun anew by `save`."""
         if self.recorder is None:
             return
         while self.listening.left_out:
             self.recorder.leave_out(*self.listening.left_out.popleft())
-        if all_of_it or len(self.recorder.waiting) >= TOGETHER:
+        if all_of_it or (len(self.recorder.waiting) >= TOGETHER and not self.recorder.moved):
             self._write_record(self.recorder)
 
     def _write_record(self, recorder: Recorder) -> None:

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from threading import Event, Lock, Thread
 from typing import Any, final
 
-from attrs import define, field
+from attrs import define, evolve, field
 
 from vedette.errors import VedetteError
 from vedette.streams import Arrival, Message, now
@@ -147,6 +147,10 @@ class Listening:
                     self.numbers.refuse(number, str(error))
                 continue
             if number is not None:
+                if message.marker and done:
+                    done[-1] = evolve(done[-1], acknowledge=(*done[-1].acknowledge, number))
+                elif message.marker:
+                    self.numbers.mark(number)
                 self.numbers.note(number)
                 self.ails.pop(f"numbers of {message.sensor!r}", None)
             self._hear(i, message.sensor, arrival.time)

@@ -90,9 +90,14 @@ class Recorder:
         self.dropped += len(self.waiting) == self.waiting.maxlen
         self.waiting.append(line.encode())
 
+    @property
+    def moved(self) -> bool:
+        """Whether the file was moved away, so that `flush` begins it anew."""
+        return not is_at(self.path, self.file)
+
     def flush(self) -> None:
         """Write what waits; OSError, and all of it still waits, if it cannot be written."""
-        if not is_at(self.path, self.file):
+        if self.moved:
             self._begin_anew()
         data = b"".join((b"" if self.end else self.head, *self.waiting))
         try:

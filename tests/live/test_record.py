@@ -6,13 +6,27 @@ import json
 import sqlite3
 from contextlib import closing
 from pathlib import Path
+from shutil import copytree, ignore_patterns
 from typing import Any
 
 import numpy as np
 import pytest
 
 import vedette
-from support.services import TRACKER, as_json, feed, lines, made, ran, replayed, undisturbed
+from support.services import (
+    TRACKER,
+    as_json,
+    connected,
+    feed,
+    free_port,
+    lines,
+    made,
+    ran,
+    replayed,
+    served,
+    undisturbed,
+    wait_for,
+)
 from vedette.streams import Arrival
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
@@ -74,6 +88,31 @@ def test_a_record_that_is_moved_away_is_begun_anew(tmp_path: Path) -> None:
     recorder.close()
     times = [[scan.time for scan in read_recording(tmp_path / name)[0].scans] for name in ("old", "older", "record.jsonl")]
     assert times == [[1.0], [2.0], [3.0]]
+
+
+def test_a_service_killed_after_its_record_was_moved_away_records_no_scan_twice(tmp_path: Path) -> None:
+    """It went on from the state of 5 s before, and recorded again what stood in the file that was moved."""
+    here, killed, port = tmp_path / "here", tmp_path / "killed", free_port()
+
+    def config(folder: Path) -> dict[str, Any]:
+        conduct = {"record": str(folder / "record.jsonl"), "store": {"kind": "sqlite", "path": str(folder / "state.sqlite")}}
+        given = {"kind": "tcp_server", "port": port}
+        return {
+            **TRACKER,
+            "inputs": [{"input": given, "format": {"kind": "json_lines"}}],
+            "service": {**conduct, "save": "1 h"},
+        }
+
+    here.mkdir()
+    with served(config(here)) as running, connected(port) as sender:
+        sender.sendall(b"".join(lines(70)))
+        wait_for(lambda: (here / "record.jsonl").stat().st_size and running.counters.counts["scans_taken_total"] == 70)
+        (here / "record.jsonl").rename(here / "old.jsonl")
+        wait_for(lambda: running.counters.counts["saves_total"] == 1)
+        copytree(here, killed, ignore=ignore_patterns(".*"))
+    ran({**config(killed), "inputs": [feed()]}, [Arrival(line, 1e6) for line in lines(80)])
+    records = [read_recording(killed / name)[0].scans for name in ("old.jsonl", "record.jsonl")]
+    assert [scan.time for scans in records for scan in scans] == [1.5 * k for k in range(80)]
 
 
 def test_a_record_that_ends_in_a_part_of_a_line_goes_on_after_the_last_whole_one(tmp_path: Path) -> None:

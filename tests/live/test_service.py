@@ -143,6 +143,61 @@ def test_who_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
             assert here.recv(10) == b""  # it has no numbers, and waits for nothing
 
 
+def test_a_server_that_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        given = {"kind": "tcp_client", "port": server.getsockname()[1]}
+        config = {
+            **TRACKER,
+            "inputs": [{"input": given, "format": {"kind": "json_lines"}}],
+            "service": {"store": {"kind": "sqlite", "path": str(tmp_path / "state.sqlite")}, "save": 1.0},
+        }
+        server.settimeout(PATIENCE)
+        with served(config):
+            with server.accept()[0] as here, here.makefile("rb") as told:
+                here.settimeout(PATIENCE)
+                here.sendall(b"".join(lines(10)))
+                here.shutdown(socket.SHUT_WR)
+                answers = {answer["sensor"]: answer["ack"] for answer in map(json.loads, told)}
+            assert answers == {"north": 9, "south": 8}
+            server.accept()[0].close()  # it comes again
+
+
+def test_numbered_markers_are_answered_once_what_came_before_is_kept() -> None:
+    """A sender of marks alone, as of a radar that sees nothing, was never answered."""
+    port = free_port()
+    config = {
+        **TRACKER,
+        "inputs": [
+            {
+                "input": {"kind": "tcp_server", "port": port},
+                "format": {"kind": "json_lines"},
+                "scans": {"by": "turn", "wait": "1 h", "length": "1 h"},
+            }
+        ],
+    }
+    told = [
+        {"marker": "sector"},
+        {"marker": "north"},
+        {"z": [[1, 2]]},
+        {"marker": "sector"},
+        {"marker": "north"},
+        {"marker": "north"},
+    ]
+    with served(config), connected(port) as here, here.makefile("rb") as answers:
+
+        def send(k: int) -> None:
+            here.sendall(json.dumps({"time": float(k), "sensor": "north", "n": k, **told[k]}).encode() + b"\n")
+
+        for k in (0, 1):
+            send(k)
+            assert json.loads(answers.readline())["ack"] == k
+        for k in (2, 3, 4):
+            send(k)
+        assert json.loads(answers.readline())["ack"] == 4
+        send(5)
+        assert json.loads(answers.readline())["ack"] == 5
+
+
 def test_a_token_is_asked_for(tmp_path: Path) -> None:
     port, token = free_port(), tmp_path / "token"
     token.write_bytes(b"correct horse battery staple\n")

@@ -142,13 +142,14 @@ class _Connection:
     lock: Lock = field(factory=Lock)
 
     def receive(self) -> bytes | None:
-        """Return what has come, b"" at the end; None if nothing has."""
+        """Return what has come, b"" at the end; None if nothing has. One that fails is shut: it takes no answers."""
         try:
             with self.lock:
                 return self.here.recv(PIECE)
         except (BlockingIOError, ssl.SSLWantReadError, ssl.SSLWantWriteError):
             return None
         except (OSError, ValueError):
+            self.end()
             return b""
 
     def send(self, data: bytes) -> None:
@@ -212,20 +213,20 @@ class TcpClientInput(Input):
                     if token is not None:
                         here.sendall(token + b"\n")
                     count, wait = count + 1, PATIENCE
-                    yield from _received(here, f"{self.host}:{self.port} #{count}", stop)
+                    yield from self._received(here, f"{self.host}:{self.port} #{count}", stop)
             stop.wait(wait)
             wait = min(2 * wait, self.pause)
 
-
-def _received(here: socket.socket, name: str, stop: Event) -> Iterator[Arrival]:
-    here.setblocking(False)
-    one = _Connection(here, name, True)
-    while not stop.is_set():
-        data = one.receive()
-        if data:
-            yield Arrival(data, now(), name, one.send)
-        elif data is None:
-            select.select([here], [], [], PATIENCE)
-        else:
-            yield Arrival(b"", now(), name, ended=True)
-            return
+    def _received(self, here: socket.socket, name: str, stop: Event) -> Iterator[Arrival]:
+        """Yield what comes; then a server that sends no more may wait for answers, for `pause` at most."""
+        here.setblocking(False)
+        one = _Connection(here, name, True)
+        while not stop.is_set() and (data := one.receive()) != b"":
+            if data is None:
+                select.select([here], [], [], PATIENCE)
+            else:
+                yield Arrival(data, now(), name, one.send)
+        yield Arrival(b"", now(), name, None if one.shut else one.send, ended=True)
+        end = monotonic() + self.pause
+        while not (one.shut or stop.wait(PATIENCE)) and monotonic() < end:
+            pass
