@@ -120,7 +120,7 @@ def tune(
     if resume and out is None:
         raise ConfigError([Problem("--resume", "needs the folder of the tuning that it is to go on with: --out")])
     data, used = open_data(experiment, part), to_config(experiment)
-    about = {
+    about = {} if out is None else {
         "config": hashlib.sha256(json.dumps(used, sort_keys=True).encode()).hexdigest()[:16],
         "free": [f"{parameter.path}={parameter.low!r}..{parameter.high!r}" for parameter in parameters],
         "by": by, "part": part, "data": contents(used), **made_by(),
