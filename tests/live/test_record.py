@@ -90,6 +90,7 @@ def test_a_record_that_is_moved_away_is_begun_anew(tmp_path: Path) -> None:
     assert times == [[1.0], [2.0], [3.0]]
 
 
+@pytest.mark.costly
 def test_a_service_killed_after_its_record_was_moved_away_records_no_scan_twice(tmp_path: Path) -> None:
     """It went on from the state of 5 s before, and recorded again what stood in the file that was moved."""
     here, killed, port = tmp_path / "here", tmp_path / "killed", free_port()

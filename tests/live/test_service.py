@@ -143,6 +143,7 @@ def test_who_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
             assert here.recv(10) == b""  # it has no numbers, and waits for nothing
 
 
+@pytest.mark.costly
 def test_a_server_that_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         given = {"kind": "tcp_client", "port": server.getsockname()[1]}
