@@ -61,6 +61,15 @@ def test_a_named_index_is_a_column(tmp_path):
     assert len(CsvSource(SOURCE).open_frame(given, PLANE).scans) == 3
 
 
+def test_columns_of_records_in_a_parquet_file_are_columns_of_what_these_hold(tmp_path):
+    """A column of positions was one of text, and no x was found."""
+    given = pd.DataFrame({"t": [0.0, 1.0], "at": [{"place": {"x": 1.0, "y": 2.0}}, {"place": {"x": 3.0, "y": 4.0}}]})
+    given.to_parquet(tmp_path / "d.parquet")
+    columns = DetectionColumns(time="t", columns={"x": "at.place.x", "y": "at.place.y"})
+    found = CsvSource(columns, str(tmp_path / "d.parquet")).open(PLANE, RNG)
+    assert [scan.detections.z.tolist() for scan in found.scans] == [[[1.0, 2.0]], [[3.0, 4.0]]]
+
+
 def test_a_bad_row_of_a_parquet_file_is_told_by_its_number(tmp_path):
     given = frame(tmp_path)
     given["north"] = ["1", "x", None, "-5"]

@@ -97,12 +97,12 @@ def _of_records(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[
 
 
 def parquet_cells(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[list[str]]]:
-    """Return all titles of a Parquet file, and the cells of each row under the `wanted` ones."""
+    """Return all titles of a Parquet file, and the cells of each row under the `wanted` ones; x in pos has pos.x."""
     pa, parquet = pyarrow()
     check_regular(path)
     try:
         file = parquet.ParquetFile(path)
-        titles = list(file.schema_arrow.names)
+        titles = list(_flat(file.schema_arrow.empty_table()).column_names)
         if file.metadata.num_rows > MOST_ROWS:
             raise InputError(f"{path}: has {file.metadata.num_rows:,} rows, and at most {MOST_ROWS:,} are read")
     except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
@@ -112,12 +112,18 @@ def parquet_cells(path: Path, wanted: set[str]) -> tuple[list[str], Iterator[lis
     def given() -> Iterator[list[str]]:
         try:
             for batch in file.iter_batches(BATCH, columns=list(dict.fromkeys(names))):
-                columns = [_values(column) for column in batch.columns]
+                columns = [_values(column) for column in _flat(pa.Table.from_batches([batch])).columns]
                 yield from (list(map(cell, row)) for row in zip(*columns, strict=True))
         except (OSError, UnicodeDecodeError, pa.ArrowException) as error:
             raise InputError(f"{path}: cannot be read as Parquet: {error}") from None
 
     return titles, given()
+
+
+def _flat(table: Any) -> Any:
+    """Return a table whose columns of records are columns of what these hold."""
+    flat = table.flatten()
+    return table if flat.column_names == table.column_names else _flat(flat)
 
 
 def _values(column: Any) -> Sequence[Any]:
