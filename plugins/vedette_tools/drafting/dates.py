@@ -28,6 +28,16 @@ def is_day(cell: str) -> bool:
     return _DAY.fullmatch(cell) is not None
 
 
+def is_plain_day(cell: str) -> bool:
+    """Return whether a cell is a date without marks, as 18510625."""
+    return re.fullmatch(r"(1[6-9]|20)\d\d(0[1-9]|1[0-2])([0-2]\d|3[01])", cell) is not None
+
+
+def is_plain_clock(cell: str) -> bool:
+    """Return whether a cell is hours and minutes without marks, as 0600."""
+    return re.fullmatch(r"([01]\d|2[0-3])[0-5]\d", cell) is not None
+
+
 def is_moment(cell: str) -> bool:
     """Return whether a cell is a date with a time of day."""
     return _DATE.match(cell) is not None

@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping, Sequence
 from attrs import evolve
 
 from vedette_files.tables.composed import PARTS, PLUS, cell_of, coordinates, digits_of
-from vedette_tools.drafting.dates import is_day, is_moment, is_time_of_day
-from vedette_tools.drafting.titles import Meaning, by_words_of, words_of
+from vedette_tools.drafting.dates import is_day, is_moment, is_plain_clock, is_plain_day, is_time_of_day
+from vedette_tools.drafting.titles import Meaning, by_words_of, meaning, words_of
 
 Columns = Mapping[str, Sequence[str]]
 
@@ -49,6 +49,12 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
         found = next((_time(title) for holds in dates for title, cells in columns.items() if _most(cells, holds)), None)
     if found is None:
         return None, ""
+    if _most(columns[found.title], is_plain_day):
+        clocks = (
+            title for title, cells in columns.items() if meaning(title).axis == "time" and _most(cells, is_plain_clock)
+        )
+        if clock := next(clocks, ""):
+            return _time(PLUS.join((found.title, clock))), "%Y%m%d %H%M"
     if _most(columns[found.title], is_day):
         clock = next((title for title, cells in columns.items() if _most(cells, is_time_of_day)), "")
         if clock and len(set(columns[found.title])) == 1 and columns[clock][-1] < columns[clock][0]:

@@ -491,3 +491,11 @@ def test_json_without_titles_or_times_is_refused_for_that_alone(data, cure, tmp_
     path.write_text(json.dumps(data))
     with pytest.raises(InputError, match=cure):
         read_table(path)
+
+
+def test_hours_and_minutes_beside_dates_are_read_where_neither_has_marks(tmp_path):
+    """As of storms: the dates of 1851 were seconds, and the hours were left out."""
+    row = lambda time, x, y: (f"185106{25 + time // 24:02.0f}", f"{time % 24:02.0f}00", x, y)  # noqa: E731
+    (tmp_path / "d.csv").write_text(table("Date,Time,x,y", row))
+    found = read_table(tmp_path / "d.csv")
+    assert (found.time.title, found.dates) == ("Date + Time", "%Y%m%d %H%M")
