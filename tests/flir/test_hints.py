@@ -6,7 +6,7 @@ import pytest
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import hints, template
+from vedette_flir.estimators import hints, judged
 
 SIZE = (120, 160)
 
@@ -35,7 +35,7 @@ def after_a_cut(step, spread, turn=0.0):
 
 
 def standing_counts_for_nothing(monkeypatch):
-    monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
+    monkeypatch.setattr(judged, "stood", lambda appearance, *_: (appearance, False))
 
 
 @pytest.mark.parametrize("spread", [(7.0, 2.5), (7.0, 4.0)])

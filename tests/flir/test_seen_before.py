@@ -8,7 +8,7 @@ import vedette
 from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import template
+from vedette_flir.estimators import judged, template
 from vedette_flir.estimators.seen_before import remembered
 from vedette_flir.estimators.template_search import Matcher
 
@@ -29,20 +29,22 @@ def path(k, speed=1.2):
 
 def followed(monkeypatch, frames):
     """Existence (s,) of the example's track of a spot that is at `path(0)` first, and what is remembered of it."""
-    told = []
+    told, looks = [], []
 
     def spied(by, appearance, *given):
         appearance, new, changed = remembered(by, appearance, *given)
-        told.append((new, appearance.path.copy()))
+        looks.append((new, appearance.path.copy()))
         return appearance, new, changed
 
-    monkeypatch.setattr(template, "remembered", spied)
+    monkeypatch.setattr(judged, "remembered", spied)
     tracker, existence = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
     prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 10.0, 10.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
     state = tracker.start(prior, 0.0)
     for k, pixels in enumerate(frames):
         state = tracker.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
         existence.append(float(state.existence[0]))
+        told += looks[:1]  # the target as it is known, before any look at its negative
+        looks.clear()
     return np.array(existence), np.array([new for new, _ in told]), np.array([way for _, way in told])
 
 
@@ -55,7 +57,7 @@ TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.7, 0.3), (1.2, 0.0)], id
 def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn, asked):
     """The target fades where the spot is, whose likeness to it stays above .95: only that it was there says what it is."""
     if not asked:
-        monkeypatch.setattr(template, "scene_ratio", lambda *_, **__: 0.0)
+        monkeypatch.setattr(judged, "scene_ratio", lambda *_, **__: 0.0)
     tip = (path(38), 55.0, (2.0, 2.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [32, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(75)]
     existence, new, _ = followed(monkeypatch, [seen(k, [one, tip], turn) for k, one in enumerate(faded)])

@@ -10,7 +10,7 @@ import vedette
 from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import template
+from vedette_flir.estimators import judged
 from vedette_flir.estimators.standing import stood
 
 SIZE, TURN = (100, 160), np.array([0.7, 0.3])
@@ -43,8 +43,8 @@ def followed(frames):
 @pytest.mark.by_turns
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
-        monkeypatch.setattr(template, "stood", lambda appearance, *_: (appearance, False))
-        monkeypatch.setattr(template, "scene_ratio", lambda *_, **__: 0.0)
+        monkeypatch.setattr(judged, "stood", lambda appearance, *_: (appearance, False))
+        monkeypatch.setattr(judged, "scene_ratio", lambda *_, **__: 0.0)
     mast = (path(38), 50.0, (1.3, 4.0))
     faded = [(path(k), 60.0 * float(np.interp(k, [30, 40], [1.0, 0.0])), (2.0, 2.0)) for k in range(90)]
     existence, place = followed([seen(k, [one, mast]) for k, one in enumerate(faded)])
@@ -73,14 +73,14 @@ def stands(monkeypatch, frames):
     """In which of the frames the track of a spot is told to stand (s - 1,)."""
     told = []
 
-    asked = template.stood
+    asked = judged.stood
 
     def spied(appearance, *given):
         appearance, stood_there = asked(appearance, *given)
         told.append(stood_there)
         return appearance, stood_there
 
-    monkeypatch.setattr(template, "stood", spied)
+    monkeypatch.setattr(judged, "stood", spied)
     followed(frames)
     return np.array(told)
 
@@ -94,7 +94,7 @@ def test_a_target_that_a_camera_follows_does_not_stand(monkeypatch, asked):
         return stood(evolve(appearance, path=np.full_like(appearance.path, np.nan)), *given)
 
     if not asked:
-        monkeypatch.setattr(template, "stood", in_frames)
+        monkeypatch.setattr(judged, "stood", in_frames)
     frames = [seen(max(k - 25, 0), [(path(0) + k * TURN, 60.0, (2.0, 2.0))]) for k in range(55)]
     assert np.any(stands(monkeypatch, frames)) == (not asked)
 

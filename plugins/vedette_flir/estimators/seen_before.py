@@ -8,7 +8,7 @@ from attrs import evolve, frozen
 from vedette import Array, Mask
 from vedette_flir.estimators.surroundings import FEWEST, SURE, WIDE, Grid, by_slopes
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.estimators.template_search import Matcher
+from vedette_flir.estimators.template_search import Look, Matcher
 from vedette_flir.evidence import LAG, NEWNESS
 from vedette_flir.patches import HALO, mask_of, sample, similarity
 
@@ -56,7 +56,7 @@ def nothing_seen(tracks: tuple[int, ...]) -> tuple[Array, ...]:
     """Return what is remembered of targets before their first frame: the fields of an appearance from `before` on."""
     pair, none = np.zeros((*tracks, 2)), np.zeros(tracks)
     before, went = np.zeros((*tracks, 2, SCENE.cells, SCENE.cells)), np.full((*tracks, 2, 2), np.nan)
-    return before, went, went, none, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none, none + 1.0
+    return before, went, went, none, pair, pair, np.full((*tracks, LAG, 2), np.nan), none + np.nan, none, none + 1.0, none
 
 
 def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
@@ -65,7 +65,7 @@ def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
 
 
 def remembered(
-    by: Matcher, appearance: TemplateAppearance, pixels: Array, place: Array, held: bool
+    by: Matcher, appearance: TemplateAppearance, pixels: Array, look: Look, held: bool
 ) -> tuple[TemplateAppearance, float, float]:
     """Return the appearance that remembers what is around a `place` (2,) of this frame, how new the target is there, and by
     which part of its brightness the scene around has changed.
@@ -75,17 +75,20 @@ def remembered(
     not known. Where it is `held`, what is remembered is renewed as it goes on, or is not known again.
     """
     before, went, sizes, rate = appearance.before, appearance.went, appearance.seen_size, appearance.rate
+    place = look.place
     own = SCENE.own * appearance.grown + HALO
-    at, far, new, changed, known = np.full(2, np.nan), 0.0, np.nan, 0.0, False
+    at, far, new, changed, known = np.full(2, np.nan), 0.0, np.nan, np.inf, False
     if np.isfinite(went[0]).all():
         part = _again(before[0], pixels, place, (went[0] + place - appearance.last, went[0] + rate), sizes[0])
-        changed = part.rest / abs(float(appearance.amplitude))
+        changed = part.rest / abs(float(look.known.amplitude))
         known = changed < CLEAR
         if known:
             far, gone = float(np.hypot(*(part.off / own))), part.off - went[0]
             rate, went, at = rate + STEADY * (gone - rate), went + gone, part.off if part.sure else at
-            new = _new(by, appearance, before[0], part, SCENE.step(sizes[0])) if far >= 1.0 else np.nan
-            if new < NEWNESS[1] and np.hypot(*rate) > MOVING and _follows(by, appearance, pixels, place + part.off):
+            apart = far >= 1.0 or look.negative  # where it was itself before, it is new in the negative
+            new = _new(by, look, before[0], part, SCENE.step(sizes[0])) if apart else np.nan
+            moves = np.hypot(*rate) > MOVING and not look.negative
+            if new < NEWNESS[1] and moves and _follows(by, appearance, pixels, place + part.off):
                 new = np.nan  # who flies ahead of it was there before
         else:
             went = went + rate
@@ -129,11 +132,12 @@ def _shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, siz
     return Part(now, at, off, float(np.sqrt(more.rest)), bool(np.all(more.deviation < SURE)))
 
 
-def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part, step: float) -> float:
+def _new(by: Matcher, look: Look, before: Array, part: Part, step: float) -> float:
     """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before.
 
     A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it.
     """
+    appearance, most = look.known, np.inf if look.negative else 1.0
     cells, middle = int(np.ceil(by.margin * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
     now, then = part.at / step, part.off / step
     if np.max(np.abs([now, then])) + 0.5 * cells > middle:
@@ -145,11 +149,11 @@ def _new(by: Matcher, appearance: TemplateAppearance, before: Array, part: Part,
     fine, amplitude, over = by.grid(appearance.size)[0], float(appearance.amplitude), behind - np.nanmedian(before)
     centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
     likeness = []
-    for look in (appearance.patch, appearance.latest):
-        patch = sample(look, centre, step / fine, cells)
+    for shown in (appearance.patch, appearance.latest):
+        patch = sample(shown, centre, step / fine, cells)
         adds = patch * amplitude
         for expected in (adds, adds - np.minimum(patch, 1.0) * over):
-            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), FAINT, 1.0)
+            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), FAINT, most)
             likeness.append(float(similarity(change, scale * expected, mask)[0, 0]))
     return max(likeness)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import ClassVar, final
 
 import numpy as np
@@ -10,24 +11,22 @@ from attrs import evolve, frozen
 from vedette import Array, Gaussian, fields
 from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilter
 from vedette_flir.estimators.hints import forgotten, hinted
+from vedette_flir.estimators.judged import LIKELY, in_negative, judged, likelier_of
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
-from vedette_flir.estimators.seen_before import nothing_seen, remembered, unremembered
-from vedette_flir.estimators.standing import stood
+from vedette_flir.estimators.seen_before import nothing_seen, unremembered
 from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.estimators.template_search import NEAR, Look, Matcher, sought
+from vedette_flir.estimators.template_search import NEAR, Look, Matcher
+from vedette_flir.estimators.whole_frame import sought
 from vedette_flir.evidence import (
     COMMON,
     LAG,
     LOST,
     PULL,
     STANDING,
-    held_ratio,
     learned,
     log_odds,
     presence_ratio,
-    scene_ratio,
-    standing_ratio,
 )
 from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
@@ -182,16 +181,14 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
-        here = by.look(pixels, at, near, appearance, where, W, self._matcher if existence > LOST else None)
+        before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
+        seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else by)
+        judge = partial(judged, by, self._matcher, appearance, pixels, existence=existence, past=past[1], where=where)
+        it = judge(seek(at, near, appearance))
+        if existence != LOST and (it.ratio < 0 or before > LIKELY):
+            it = likelier_of(it, judge(in_negative(by, pixels, appearance, seek, at, near)), before)
+        here, appearance, ratio, standing = it.look, it.appearance, it.ratio, it.standing
         left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        appearance, newness, changed = remembered(by, appearance, pixels, here.place, existence >= LOST)
-        appearance, stands = stood(appearance, travelled, existence, here.likeness)
-        usual_first, least = float(appearance.usual_first), float(appearance.least)
-        standing = scene_ratio(newness, changed, dull=here.dull)
-        standing += stands * standing_ratio(here.first, usual_first, newness - changed, least)
-        of_late = existence * self._matcher.of_late(here)  # as likely as it was there in the last frames
-        bare = 0.0 if here.dull or not np.isfinite(newness) else newness - changed  # likeness without the scene behind it
-        ratio = held_ratio(max(here.likeness, of_late, bare), here.margin, here.clear) + standing
         best, anew, told = here, False, None
         new = self.moves and not np.isfinite(travelled)
         if new:
@@ -209,7 +206,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
                 told = newcomer_odds(by.alone(pixels, here), float(np.fmin(travelled, appearance.drift)) / LAG)
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             expected = 0.0 if cut else max(log_odds(existence), PULL) + standing
-            other, odds = sought(by, pixels, here, expected, same_scene=not cut and bool(np.isnan(appearance.hint_at).any()))
+            same = not cut and bool(np.isnan(appearance.hint_at).any())
+            other, odds = sought(by, pixels, appearance, here, expected, same_scene=same)
             appearance, likelier = hinted(appearance, pixels, other, cut=cut)
             odds += likelier * (other is not here)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
@@ -223,11 +221,13 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         elsewhere = anew and jump > step * (near + 1)
         if self.moves and existence == LOST and not young and leaps(best.place - where, S):
             told = -MOST  # as one of several alike fades or leaves the picture, the next is found: that is another
-        alike = max(here.likeness, of_late) if best is here else best.likeness
+        alike = max(here.likeness, it.of_late) if best is here else best.likeness
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
-        renewed, place = self._renewed(appearance, best, learned(ratio, existence, likely))
+        share = learned(ratio, existence, likely) * (not best.negative)  # a negative tells nothing of how it looks else
+        renewed, place = self._renewed(appearance, best, share) if share > 0 else (appearance, best.place)
+        renewed = evolve(renewed, negative=np.asarray(it.negative * (best is here)))
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
-        if presence > 0:
+        if presence > 0 and not best.negative:
             renewed = self._resized(renewed, pixels, place, box)
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)

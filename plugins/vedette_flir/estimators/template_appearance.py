@@ -29,6 +29,7 @@ class TemplateAppearance(Appearance):
     path                  (LAG, 2)  how far it had gone since the first of `before`, the oldest frame first; NaN if not known
     drift, speed          ()      how far it goes in the scene in `LAG` frames, in px: of late, NaN if not known; as a rule
     least                 ()      its least likeness since it moved, 0 where it was found elsewhere
+    negative              ()      the probability that the last frame showed it in the negative
     """
 
     patch: Array
@@ -59,6 +60,7 @@ class TemplateAppearance(Appearance):
     drift: Array
     speed: Array
     least: Array
+    negative: Array
 
     @property
     def grown(self) -> Array:

@@ -9,7 +9,7 @@ from attrs import evolve, frozen
 
 from vedette import Array
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.evidence import clearness, found_ratio, rival
+from vedette_flir.evidence import clearness, rival
 from vedette_flir.newcomers import ALIKE, AROUND
 from vedette_flir.patches import (
     BRIGHTEST,
@@ -24,7 +24,6 @@ from vedette_flir.patches import (
     similarity,
     without_large,
 )
-from vedette_flir.spots_in_frame import spots
 
 WIDE = 1.6
 """Side of the template over that of the target, at least, where it says whether the target is there, or where a lost one is:
@@ -37,9 +36,6 @@ BESIDE = 1.5
 CANDIDATES, NEAR = 2, 3
 """Places of the whole frame that are looked at for their likeness, and the cells around each."""
 
-SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
-"""Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
-
 DULLER = 0.35
 """Part of its usual contrast over what is around below which neither the last frames nor its being new say that a target is
 there. By hand, on losses planted in the odd clips: without it a fade is told 18 frames later, and .5 does as well.
@@ -47,9 +43,6 @@ there. By hand, on losses planted in the odd clips: without it a fade is told 18
 
 FAINT = 0.25
 """Part of a target's brightness below which it is not found again: what is left of another that was taken out. By hand."""
-
-SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
-"""Limits of the scale at which a target is found again, and scales that count as 1."""
 
 
 @frozen(eq=False)
@@ -75,6 +68,11 @@ class Look:
     def dull(self) -> bool:
         """Whether it stands out far less than the target does as a rule."""
         return self.clear < DULLER * float(self.known.usual)
+
+    @property
+    def negative(self) -> bool:
+        """Whether the target was sought in the negative there."""
+        return bool(self.known.negative > 0)
 
 
 @final
@@ -264,31 +262,3 @@ class Matcher:
         more = {"growth": appearance.growth + np.log(scale), "scale": appearance.scale + np.log(scale)}
         known = evolve(appearance, patch=patch, first_patch=first, latest=latest, **more)
         return evolve(known, size=size, offset=scale * appearance.offset)
-
-
-def sought(by: Matcher, pixels: Array, here: Look, expected: float, *, same_scene: bool) -> tuple[Look, float]:
-    """Return the place of the whole frame that is likeliest the target's, and the log-odds that it is.
-
-    Looked at are where the target is expected (`here`), spots that stand out, at the scale of their size, and places that
-    are like the template, each at its own brightness: a camera that shows another scene sets its gain anew. The target is
-    in one of these places, or in none; `expected`: the log-odds of `here` against any other place before the frame is seen.
-    `same_scene`: it is the one in which the target was last held.
-    """
-    known, usual = here.known, float(here.known.usual)
-    sign = float(np.sign(known.amplitude))
-    seen, found = spots(pixels, sign, SIDES, LEAST, MOST), [here]
-    scales = np.clip(np.sqrt(np.prod(seen.size + 1.0, axis=1) / np.prod(known.size)), *SCALES)
-    places = [*zip(seen.place, scales, strict=True), *((place, 1.0) for place in by.places(pixels, known))]
-    for place, scale in places:
-        sized = known if SAME[0] < scale < SAME[1] else by.scaled(known, float(scale))
-        found.append(by.look(pixels, place, NEAR, by.lit(sized, pixels, place)))
-    odds = np.zeros(len(found))
-    for i, look in enumerate(found):
-        near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.known.size, 2.0), axis=1)
-        bright, large = float(look.known.amplitude / known.amplitude), float(look.known.size[0] / known.size[0])
-        clear = float(seen.clear[near].max(initial=0.0))
-        odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large, same_scene=same_scene)
-    odds[0] += expected
-    best = found[int(np.argmax(odds))]
-    apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
-    return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))

@@ -1,0 +1,102 @@
+"""What a frame says of a target at a place: as it is known, or in the negative."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import Array
+from vedette_flir.estimators.seen_before import CLEAR, remembered
+from vedette_flir.estimators.standing import stood
+from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_search import BESIDE, NEAR, Look, Matcher
+from vedette_flir.estimators.whole_frame import LEAST
+from vedette_flir.evidence import LOST, held_ratio, log_odds, scene_ratio, standing_ratio
+from vedette_flir.patches import mask_of
+
+LIKELY, REVERSED = 0.5, 0.05
+"""Probability from which on a target is taken for in the negative, and that its contrast reverses in a frame. By hand."""
+
+
+PLAIN = 0.5
+"""Part of its usual contrast over what is around by which a target in the negative stands out at least. By hand, on
+`ir_clips`: where less is asked, dim birds are taken for dark gaps among trees; drawn targets before clouds allow .3.
+"""
+
+
+@frozen(eq=False)
+class Judged:
+    """The log-likelihood ratio that a target is at the place of a look, and its appearance, which remembers the frame.
+
+    standing  what the ratio holds of what was seen there before, and of how the target came there
+    of_late   likeness to the target as it looked in the last frames, as likely as it was there then
+    known     whether the scene around is known, and what was there before, or it is near where it was expected
+    negative  the probability that the frame shows the target in the negative
+    """
+
+    look: Look
+    appearance: TemplateAppearance
+    ratio: float
+    standing: float
+    of_late: float
+    known: bool
+    negative: float = 0.0
+
+
+def judged(
+    by: Matcher,
+    close: Matcher,
+    appearance: TemplateAppearance,
+    pixels: Array,
+    look: Look,
+    existence: float,
+    past: Array,
+    where: Array,
+) -> Judged:
+    """Judge a look at a target that was at `past` (2,) some frames ago and is expected at `where` (2,).
+
+    `close` tells its likeness to the last frames.
+    """
+    travelled = float(np.hypot(*(look.place - appearance.offset - past)))
+    appearance, newness, changed = remembered(by, appearance, pixels, look, existence >= LOST)
+    appearance, stands = stood(appearance, travelled, existence, look.likeness)
+    usual_first, least = float(appearance.usual_first), float(appearance.least)
+    first = 0.0 if look.negative else look.first
+    standing = scene_ratio(newness, changed, dull=look.dull)
+    standing += stands * standing_ratio(first, usual_first, newness - changed, least)
+    of_late = existence * close.of_late(look)
+    bare = 0.0 if look.dull or not np.isfinite(newness) else newness - changed  # likeness without the scene behind it
+    ratio = held_ratio(max(look.likeness, of_late, bare), look.margin, look.clear) + standing
+    near = bool(np.all(np.abs(look.place - where) < BESIDE * appearance.size))
+    return Judged(look, appearance, ratio, standing, of_late, changed < CLEAR and (near or bool(np.isfinite(newness))))
+
+
+def in_negative(
+    by: Matcher, pixels: Array, known: TemplateAppearance, seek: Callable[..., Look], at: Array, near: int
+) -> Look:
+    """Look for a target's outline in the negative, as strong as it is seen there.
+
+    A drone that is brighter than the sky is darker than a cloud. What is hot in it tells nothing then.
+    """
+    outline, one = mask_of(by.grid(known.size)[1], by.cells), np.ones(())
+    dark = {"amplitude": -known.amplitude, "patch": outline, "first_patch": outline, "latest": outline}
+    negative = evolve(known, negative=one, **dark)
+    place = seek(at, near, negative).place
+    return seek(place, NEAR, by.lit(negative, pixels, place))
+
+
+def likelier_of(plain: Judged, negative: Judged, before: float) -> Judged:
+    """Return what is likelier, if the frame `before` showed the negative with this probability.
+
+    A target turns into it before a scene that is known, where what was seen speaks for nothing else, and stands out as it
+    did: any dark spot would do otherwise.
+    """
+    turns = negative.known and negative.standing >= 0.0
+    dim = negative.look.clear < max(PLAIN * float(plain.appearance.usual), LEAST)
+    if dim or not (turns or before > LIKELY):
+        return plain
+    odds = log_odds(REVERSED + (1.0 - 2.0 * REVERSED) * before) + negative.ratio - plain.ratio
+    share = float(1.0 / (1.0 + np.exp(-odds)))
+    return evolve(negative if share > LIKELY else plain, negative=share)

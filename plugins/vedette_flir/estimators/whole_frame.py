@@ -1,0 +1,47 @@
+"""Where a target is that was lost: the likeliest place of a whole frame."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vedette import Array
+from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_search import NEAR, Look, Matcher
+from vedette_flir.evidence import found_ratio
+from vedette_flir.spots_in_frame import spots
+
+SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
+"""Spots of the whole frame that are looked at: sides in px, least contrast over the spread around, how many of each."""
+
+SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
+"""Limits of the scale at which a target is found again, and scales that count as 1."""
+
+
+def sought(
+    by: Matcher, pixels: Array, known: TemplateAppearance, here: Look, expected: float, *, same_scene: bool
+) -> tuple[Look, float]:
+    """Return the place of the whole frame that is likeliest the target's, and the log-odds that it is.
+
+    Looked at are where the target is expected (`here`), spots that stand out, at the scale of their size, and places that
+    are like the template, each at its own brightness: a camera that shows another scene sets its gain anew. The target is
+    in one of these places, or in none; `expected`: the log-odds of `here` against any other place before the frame is seen.
+    `same_scene`: it is the one in which the target was last held.
+    """
+    usual = float(known.usual)
+    sign = float(np.sign(known.amplitude))
+    seen, found = spots(pixels, sign, SIDES, LEAST, MOST), [here]
+    scales = np.clip(np.sqrt(np.prod(seen.size + 1.0, axis=1) / np.prod(known.size)), *SCALES)
+    places = [*zip(seen.place, scales, strict=True), *((place, 1.0) for place in by.places(pixels, known))]
+    for place, scale in places:
+        sized = known if SAME[0] < scale < SAME[1] else by.scaled(known, float(scale))
+        found.append(by.look(pixels, place, NEAR, by.lit(sized, pixels, place)))
+    odds = np.zeros(len(found))
+    for i, look in enumerate(found):
+        near = np.all(np.abs(seen.place - look.place) < np.maximum(0.5 * look.known.size, 2.0), axis=1)
+        bright, large = abs(float(look.known.amplitude / known.amplitude)), float(look.known.size[0] / known.size[0])
+        clear = float(seen.clear[near].max(initial=0.0))
+        odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large, same_scene=same_scene)
+    odds[0] += expected
+    best = found[int(np.argmax(odds))]
+    apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
+    return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))
