@@ -22,10 +22,10 @@ from vedette.errors import ConfigError
 ALLOWED = (ConfigError, InputError, PluginError)
 """What a wrong config or input may raise."""
 
-SECONDS = 5.0
-"""A case that takes more CPU time hangs: a busy machine does not make one of a case that is merely slow."""
+SECONDS = 15.0
+"""A case that takes more CPU time hangs. The slowest, a draft of a frame that imports pandas, takes 5 s on two slow cores."""
 
-ASLEEP = 12.0
+ASLEEP = 4.0
 """One that waits for what never comes hangs once it took next to none in so many times as long."""
 
 NUMBERS = [0, 1, -1, 2, 1e308, -1e308, 1e-320, 5e-324, 1e15, 1.1e15, math.nan, math.inf, -math.inf, 10**400, -(2**63)]
