@@ -23,7 +23,7 @@ ALLOWED = (ConfigError, InputError, PluginError)
 """What a wrong config or input may raise."""
 
 SECONDS = 15.0
-"""A case that takes more CPU time hangs. The slowest, a draft of a frame that imports pandas, takes 5 s on two slow cores."""
+"""A case that takes more CPU time hangs. The slowest, a draft that imports pandas, takes 5 s on two slow cores."""
 
 ASLEEP = 4.0
 """One that waits for what never comes hangs once it took next to none in so many times as long."""

@@ -1,7 +1,9 @@
-"""A sensor that sees all targets where they were is told, with the lag; one that is displaced, noisier or slower is not."""
+"""A sensor that sees all targets where they were, or beside it, is told; one that is noisier or slower is not."""
 
 import re
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 import vedette
@@ -18,8 +20,8 @@ POLAR = {
 LEGS = [{"do": "straight", "seconds": 80}, {"do": "turn", "seconds": 60, "rate": "1 deg/s"}]
 
 
-def told(seed, other=POSITION, between=(2.0, 3.1), ships=3, clutter=0.0, **wrong):
-    """Return what is said of a scene of ships that two sensors see, one of them not as the tracker believes."""
+def seen(seed, other=POSITION, between=(2.0, 3.1), ships=3, clutter=0.0, **wrong):
+    """Return tracker, scans and tracks of a scene of ships that two sensors see, one of them not as the tracker believes."""
     courses = ["10 deg", "130 deg", "250 deg"][:ships]
     starts = [[-1500.0, 900.0], [1200.0, -1400.0], [500.0, 1800.0]]
     sensors = {"one": {**POSITION, "sigma": 8.0}, "other": other}
@@ -49,7 +51,12 @@ def told(seed, other=POSITION, between=(2.0, 3.1), ships=3, clutter=0.0, **wrong
         }
     )
     result = experiment.run()
-    return list(late(experiment.tracker, result.scans, result.tracks))
+    return experiment.tracker, result.scans, result.tracks
+
+
+def told(*scene, **given):
+    """Return what is said of a scene."""
+    return list(late(*seen(*scene, **given)))
 
 
 @pytest.mark.parametrize("other", [POSITION, POLAR], ids=lambda one: one["kind"])
@@ -71,8 +78,6 @@ def test_a_lag_is_told_within_its_deviations(other, lag, seed):
         {"other": POLAR},
         {"other": {**POSITION, "sigma": 60.0}},
         {"between": (2.0, 11.0)},
-        {"offset": {"x": 40.0, "y": -25.0}},
-        {"other": POLAR, "add": {"range": 40.0}},
         {"ships": 1},
     ],
     ids=str,
@@ -80,6 +85,28 @@ def test_a_lag_is_told_within_its_deviations(other, lag, seed):
 @pytest.mark.by_turns
 def test_nothing_is_told_where_no_sensor_is_late(scene, seed):
     assert told(seed, **scene) == []
+
+
+@pytest.mark.parametrize("other", [POSITION, POLAR], ids=lambda one: one["kind"])
+@pytest.mark.parametrize("lag", [0.0, 4.0])
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.by_turns
+def test_an_offset_is_told_within_its_deviations(other, lag, seed):
+    said = told(seed, other, offset={"x": 40.0, "y": -25.0}, lag=lag)
+    assert len(said) == 1 + (lag > 0)
+    length, deviation, x, y = map(float, re.search(r"lie (\S+) \+- (\S+) m .* x = (\S+), y = (\S+) \}", said[-1]).groups())
+    assert said[-1].startswith("other: its returns lie")
+    assert np.hypot(x - 40.0, y + 25.0) < 4.0 * deviation + 0.5 < 12.0
+    assert abs(length - np.hypot(x, y)) < 0.6
+
+
+@pytest.mark.costly
+def test_an_offset_that_tracks_find_themselves_is_not_told():
+    """The returns still lie where they came from."""
+    tracker, scans, tracks = seen(0, offset={"x": 40.0, "y": -25.0})
+    for offsets, sentences in (({}, 1), ({"x_off": 60.0}, 0)):
+        knows = SimpleNamespace(sensors=tracker.sensors, state=tracker.state, registration=SimpleNamespace(offsets=offsets))
+        assert len(list(late(knows, scans, tracks))) == sentences
 
 
 def test_one_target_on_one_course_tells_no_lag_from_an_offset(monkeypatch):

@@ -1,4 +1,7 @@
-"""Whether the returns of one sensor lie where the tracks of another were earlier: clocks differ, or times are of arrival."""
+"""Whether the returns of one sensor lie beside those of another, or where their targets were earlier.
+
+Clocks differ, or times are those of arrival; or a place or a direction is given wrongly.
+"""
 
 from __future__ import annotations
 
@@ -25,6 +28,8 @@ ENOUGH, SURE, MATTERS = 20, 6.0, 0.5
 """A lag is told by so many returns, where it is so many of its deviations, and moves a target by such a part of an error, or
 more. By hand, before any scene was drawn.
 """
+BESIDE = 1.0
+"""An offset is told where it is so many errors or more. By hand."""
 STEADY = 10
 """A track of fewer returns of a sensor tells nothing: its velocity is that of these returns, so that they lie along it. Set
 by hand on dense clutter, whose short tracks told .5 to .7 s that were not there.
@@ -41,20 +46,42 @@ class Seen:
     velocities: Array
 
 
+@frozen(eq=False)
+class Shift:
+    """By how much returns are late, in s, and lie beside others (2,), in m; the deviations (3,), and both in errors."""
+
+    lag: float
+    offset: Array
+    deviations: Array
+    moved: float
+    beside: float
+
+
 def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield a sentence for each pair of sensors of which one sees all targets as late, whatever their courses."""
+    """Yield a sentence for each pair of sensors of which one sees all targets late, or beside where the other does."""
     if len(tracker.sensors) < 2 or not {"x", "y", "vx", "vy"} <= set(tracker.state.names):
         return
     every = _seen(tracker, scans[:MOST], tracks)
     for one, other in combinations([name for name in tracker.sensors if name in every], 2):
         pairs = [(every[one][track], seen) for track, seen in every[other].items() if track in every[one]]
-        pairs = [pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY]
-        lag, deviation, moved = _lag(pairs)
-        if abs(lag) > SURE * deviation and moved > MATTERS:
-            first, then = (one, other) if lag > 0 else (other, one)
-            told = f"{then}: its returns lie where the targets of {first} were {abs(lag):.2g} +- {deviation:.1g} s earlier"
-            stated = f'set kind = "displaced", lag = {abs(lag):.3g}, of = {{ ... }}'
+        found = _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY])
+        if found is None:
+            continue
+        if abs(found.lag) > SURE * found.deviations[0] and found.moved > MATTERS:
+            first, then = (one, other) if found.lag > 0 else (other, one)
+            lag = abs(found.lag)
+            told = (
+                f"{then}: its returns lie where the targets of {first} were {lag:.2g} +- {found.deviations[0]:.1g} s earlier"
+            )
+            stated = f'set kind = "displaced", lag = {lag:.3g}, of = {{ ... }}'
             yield f"{told}: do their clocks agree, or are times of {then} those of arrival? To state it, {stated}"
+        length, deviation = np.hypot(*found.offset), np.hypot(*found.deviations[1:])
+        if length > SURE * deviation and found.beside > BESIDE and not tracker.registration.offsets:
+            x, y = found.offset
+            told = f"{other}: its returns lie {length:.2g} +- {deviation:.1g} m beside those of {one}"
+            stated = f'set kind = "displaced", offset = {{ x = {x:.3g}, y = {y:.3g} }}, of = {{ ... }}'
+            found_by = "or the tracks find it: `biased` and [registration], docs/concepts/registration.md"
+            yield f"{told}: are both placed and turned right? To state it of {other}, {stated}; {found_by}"
 
 
 def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> Mapping[str, Mapping[int, Seen]]:
@@ -91,8 +118,8 @@ def _placed(sensor: Sensor, scan: Scan) -> Gaussian | None:
     return Gaussian(found.mean[:, where], found.cov[:, where][:, :, where])
 
 
-def _lag(pairs: Sequence[tuple[Seen, Seen]]) -> tuple[float, float, float]:
-    """Return by how much the second are later than the first, in s, its deviation, and how many of their errors that is.
+def _shift(pairs: Sequence[tuple[Seen, Seen]]) -> Shift | None:
+    """Return by how much the second are later than the first, and lie beside them; None where that is not known.
 
     A return that is late by l lies at d = o - l v from where the target is, with an offset o that is the same for all.
     """
@@ -116,13 +143,14 @@ def _lag(pairs: Sequence[tuple[Seen, Seen]]) -> tuple[float, float, float]:
         moved.append(np.linalg.norm(root @ late[..., None], axis=(-1, -2)))
     X, y, when = np.concatenate(A), np.concatenate(d), np.argsort(np.concatenate(times), kind="stable")
     if len(y) < ENOUGH:
-        return 0.0, np.inf, 0.0
+        return None
     squares, sums = np.swapaxes(X, -1, -2) @ X, np.einsum("nij,ni->nj", X, y)
     parts = [(squares[rows].sum(axis=0), sums[rows].sum(axis=0)) for rows in np.array_split(when, PARTS)]
     whole = [sum(each) for each in zip(*parts, strict=True)]
     if max(np.linalg.cond(whole[0] - square) for square, _ in parts) > 1e9:
-        return 0.0, np.inf, 0.0
-    lag = float(np.linalg.solve(*whole)[0])
-    others = [float(np.linalg.solve(whole[0] - square, whole[1] - total)[0]) for square, total in parts]
-    deviation = float(np.sqrt((PARTS - 1) / PARTS * np.sum((np.array(others) - np.mean(others)) ** 2)))
-    return lag, deviation, float(abs(lag) * np.median(np.concatenate(moved)))
+        return None
+    lag, *offset = np.linalg.solve(*whole)
+    others = np.array([np.linalg.solve(whole[0] - square, whole[1] - total) for square, total in parts])
+    deviations = np.sqrt((PARTS - 1) * np.var(others, axis=0))
+    beside = np.median(np.linalg.norm(X[..., 1:] @ np.array(offset), axis=-1))
+    return Shift(lag, np.array(offset), deviations, float(abs(lag) * np.median(np.concatenate(moved))), float(beside))
