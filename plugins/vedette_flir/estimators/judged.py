@@ -17,12 +17,11 @@ from vedette_flir.evidence import LOST, held_ratio, log_odds, scene_ratio, stand
 from vedette_flir.patches import mask_of
 
 LIKELY, REVERSED = 0.5, 0.05
-"""Probability from which on a target is taken for in the negative, and that its contrast reverses in a frame. By hand."""
-
+"""Probability from which on a frame is taken to show the negative, and that a target turns into it in a frame. By hand."""
 
 PLAIN = 0.5
 """Part of its usual contrast over what is around by which a target in the negative stands out at least. By hand, on
-`ir_clips`: where less is asked, dim birds are taken for dark gaps among trees; drawn targets before clouds allow .3.
+`ir_clips`: with .35 a dim bird is taken for a dark gap among trees.
 """
 
 
@@ -90,8 +89,8 @@ def in_negative(
 def likelier_of(plain: Judged, negative: Judged, before: float) -> Judged:
     """Return what is likelier, if the frame `before` showed the negative with this probability.
 
-    A target turns into it before a scene that is known, where what was seen speaks for nothing else, and stands out as it
-    did: any dark spot would do otherwise.
+    A target turns into it before a scene that is known, if what was seen there before does not speak against it: any dark
+    spot would do otherwise. And it stands out.
     """
     turns = negative.known and negative.standing >= 0.0
     dim = negative.look.clear < max(PLAIN * float(plain.appearance.usual), LEAST)

@@ -67,8 +67,8 @@ def unremembered(appearance: TemplateAppearance) -> TemplateAppearance:
 def remembered(
     by: Matcher, appearance: TemplateAppearance, pixels: Array, look: Look, held: bool
 ) -> tuple[TemplateAppearance, float, float]:
-    """Return the appearance that remembers what is around a `place` (2,) of this frame, how new the target is there, and by
-    which part of its brightness the scene around has changed.
+    """Return the appearance that remembers what is around the place of a look, how new the target is there, and by which
+    part of its brightness the scene around has changed: infinite where nothing was seen.
 
     New is the likeness to the target, as it is known or as it looked of late, of this frame less what it showed of that part
     of the scene before the target came: 1 for a target, however slow it is, and 0 for a part of the scene; NaN where that is
