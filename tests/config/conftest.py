@@ -26,6 +26,7 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Di
     """A folder on the import path that looks as if pip had installed distributions there from their pyproject.toml."""
     monkeypatch.syspath_prepend(str(tmp_path))
     _forget_figures()
+    installed = []
 
     def install(name: str, module: str, source: str) -> Path:
         project = f'[project]\nname = "{name}"\nversion = "1.0"\n[project.entry-points.vedette]\nmain = "{module}"\n'
@@ -37,10 +38,13 @@ def distribution(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Di
         (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}\nVersion: 1.0\n")
         lines = [f"{key} = {value}" for key, value in points.items()]
         (info / "entry_points.txt").write_text("\n".join(["[vedette]", *lines, ""]))
-        monkeypatch.delitem(sys.modules, module, raising=False)
+        sys.modules.pop(module, None)
+        installed.append(module)
         return tmp_path
 
     yield install
+    for module in installed:  # another test may call its own so
+        sys.modules.pop(module, None)
     _forget_figures()
 
 
