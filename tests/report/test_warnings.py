@@ -2,11 +2,12 @@
 
 import numpy as np
 import pytest
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 import vedette
 from vedette import Detections, Recording, Scan, Source
 from vedette.metrics import judge
+from vedette_files import DATED
 from vedette_report.summary.words import summary
 from vedette_report.warnings.words import warnings
 
@@ -22,12 +23,13 @@ class Given(Source):
     scans: tuple = ()
     refused: tuple = ()
     truth: tuple = ()
+    notes: dict = field(factory=dict)
 
     def open(self, sensors, rng):
-        return Recording(self.scans, self.truth, self.refused)
+        return Recording(self.scans, self.truth, self.refused, self.notes)
 
 
-def said(scans, truth=(), **changes):
+def said(scans, truth=(), notes=None, **changes):
     config = {
         "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
         "sensors": SENSORS,
@@ -36,7 +38,7 @@ def said(scans, truth=(), **changes):
         "lifecycle": {"kind": "m_of_n"},
         **changes,
     }
-    experiment = evolve(vedette.load(config), source=Given(tuple(scans), (), truth))
+    experiment = evolve(vedette.load(config), source=Given(tuple(scans), (), truth, notes or {}))
     result = experiment.run()
     score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, 0.99)
     found, text = list(warnings(experiment, result, score)), summary(experiment, result, score)
@@ -77,6 +79,11 @@ def test_what_is_right_is_not_said():
 )
 def test_what_looks_wrong_is_said(scans, words):
     assert any(words in each for each in said(scans)), said(scans)
+
+
+def test_times_that_are_dates_are_in_no_other_unit():
+    """Buoys and storms report every few hours."""
+    assert said([plane(2500.0 * t, [5.0 * t, 0.0]) for t in range(30)], notes={"time": DATED}) == []
 
 
 def test_refused_input_is_said_first():

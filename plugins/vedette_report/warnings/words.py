@@ -17,7 +17,7 @@ from vedette.roles import Sensor
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Came, Intake, Tracker, open_source
 from vedette.types import LazyScans, Recording
-from vedette_files import beyond_period
+from vedette_files import DATED, beyond_period
 from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
 from vedette_report.warnings.late import late
@@ -110,7 +110,7 @@ def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]
     if intake.scans == 1 and intake.returns >= ENOUGH:
         yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
-    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT):
+    if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT) and recording.notes.get("time") != DATED:
         yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
 
 
