@@ -23,7 +23,7 @@ from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
 from vedette_tools.drafting.reading import JUMP, SURER, Reading, opened
-from vedette_tools.drafting.recognising import NO_WISHES, read_table
+from vedette_tools.drafting.recognising import NO_WISHES, one_moment, read_table
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.table import AID, Table
@@ -94,7 +94,9 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         told = f"rows go back in time and are sorted, no clock was set back: {late}"
         table = evolve(table, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
-    rows = recording.rows["detections"]
+    rows, moments = recording.rows["detections"], {scan.time for scan in recording.scans}
+    if rows.total > 1 == len(moments) and all(scan.detections.time is None for scan in recording.scans):
+        raise one_moment(f"{table.path or path}: {table.time.title}", f"{moments.pop():.15g}")
     if rows.refused:
         told = f"{rows.refused} of {rows.total} rows cannot be read, the first of them {recording.refused[0]}"
         if rows.refused > UNREAD * rows.total:
@@ -226,11 +228,12 @@ def _vague(seen: Seen, sigma: float) -> float:
 
 
 def _facts(seen: Seen, noise: tuple[float, ...], reported: bool) -> Facts:
-    sigmas, steps = plausible(noise), [np.linalg.norm(np.diff(chain.spots, axis=0), axis=-1) for chain in seen.chains]
+    steps = [np.linalg.norm(np.diff(chain.spots, axis=0), axis=-1) for chain in seen.chains]
     hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
     ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
+    sigmas = plausible(noise, float(np.max(high - low)))
     third = max(third_noise(seen.chains, seen.thirds), SURER if reported else 1e-6) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     each = len(every) / max(len(seen.times), 1)
@@ -253,13 +256,18 @@ def _facts(seen: Seen, noise: tuple[float, ...], reported: bool) -> Facts:
 
 
 def _by_names(facts: Facts, sensor: str, scans: Sequence[Scan]) -> Facts:
-    """Return the facts with what names tell of targets that report in turn: how seldom some do, and how many are new."""
-    codes = [scan.detections.identity for scan in scans if scan.sensor == sensor]
-    named = [each for each in codes if each is not None]
-    waits = longest_waits(named) if facts.in_turn else np.zeros(0)
-    if not len(waits):
+    """Return the facts with what names tell: for how long they wait, and of targets that report in turn how seldom some do,
+    and how many are new.
+    """
+    given = [(scan.time, scan.detections.identity) for scan in scans if scan.sensor == sensor]
+    named = [codes for _, codes in given if codes is not None]
+    times = np.array([time for time, codes in given if codes is not None])
+    if not named or not len(waits := longest_waits(named, times)):
         return facts
-    often = float(np.clip(1.0 / np.percentile(waits, 95), 1e-6, 0.5))
+    facts = evolve(facts, longest=float(np.max(waits)))
+    if not facts.in_turn:
+        return facts
+    often = float(np.clip(1.0 / np.percentile(longest_waits(named, np.arange(len(named))), 95), 1e-6, 0.5))
     new = len(np.unique(np.concatenate(named))) / len(named)
     return evolve(facts, probability=often, clutter=max(facts.clutter, new), named=True)
 

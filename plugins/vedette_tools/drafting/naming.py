@@ -25,7 +25,8 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
         )
         told = [(row[place[title]], row[0]) for row in rows if row[place[title]]] if title else []
         once = len(set(told)) >= ONCE * len(told) > 0
-        if once and len(told) >= OFTEN * len({cell for cell, _ in told}) and not _counted(told):
+        often = name in SENT or len(told) >= OFTEN * len({cell for cell, _ in told})  # what is sent is a name however seldom
+        if once and often and not _counted(told):
             return title
     return ""
 

@@ -142,8 +142,12 @@ def _filtered(windows: Windows, sigmas: Array, accel: float, speed: float, outli
     return float(np.sum(singles)), beyond / max(int(np.count_nonzero(windows.used)), 1)
 
 
-def plausible(sigmas: tuple[float, ...]) -> tuple[float, ...]:
-    """Return noise in m, then in rad of a bearing, as a sensor may have it: returns that all lie in one place show none."""
+def plausible(sigmas: tuple[float, ...], spread: float) -> tuple[float, ...]:
+    """Return noise in m, then in rad of a bearing, as a sensor may have it: returns that all lie in one place show none.
+
+    spread: of all returns, in m; what lies in a millimetre has smaller errors than ships have.
+    """
+    least = min(1e-3, 1e-6 * spread) or 1e-3
     return tuple(
-        float(np.clip(sigma, *limits)) for sigma, limits in zip(sigmas, ((1e-3, np.inf), (1e-6, 1.0)), strict=False)
+        float(np.clip(sigma, *limits)) for sigma, limits in zip(sigmas, ((least, np.inf), (1e-6, 1.0)), strict=False)
     )

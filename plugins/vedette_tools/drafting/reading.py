@@ -146,7 +146,7 @@ def _noise(table: Table, seen: Seen) -> Noise:
     speed = usual_speed([seen])
     apart = [places - stand for places, stand in zip(seen.spots, seen.stands, strict=True)]
     far = float(np.median(np.linalg.norm(np.concatenate(apart), axis=-1))) if len(np.concatenate(apart)) else 1e3
-    sigma = max(seen.error if seen.chains else far / 100, 1e-6)
+    sigma = max(seen.error if seen.chains else far / 100, 1e-9)
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)

@@ -17,7 +17,7 @@ from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
-from vedette_tools.drafting.dates import pattern_of
+from vedette_tools.drafting.dates import is_day, pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import own_velocity, third_column
 from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
@@ -66,6 +66,7 @@ class Columns:
             title
             for title, column in cells.items()
             if 2 * sum(any(map(str.isdigit, cell)) for cell in column) <= len(column)
+            or (meaning(title).axis == "time" and len({*column}) == 1 and not is_day(column[0]))
         ]
         below_header, own = chosen(titles, below, worded)
         measured = wishes.measured(path, titles, below_header)
@@ -105,8 +106,7 @@ class Columns:
         cells, place = self.cells[self.time.title], f"{self.path}: {self.time.title}"
         # What is looked at of a longer file may be the reports of many objects at its first moment.
         if 1 < len(self.rows) < 0.9 * LOOKED_AT and len(set(cells)) == 1:
-            several = "add rows of other moments, for one shows no motion" if cells[0] else "a planned route has none"
-            raise InputError(f"{place}: is the time, and {cells[0]!r} in all rows; name another, --time COLUMN; {several}")
+            raise one_moment(place, cells[0])
         times = numbers(cells)
         if not (wishes.rate or wishes.dates) and (advice := joined(times)):
             raise InputError(f"{place}: {advice}, got {times[0]:.15g}")
@@ -116,6 +116,12 @@ class Columns:
         """Return the column that counts scans, or ""; one that is the same in all rows names a frame of reference."""
         title = self.measured["scan"].title if "scan" in self.measured else ""
         return "" if title and len(self.rows) >= MANY and len(set(self.cells[title])) == 1 else title
+
+
+def one_moment(place: str, cell: str) -> InputError:
+    """Return the error of a table whose rows all hold the same time."""
+    several = "add rows of other moments, for one shows no motion" if cell else "a planned route has none"
+    return InputError(f"{place}: is the time, and {cell!r} in all rows; name another, --time COLUMN; {several}")
 
 
 def _in_degrees(titles: Iterable[str]) -> Callable[[Sequence[str], Sequence[str]], bool]:

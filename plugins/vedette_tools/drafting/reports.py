@@ -37,7 +37,7 @@ def in_turn(times: Array, spots: Sequence[Array]) -> list[Chain]:
     scan = np.repeat(np.arange(len(spots)), [len(places) for places in spots])
     every = np.concatenate(spots)
     few = slice(0, MOST)
-    area = float(np.prod(np.maximum(np.ptp(every[few], axis=0), 1e-3)))
+    area = float(np.prod(np.maximum(np.ptp(every[few], axis=0), 1e-9)))
     part, speed, lasts = np.array(list(product(ERRORS, SPEEDS, COURSES))).T
     tried = np.stack([part * sqrt(area), speed, speed / np.sqrt(lasts)], axis=-1)
     _, likely = _followed(times[scan[few]], every[few], scan[few], tried, area)
@@ -67,15 +67,15 @@ def without_gross(chain: Chain) -> Chain:
     return Chain(chain.scans[rows], chain.returns[rows], chain.times[rows], chain.spots[rows])
 
 
-def longest_waits(named: Sequence[Indices]) -> Array:
-    """Return for each name that comes often how many scans it waited at the longest; named: of each scan, codes (k,)."""
-    scan = np.repeat(np.arange(len(named)), [len(codes) for codes in named])
+def longest_waits(named: Sequence[Indices], at: Array | Indices) -> Array:
+    """Return for each name that comes often how long it waited at the longest; named: of each scan, codes (k,), at (s,)."""
+    when = np.repeat(at, [len(codes) for codes in named])
     codes = np.concatenate(named)
     order = np.argsort(codes, kind="stable")
-    of_names = np.split(scan[order], np.flatnonzero(np.diff(codes[order])) + 1)
+    of_names = np.split(when[order], np.flatnonzero(np.diff(codes[order])) + 1)
     firsts = np.cumsum([0, *map(len, of_names[:-1])])
-    often = [scans for scans, i in zip(of_names, firsts, strict=True) if len(scans) >= LEAST and codes[order[i]] >= 0]
-    return np.array([np.max(np.diff(scans)) for scans in often], dtype=float)
+    often = [each for each, i in zip(of_names, firsts, strict=True) if len(each) >= LEAST and codes[order[i]] >= 0]
+    return np.array([np.max(np.diff(each)) for each in often], dtype=float)
 
 
 def steady(rows: Indices, times: Array, spots: Array) -> Indices:
@@ -90,7 +90,7 @@ def steady(rows: Indices, times: Array, spots: Array) -> Indices:
         part = ((t[1:-1] - t[:-2]) / (t[2:] - t[:-2]))[:, None]
         off = np.linalg.norm(z[1:-1] - z[:-2] - part * (z[2:] - z[:-2]), axis=-1)
         around = np.maximum(np.append(off[1:], 0.0), np.insert(off[:-1], 0, 0.0))
-        wrong = (off > GROSS * np.median(off) + 1e-6) & (off >= around)
+        wrong = (off > GROSS * np.median(off) + 1e-9) & (off >= around)
         if not wrong.any():
             break
         rows = rows[np.concatenate([[True], ~wrong, [True]])]

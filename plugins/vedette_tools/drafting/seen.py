@@ -113,7 +113,7 @@ def follow(
         seen = evolve(seen, chains=tuple(map(without_gross, seen.chains)))
     if seen.chains:
         # a target may be fast and its returns precise: it still moves as far between two
-        narrow = min(width, 4.0 * max(seen.rough, 1e-6))
+        narrow = min(width, 4.0 * max(seen.rough, 1e-9))
         tight = evolve(seen, chains=tuple(chains(times, spots, narrow, START * width)) or seen.chains)
         seen = tight if tight.pieces <= seen.pieces or seen.pieces > LOOSE * sum(map(len, spots)) else seen
     first = int(np.searchsorted(np.cumsum([len(places) for places in spots]), MOST_REPORTS, side="right"))
@@ -139,7 +139,7 @@ def usual_speed(seen: Iterable[Seen]) -> float:
     paces = [np.abs(_paces(chain, each.error)) for each in seen for chain in each.chains]
     every = np.concatenate(paces) if paces else np.full(1, 10.0)
     fast = np.percentile(every, 99)  # a return under a wrong name would be faster than all that is tracked
-    return max(float(np.sqrt(np.mean(np.minimum(every, fast) ** 2))), 0.5 * float(np.percentile(every, 95)), 1e-3)
+    return max(float(np.sqrt(np.mean(np.minimum(every, fast) ** 2))), 0.5 * float(np.percentile(every, 95))) or 1e-3
 
 
 def _paces(chain: Chain, error: float) -> Array:

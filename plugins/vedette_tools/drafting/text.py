@@ -28,13 +28,17 @@ hand, on AIS. All stay for so many scans, however seldom these come."""
 WANDERING = {"x": "error_x", "y": "error_y"}
 """Measured axis to the state axis that holds its correlated error."""
 
+RECEIVER = 1.0
+"""m: a receiver of satellites errs by more, but for corrections; less is what its own filter leaves. By hand."""
+
 _GUESS = "a guess: no track was found in the data"
 
 
 @frozen
 class Facts:
     """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
-    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`; `exact`: without noise.
+    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`; `exact`: without noise;
+    `longest`: the s that a name waits at most.
     """
 
     sigmas: tuple[float, ...]
@@ -50,6 +54,7 @@ class Facts:
     height: float = 1.0
     in_turn: bool = False
     named: bool = False
+    longest: float = 0.0
     exact: bool = False
     errors: Compared | None = None
 
@@ -163,7 +168,7 @@ def _lines(
     yield 'kind = "jpda"'
     yield ""
     yield "[birth]"
-    pace = rounded(max(1.5 * speed, 1e-3))
+    pace = rounded(1.5 * speed)
     told = f"m/s: the targets move at some {rounded(speed):g} along an axis" if fitted else _GUESS
     if table.third == "range_rate":
         yield 'kind = "from_returns"  # a return tells the speed along its line, `crossing_speed` how fast it may cross it'
@@ -177,7 +182,7 @@ def _lines(
     yield "confirm = 0.99  # the probability of being a target at which a track is shown"
     in_turn = any(of_sensor.in_turn for of_sensor in facts.values())
     least = LIVES if in_turn else STAYS
-    lives = rounded(max(least, LOOKS * max(of_sensor.period for of_sensor in facts.values())))
+    lives = rounded(max(least, *(max(LOOKS * of_sensor.period, of_sensor.longest) for of_sensor in facts.values())))
     if in_turn or lives > least:
         yield f'lifetime = "{lives:g} s"'
     if in_turn:
@@ -230,6 +235,8 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
     yield f"# {_count(facts.scans, 'scan')}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
     if facts.exact:
         yield "# these positions hold no errors: are they the truth of a simulation? A filter has nothing to do there"
+    elif table.reported and facts.sigmas[0] < RECEIVER:
+        yield "# smoothed by the receivers' own filters: all positions of one may be off by metres, which no track shows"
     doubt = "" if facts.chains else f"  # {_GUESS}"
     if table.polar:
         yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
@@ -238,7 +245,7 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
         if table.third:
             yield f"sigma_rate = {rounded(errors * facts.third)!r}"
             yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
-            yield f"crossing_speed = {rounded(max(1.5 * speed, 1e-3))!r}"
+            yield f"crossing_speed = {rounded(1.5 * speed)!r}"
         yield f"max_range = {rounded(1.1 * facts.reach)!r}"
         if name in table.stands:
             yield from (f"{axis} = {rounded(place, 6)!r}" for axis, place in zip("xy", table.stands[name], strict=True))

@@ -188,3 +188,43 @@ def test_what_is_seen_every_six_hours_is_tracked(tmp_path):
     draft = drafted(table(tmp_path / "d.csv", "time,lat,lon", rows))
     assert not draft.failure
     assert vedette.load(tomllib.loads(draft.text)).run().score().tracks == 1
+
+
+@pytest.mark.costly
+def test_a_draft_is_the_same_at_any_scale(tmp_path):
+    """Of cells, in micrometres: speeds of 1 mm/s and errors of 1 mm were the least, and no track was confirmed."""
+    rows = [(10 * k, *spot) for k, each in enumerate(moving(3, 9).round(3).tolist()) for spot in each]
+    found = []
+    for unit in ("m", "um"):
+        text = drafted(table(tmp_path / f"{unit}.csv", f"time,x ({unit}),y ({unit})", rows)).text
+        config = tomllib.loads(text)
+        assert vedette.load(config).run().score().tracks == 3
+        found.append([config["sensors"]["sensor"]["sigma"], *config["birth"]["spread"].values()])
+    assert found[0] == pytest.approx([1e6 * each for each in found[1]], rel=0.05)
+
+
+@pytest.mark.costly
+def test_what_is_named_is_one_track_over_its_gaps(tmp_path):
+    """As of an animal, whose receiver sleeps: each of two was ten tracks, for a target stays in view ten minutes."""
+    rng, rows = np.random.default_rng(10), []
+    for name in "ab":
+        spot, pace = rng.uniform(-3000, 3000, 2), rng.normal(0, 0.1, 2)
+        for day in range(6):
+            rows += [
+                (86_400 * day + t, name, *(spot + t * pace + rng.normal(0, 10, 2)).round(1)) for t in range(0, 3600, 300)
+            ]
+            spot, pace = spot + 3600 * pace + rng.normal(0, 2000, 2), rng.normal(0, 0.1, 2)
+    draft = drafted(table(tmp_path / "d.csv", "time (s),animal_id,x,y", sorted(rows)))
+    assert tomllib.loads(draft.text)["lifecycle"]["lifetime"] == "83000 s"
+    assert vedette.load(tomllib.loads(draft.text)).run().score().tracks == 2
+
+
+@pytest.mark.costly
+def test_what_is_smoother_than_receivers_are_is_said(tmp_path):
+    rng = np.random.default_rng(3)
+    for error, told in ((0.3, True), (8.0, False)):
+        spots = [(k, *((k * np.array([3.0, 4.0]) + rng.normal(0, error, 2)) / 111_195)) for k in range(120)]
+        text = drafted(
+            table(tmp_path / "d.csv", "time,lat,lon,sog", [(t, f"{y:.8f}", f"{x:.8f}", 5) for t, y, x in spots])
+        ).text
+        assert ("smoothed by the receivers' own filters" in text) == told

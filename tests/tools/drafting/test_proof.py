@@ -125,6 +125,7 @@ def test_names_that_judge_are_the_truths(tmp_path):
         ("Track ID", lambda i: f"t{i % 3}", True),
         ("sourcemmsi", lambda i: 9000 + i % 3, True),
         ("Type of sending device", lambda i: f"t{i % 3}", False),
+        ("mmsi", lambda i: 9000 + i, True),
         ("id", lambda i: i, False),
         ("id", lambda i: "", False),
         ("colour", lambda i: i % 3, False),

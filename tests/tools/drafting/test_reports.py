@@ -90,7 +90,7 @@ def test_the_longest_wait_of_each_name_that_comes_often():
     seven = [0, 1, 2, 3, 9, 10, 14]
     named = [[4, 7] if i in seven else [4] if i < LEAST + 4 else [-1] for i in range(20)]
     named[19] = [5]
-    assert longest_waits([np.array(codes) for codes in named]).tolist() == [4.0, 6.0]
+    assert longest_waits([np.array(codes) for codes in named], 10 * np.arange(20)).tolist() == [40.0, 60.0]
 
 
 @pytest.mark.costly
