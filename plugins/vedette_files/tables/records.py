@@ -31,8 +31,11 @@ FORMAT = "vedette"
 VERSION = re.compile("_?((?:smooth|filter|interpolat|correct|estimat)(?:ed)?|raw)_?", re.IGNORECASE)
 """Words of names of lists that tell the same things once more: players_smoothed beside players."""
 
-TIMES, MANY = re.compile(".*time(stamp)?s?|t", re.IGNORECASE), 8
+TIMES, MANY = re.compile(".*time(stamp)?(ms|s)?|t", re.IGNORECASE), 8
 """A list of so many numbers under such a name holds the times of a track; a shorter one may be a date or a vector."""
+
+PLACE = re.compile("lat|lon|[xy]$", re.IGNORECASE)
+"""How names of parts of a position begin."""
 
 POINT = ("time", "latitude", "longitude", "altitude", "track_id")
 """The columns of a GPX file."""
@@ -155,6 +158,8 @@ def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Itera
                 {f"{name}.{title}": part for title, part in inner.items()} for inner in _flat(place, value, depth + 1, False)
             )
             row, rows = (row, [*rows, first, *more]) if more else (row | first, rows)
+        elif _holds_rows(value, (Mapping,)) and _tells_of(record, value):
+            row[f"({name}: each with a time of its own)"] = None
         elif _holds_rows(value, (Mapping,)) and depth < DEEPEST:
             again = _again(name, tuple(record))
             parts = (inner for part in value for inner in _flat(place, part, depth + 1))
@@ -168,6 +173,15 @@ def _flat(place: str, record: Any, depth: int = 0, points: bool = True) -> Itera
         else:
             row[name] = value
     yield from ({**row, **inner} for inner in rows or spots or [{}])
+
+
+def _tells_of(record: Mapping[str, Any], parts: list[Mapping[str, Any]]) -> bool:
+    """Return whether records in a list, with a time as the record has, tell of it alone: it has a place of its own.
+
+    So do the stations that heard a stroke of lightning, and what a phone took its owner to be doing.
+    """
+    times = [name for name in record if TIMES.fullmatch(name)]
+    return any(map(PLACE.match, record)) and any(time in part for time in times for part in parts)
 
 
 @lru_cache

@@ -13,7 +13,7 @@ from vedette_files.input_files import lines, shown
 from vedette_files.tables.columnar import TablePath, header_and_rows, is_columnar
 from vedette_files.tables.numbers import is_number
 from vedette_files.tables.rows import BETWEEN, COMMAS, Dialect, fitted, header_line
-from vedette_tools.drafting.dates import is_day
+from vedette_tools.drafting.dates import is_day, is_plain_clock, is_plain_day
 from vedette_tools.drafting.measures import in_degrees
 from vedette_tools.drafting.several import HELD, is_angle
 from vedette_tools.drafting.titles import UNITS, meaning
@@ -23,8 +23,12 @@ LOOKED_AT = 2000
 
 ONE_EACH = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
 
-_SENTENCE = re.compile(r"(^|\\)[!$][A-Z]{5},")
-
+NO_ROWS = {
+    re.compile(r"(^|\\)[!$][A-Z]{5},"): "sentences of NMEA 0183, not a table: decode them to one first, let `vedette serve` "
+    "read them, or let gpsbabel make GPX of a receiver's own positions",
+    re.compile(r"^1 \d{5}[A-Z] \d{5}[A-Z ]"): "elements of orbits (TLE), not positions: work out those of each moment first",
+}
+"""Lines of what is no table, and what to do with it."""
 
 HEMISPHERES = {"N": "latitude", "S": "latitude", "E": "longitude", "W": "longitude"}
 """What an angle is that ends in such a letter."""
@@ -51,12 +55,13 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
         raise InputError(f"{path}: is no text; {wanted}")
     numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
     text = [line for _, line in numbered]
-    if sentence := next((each for each, line in [(number, first), *numbered] if _SENTENCE.search(line)), 0):
-        cure = "decode them to one first, or let `vedette serve` read them"
-        raise InputError(f"{path}:{sentence}: holds sentences of NMEA 0183, not a table: {cure}")
-    if first.lstrip().startswith("<"):
-        cure = "XML is read as GPX alone, from a file named .gpx: save others as CSV"
-        raise InputError(f"{path}:{number}: must be the titles of the columns, got {shown(first)}; {cure}")
+    for each, line in [(number, first), *numbered]:
+        for lines_of, told in NO_ROWS.items():
+            if lines_of.search(line):
+                raise InputError(f"{path}:{each}: holds {told}")
+    if (start := next(lines(path))[1]).lstrip().startswith("<?xml") or first.lstrip().startswith("<"):
+        cure = "XML is read as GPX alone, from a file named .gpx: gpsbabel makes it of KML and TCX; save others as CSV"
+        raise InputError(f"{path}:1: must be the titles of the columns, got {shown(start)}; {cure}")
     delimiter = max(BETWEEN[:-1], key=first.count)
     delimiter = delimiter if delimiter in first or len(first.split()) < 2 else " "
     dialect = Dialect(delimiter, _decimal(text, delimiter))
@@ -86,7 +91,8 @@ def _first_of_most(header: Sequence[str], text: Sequence[str]) -> tuple[int | No
         cells = [Dialect(delimiter).cells(line) or [] for line in text]
         width, often = Counter(map(len, cells)).most_common(1)[0] if cells else (0, 0)
         if width > 1 and width != len(header) and often >= HELD * len(cells):
-            return next(i for i, row in enumerate(cells) if len(row) == width), delimiter
+            there = [i for i, row in enumerate(cells) if len(row) == width]
+            return next((i for i in there if _is_row(cells[i])), there[0]), delimiter
     return None, ","
 
 
@@ -99,24 +105,31 @@ def _is_row(cells: list[str]) -> bool:
 def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -> str:
     """Say that rows have no titles above them, and what to type."""
     wanted = f"must be a header line with the titles of the columns, as time,x,y; got {shown(text[0])}"
-    cells, *more = (Dialect(delimiter).cells(line) or [] for line in text)
-    if not cells or "{" in text[0]:
+    table = [Dialect(delimiter).cells(line) or [] for line in text]
+    width = Counter(map(len, table)).most_common(1)[0][0]
+    rows, heads = [row for row in table if len(row) == width], [row for row in table if len(row) != width]
+    if not width or "{" in text[0]:
         return f"{wanted}; make a table of it first, or JSON lines, each with its time"
-    rows = [row for row in more if len(row) == len(cells)]
-    if 2 * len(rows) < len(more):
+    if 2 * len(heads) >= len(table):
         return f"{wanted}; rows of other kinds have other numbers of columns: put those of each into a file of its own"
     named: list[str] = []
-    for cell in cells:
+    for cell, before in zip(rows[0], ["", *rows[0]], strict=False):
         of_angle = HEMISPHERES.get(cell[-1:], "") if is_angle(cell) else ""
-        name = "time" if ":" in cell else "date" if is_day(cell) else of_angle
+        is_clock = ":" in cell or (is_plain_day(before) and is_plain_clock(cell))
+        name = "time" if is_clock else "date" if is_day(cell) or is_plain_day(cell) else of_angle
         named.append(f"c{len(named) + 1}" if not name or name in named else name)
-    columns = list(zip(cells, *rows, strict=True))
+    columns = list(zip(*rows, strict=True))
     for i, (first, second) in enumerate(pairwise(columns)):
         if in_degrees(second, first):
             named[i : i + 2] = ["latitude", "longitude"]
             break
-    typed = f"(echo '{delimiter.join(named)}'; tail -n +{number} {path}) > titled.csv"
-    return f"{wanted}; write one above it, with the columns' own names: {typed}"
+    rest = f"tail -n +{number} {path}"
+    if table[0] in heads and all(1 < len(row) < width for row in heads) and delimiter != " ":
+        named.insert(0, "id")  # a line above the rows of each object names it
+        rest = f"awk -F'{delimiter}' 'NF < {width} {{id = $1; next}} {{print id FS $0}}' {path}"
+    return (
+        f"{wanted}; write one above it, with the columns' own names: (echo '{delimiter.join(named)}'; {rest}) > titled.csv"
+    )
 
 
 def of_header(path: TablePath, titles: Sequence[str], below: Sequence[str]) -> str:
@@ -124,6 +137,8 @@ def of_header(path: TablePath, titles: Sequence[str], below: Sequence[str]) -> s
     in_lines = isinstance(path, Path) and not is_columnar(path)
     if in_lines and ("" in titles[:-1] or (any(below) and not any(sign.isdigit() for cell in below for sign in cell))):
         return f"; {ONE_EACH}"
+    if of_lists := next((title for title, cell in zip(titles, below, strict=False) if cell[:1] == "[" and "]," in cell), ""):
+        return f"; {of_lists} holds lists: write a row for each position in them, with its time"
     if "sample_token" in titles:
         return "; nuScenes keeps it in sample.json: join the two by sample_token"
     return ""

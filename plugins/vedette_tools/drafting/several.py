@@ -25,6 +25,9 @@ PAIRS = (POLAR, GEODETIC, FLAT, EAST)
 HELD, OFTEN = 0.5, 0.02
 """A sensor measures what such a part of its rows hold; without a column of sensors, one of so few rows is none."""
 
+BARE = ("distance", "dist", "angle")
+"""Titles, in small letters, of steps and turns along a path where a row holds a position too."""
+
 UNNAMED = {POLAR: "radar", GEODETIC: "reports", FLAT: "positions", EAST: "positions"}
 """What sensors are called where no column names them."""
 
@@ -47,6 +50,8 @@ def measured_by(
     hardly ever both, are of two sensors; else all are of one, whose name is "".
     """
     there = [pair for pair in PAIRS if set(pair) <= set(measured)]
+    if there[1:] and POLAR in there and all(measured[axis].title.lower() in BARE for axis in POLAR):
+        there = [*there[1:], POLAR]
     cells = {pair: [columns[measured[axis].title] for axis in pair] for pair in there}
     holds = {pair: is_angle if pair == GEODETIC else is_number for pair in there}
     held = {pair: np.array([all(map(holds[pair], row)) for row in zip(*cells[pair], strict=True)]) for pair in there}

@@ -110,9 +110,10 @@ AXES: dict[str, tuple[str, ...]] = {
     **{
         axis: tuple(words.split())
         for axis, words in {
-            "time": "time timestamp t utc datetime date ts epoch stamp tstamp tod to_d when clock zeitstempel zeitpunkt "
-            "zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd tidspunkt tid now position_t "
-            "tracked_at recorded_at received_at created_at observed_at measured_at seen_at logged_at datenum mjd jd elapsed",
+            "time": "time timestamp times timestamps t utc datetime date ts epoch stamp tstamp tod to_d when clock "
+            "zeitstempel zeitpunkt zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd "
+            "tidspunkt tid now position_t tracked_at recorded_at received_at created_at observed_at measured_at seen_at "
+            "logged_at datenum mjd jd elapsed",
             "scan": "scan sweep turn frame umlauf umdrehung",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",
             "range": "range rng distance dist r rho entfernung distanz abstand distancia avstand",

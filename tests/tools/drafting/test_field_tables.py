@@ -139,6 +139,10 @@ REFUSED = {
         r"d.csv: 30 of 40 rows cannot be read, the first of them d.csv:12: y must be a number",
     ),
     "a snapshot": (table("time,id,x,y", lambda time, x, y: (7, time, x, y), looks=LOOKS[:9]), "all rows; .* other moments"),
+    "a large snapshot": (
+        table("time,id,x,y", lambda time, x, y: (7, time, x, y), looks=LOOKS * 60),
+        "'7' in all rows; .* other",
+    ),
     "one time in all rows": (table("date,x,y", lambda time, x, y: (140214, x, y)), r"d.csv: date: .* all rows; .*--time"),
     "degrees and minutes without a letter": (
         table("time,lat,lon", lambda time, x, y: (time, f"{5925 + time / 100:.4f}", f"{1028 + time / 100:.4f}")),
@@ -150,6 +154,16 @@ REFUSED = {
     ),
     "an HDF5 file": (b"\x89HDF\r\n\x1a\n" + bytes(99), "d.csv: is an HDF5 file, not text: save"),
     "a file of MATLAB": (b"MATLAB 5.0 MAT-file" + bytes(99), "d.csv: is a file of MATLAB, not text: save"),
+    "a tracking data message": (
+        b"CCSDS_TDM_VERS = 1.0\nDATA_START\nRANGE = 2026-05-12T08:00:00 900.5\n" * 9,
+        "as time,range,b",
+    ),
+    "elements of orbits": (
+        "A\n1 25544U 98067A   26132.5 .00016717  00000-0  10270-3 0  9003\n2 25544  51.6 247.4 0006703 130.5 325.0 15.7\n"
+        * 9,
+        r"d.csv:2: holds elements of orbits \(TLE\)",
+    ),
+    "XML with words above its first element": ('<?xml version="1.0"?>\n' + "words, more\n" * 9, "d.csv:1: .* KML and TCX"),
     "captured packets": (b"\xd4\xc3\xb2\xa1\x02\x00" + bytes(99), "d.csv: holds packets .*: decode"),
     "a Parquet file": (b"PAR1" + bytes(99), "is a Parquet file: its name must end in .parquet"),
     "bytes of any kind": (bytes(range(1, 200)) * 3, r"among .*\\x02.*; name it `time` or `t`"),
@@ -179,6 +193,13 @@ REFUSED = {
     "no titles above what never changes, below other rows, as in HURDAT2": (
         "\n".join(f"AL01,ANA\n{k},{k}1.5N,55.5W,0.42500,0.42500" for k in range(9)) + 9 * "\n9,9.5N,55.5W,0.42500,0.42500",
         r"d.csv:2: must be a header line .*\(echo 'c1,latitude,longitude,c4,c5'; tail -n \+2",
+    ),
+    "rows of each object below its name, as in HURDAT2": (
+        "\n".join(
+            f"AL0{i}2026, ANA, 9,\n" + "\n".join(f"20260512, {k:02d}00, TS, {k}.5N, 55.5W, 30, 1000" for k in range(9))
+            for i in range(1, 9)
+        ),
+        r"\(echo 'id,date,time,c3,latitude,longitude,c6,c7'; awk -F',' 'NF < 7 \{id = \$1; next\} \{print id FS \$0\}' ",
     ),
     "rows of several kinds without titles": (
         "0,imu,1\n1,gps,1,2\n2,mag,1,2,3\n" * 9,
@@ -215,13 +236,17 @@ REFUSED = {
         table("time,ranges", lambda t, x, y: (f"2026-05-12T08:{t / 2:02.0f}:00Z", f'"[{x:.0f}, 0, 0, 0, 0]"')),
         "among time, ranges;",
     ),
+    "lists of positions in cells": (
+        table("time,POLYLINE", lambda time, x, y: (time, f'"[[{x:.2f},{y:.2f}],[{x:.2f},{y:.2f}]]"')),
+        "among time, POLYLINE; .* POLYLINE holds lists: write a row for each position",
+    ),
     "comments and words with numbers above rows without titles": (
         "# by A\n#\ngaze 576 304\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
         r"d.csv:4: .*\(echo 'c1 c2 c3 c4'; tail -n \+4",
     ),
     "words far above rows without titles, of as many": (
         "** BY A B\n** OF B\nat 3 May\n" + "RATE 1\n" * 30 + "\n".join(f"{k} {k / 7} {k / 9}\n{k} . 0" for k in range(60)),
-        "d.csv:2: titles in several lines",
+        r"d.csv:34: must be a header line .*\(echo 'c1 c2 c3'; tail -n \+34",
     ),
     "comments above rows without titles": (
         "# by A\n# of 12 May\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
@@ -286,6 +311,35 @@ def test_dates_without_marks_are_read_by_their_pattern(hours, pattern, tmp_path)
     (tmp_path / "d.csv").write_text(f"time,x,y\n{rows}")
     read = read_table(tmp_path / "d.csv")
     assert (read.dates, read.time_unit, read.assumed[0]) == (pattern, "", f"dates are written as {pattern}")
+
+
+def test_steps_and_turns_beside_positions_are_no_ranges_and_bearings(tmp_path):
+    for titles, axes in (
+        ("Distance,Angle,x,y", {"x": "x", "y": "y"}),
+        ("Range,Bearing,x,y", {"range": "Range", "bearing": "Bearing"}),
+    ):
+        (tmp_path / "d.csv").write_text(table(f"time,{titles}", lambda time, x, y: (time, 5, 0.1, x, y)))
+        assert read_table(tmp_path / "d.csv").measured == axes
+
+
+def test_what_a_record_holds_of_its_own_finding_is_no_return(tmp_path):
+    """Strokes of lightning lay where the stations stand that heard them."""
+    strokes = [
+        {"time": k, "lat": 48.0 + k / 99, "lon": 10.0, "sig": [{"time": 3, "lat": 47.0, "lon": 9.0}]} for k in range(20)
+    ]
+    (tmp_path / "d.json").write_text(json.dumps(strokes))
+    assert read_table(tmp_path / "d.json").left_out == ("(sig: each with a time of its own)",)
+    scans = [{"time": k, "lat": 48.0, "lon": 10.0, "targets": [{"lat": 47.0 + k / 99, "lon": 9.0}]} for k in range(20)]
+    (tmp_path / "d.json").write_text(json.dumps(scans))
+    assert read_table(tmp_path / "d.json").left_out == ()
+
+
+def test_of_two_times_the_one_that_goes_on_is_read(tmp_path):
+    """As of a line in GeoJSON, whose beginning stands beside the times of its points."""
+    (tmp_path / "d.csv").write_text(
+        table("time,coordTimes,x,y", lambda t, x, y: ("2026-05-12T08:00:00Z", f"2026-05-12T08:{t / 2:02.0f}:00Z", x, y))
+    )
+    assert read_table(tmp_path / "d.csv").time.title == "coordTimes"
 
 
 def test_one_of_several_positions_in_a_row_is_read_if_stated(tmp_path):
