@@ -225,11 +225,10 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except HypothesisException:
         raise
     except Exception as error:
-        what = str(error)
-        if not isinstance(error, AssertionError):
-            method = method_of(error)
-            what = f"{method}raised {type(error).__name__}: {error}{line_of(error)}"
-            what = what if method or not tried else _promise(law, *tried[:2]) or what
+        what = _promise(law, *tried[:2]) if tried else ""
+        if not what:
+            raised = f"{method_of(error)}raised {type(error).__name__}: {error}{line_of(error)}"
+            what = str(error) if isinstance(error, AssertionError) else raised
         shown = law.effort == "shown" or not tried  # nothing, where it raised as something was drawn for it
         told = what if shown else counterexample(what, tried[0], tried[1], lambda: law.check(tried[0], tried[1]))
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
@@ -240,7 +239,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
 
 
 def _promise(law: Law, component: Component, data: Any) -> str:
-    """Return which method gives what it must not, where that is why a law's own sums failed; "" if none does."""
+    """Return which method gives what it must not, where that is why a law failed; "" if none does."""
 
     def again() -> None:
         with suppress(Exception):
