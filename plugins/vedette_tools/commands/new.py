@@ -63,4 +63,5 @@ def _plugin(arguments: Namespace) -> int:
     for path in draft_package(arguments.name, folder, arguments.role):
         print(path)
     print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")
+    print("to add a component, type the same with another --role")
     return DONE

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import keyword
 import re
+from collections.abc import Mapping
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -34,6 +35,9 @@ PLACES = {
 }
 """The templates and where each goes."""
 
+MORE = {"{role}.py.txt": "src/{module}/{role}.py", "test_components.py.txt": "tests/test_{role}.py"}
+"""What one more component brings to a package of the same name."""
+
 
 def distribution_name(name: str) -> str:
     """Return what the package of a plugin called `name` is installed as; ConfigError for a name that is none."""
@@ -41,26 +45,43 @@ def distribution_name(name: str) -> str:
 
 
 def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
-    """Write the package of a plugin called `name` into `folder`, which must not exist or be empty; return its files.
+    """Write the package of a plugin called `name` into `folder`, or add a component to that there; return what was written.
 
-    `role` says what its component is. ConfigError for a name that is none, or a folder that holds anything.
+    `role` says what the component is. ConfigError for a name that is none, or a folder that holds anything else.
     """
     short = _short(name)
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ConfigError([Problem("--out", f"{str(folder)!r} exists already and is not an empty folder")])
     if role not in USES:
         raise ConfigError([Problem("--role", f"must be one of {', '.join(ROLES)}, got {role!r}")])
     title = "".join(word.capitalize() for word in short.split("_")) + role.capitalize()
     names = {"short": short, "module": f"vedette_{short}", "dashed": distribution_name(name), "title": title, "role": role}
     names["use"] = Template(USES[role]).substitute(names)
-    templates, written = files("vedette_tools.drafting") / "templates", []
-    for template, place in PLACES.items():
-        text = (templates / template.format(**names)).read_text(encoding="utf-8")
-        path = folder / place.format(**names)
+    init, listed, places = folder / "src" / names["module"] / "__init__.py", "", PLACES
+    if init.is_file():
+        listed, places = _listed(init, names), MORE
+    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise ConfigError([Problem("--out", f"{str(folder)!r} exists already and is not an empty folder")])
+    templates = files("vedette_tools.drafting") / "templates"
+    written = {folder / place.format(**names): template.format(**names) for template, place in places.items()}
+    if there := [path for path in written if path.exists()]:
+        raise ConfigError([Problem("--role", f"{str(there[0])!r} exists already: delete it, or choose another role")])
+    for path, template in written.items():
         path.parent.mkdir(parents=True, exist_ok=True)
+        text = (templates / template).read_text(encoding="utf-8")
         path.write_text(Template(text).substitute(names), encoding="utf-8", newline="\n")
-        written.append(path)
-    return written
+    if listed:
+        init.write_text(listed, encoding="utf-8", newline="\n")
+    return [*written, *([init] if listed else [])]
+
+
+def _listed(init: Path, names: Mapping[str, str]) -> str:
+    """Return the text of a package's `__init__.py` that lists one more component; ConfigError where it lists none."""
+    text, line = init.read_text(encoding="utf-8"), "from {module}.{role} import {title}\n".format(**names)
+    *_, last = [None, *re.finditer(r"^(import vedette|from vedette_[^(\n]*)\n", text, re.MULTILINE)]
+    end = re.search(r"\breturn \[[^\]]*?\w(?=,?\s*\])", text)
+    if last is None or end is None:
+        right = f"must import vedette and `return [...]` its components, to add {names['title']} to them"
+        raise ConfigError([Problem(str(init), right)])
+    return text[: last.end()] + line + text[last.end() : end.end()] + f", {names['title']}" + text[end.end() :]
 
 
 def _short(name: str) -> str:

@@ -177,7 +177,7 @@ def test_a_new_plugin_keeps_its_laws(tmp_path, monkeypatch, capsys, pytestconfig
         assert done.returncode == 0, done.stdout
     else:
         assert_moves_alike(motion(0.5), ConstantVelocity(0.5))
-    assert main(["new", "plugin", "my-lake"]) == 2
+    assert main(["new", "plugin", "other", "--out", "vedette-my-lake"]) == 2
     assert "exists already and is not" in capsys.readouterr().err
 
 

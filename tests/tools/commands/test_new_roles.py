@@ -84,13 +84,36 @@ def test_all_of_them_work_together(tmp_path, monkeypatch):
     assert tracks_of(config, vedette.Registry(tuple(entries))).shape == (2, 4)
 
 
+def test_a_further_role_is_added_to_the_package_and_nothing_else_of_it_changes(tmp_path, monkeypatch, capsys):
+    out = tmp_path / "both"
+    assert [main(["new", "plugin", "both", "--role", role, "--out", str(out)]) for role in ROLES] == [0] * len(ROLES)
+    monkeypatch.syspath_prepend(out / "src")
+    found = importlib.import_module("vedette_both").vedette_components()
+    assert [cls.kind for cls in found] == [f"both_{role}" for role in ROLES]
+    before = {path: path.read_text() for path in out.rglob("*.*") if path.suffix != ".pyc" and path.is_file()}
+    assert main(["new", "plugin", "both", "--role", "motion", "--out", str(out)]) == 2
+    assert "motion.py' exists already" in capsys.readouterr().err
+    assert before == {path: path.read_text() for path in before}
+
+
+@pytest.mark.parametrize("text", ["", "import vedette\n", "import vedette\n\ndef vedette_components():\n    return []\n"])
+def test_a_package_whose_components_cannot_be_found_is_left_as_it_is(text, tmp_path, capsys):
+    init = tmp_path / "odd" / "src" / "vedette_odd" / "__init__.py"
+    init.parent.mkdir(parents=True)
+    init.write_text(text)
+    assert main(["new", "plugin", "odd", "--role", "sensor", "--out", str(tmp_path / "odd")]) == 2
+    assert "to add OddSensor to them" in capsys.readouterr().err
+    assert [path.name for path in (tmp_path / "odd").rglob("*.*")] == ["__init__.py"]
+    assert init.read_text() == text
+
+
 @pytest.mark.nightly("its laws take seconds, and a wheel is built")
-@pytest.mark.parametrize("role", ROLES)
-def test_each_package_keeps_its_laws_and_becomes_a_wheel(role, tmp_path):
+def test_a_package_of_all_roles_keeps_its_laws_and_becomes_a_wheel(tmp_path):
     out = tmp_path / "package"
-    assert main(["new", "plugin", "wheel", "--role", role, "--out", str(out)]) == 0
+    for role in ROLES:
+        assert main(["new", "plugin", "wheel", "--role", role, "--out", str(out)]) == 0
     run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "pythonpath=src"]
-    done = subprocess.run(run, cwd=out, capture_output=True, text=True, timeout=300)
+    done = subprocess.run(run, cwd=out, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stdout
     if importlib.util.find_spec("hatchling") is None:
         pytest.skip("the laws hold; the wheel needs hatchling, which is not installed")
