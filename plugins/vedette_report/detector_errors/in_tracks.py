@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import groupby
 
 import numpy as np
 from attrs import frozen
@@ -17,6 +17,8 @@ from vedette.types import Scan, Track
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
 
+MOST = 5000
+"""Of a run so many scans are looked at, at most."""
 SURELY = 0.5
 """A return is a track's if it was more probably than not."""
 
@@ -55,6 +57,14 @@ NIS_IS_NOT_ENOUGH = (
 )
 
 
+def first_of(scans: Sequence[Scan]) -> Sequence[Scan]:
+    """Return the first `MOST` scans or fewer, none of a time of which others are left out."""
+    end = min(MOST, len(scans))
+    while 0 < end < len(scans) and scans[end - 1].time == scans[end].time:
+        end -= 1
+    return scans[:end]
+
+
 def scans_at(scans: Iterable[Scan]) -> Mapping[float, Sequence[int]]:
     """Return which scans there are of each time, in their order."""
     found: dict[float, list[int]] = {}
@@ -63,17 +73,24 @@ def scans_at(scans: Iterable[Scan]) -> Mapping[float, Sequence[int]]:
     return found
 
 
+def rows_of(track: Track, at: Mapping[float, Sequence[int]]) -> Iterator[tuple[int, int]]:
+    """Yield each row of a track that lived longer than one time, and its scan; at: as `scans_at`.
+
+    It may begin with the second of two scans of one time, and end with the first.
+    """
+    for time, group in groupby(range(len(track.times)), lambda row: float(track.times[row])):
+        rows, scans = list(group), at.get(time, ())
+        if len(rows) < len(track.times):
+            yield from zip(rows, scans[-len(rows) :] if rows[0] == 0 else scans, strict=False)
+
+
 def taken(track: Track, at: Mapping[float, Sequence[int]]) -> Iterator[tuple[int, int, int]]:
     """Yield what a track took, in the order of time: its row, the scan, and the number of the return; at: as `scans_at`."""
-    later: Counter[float] = Counter()
-    found = []
-    for row in reversed(range(len(track.times))):
-        time, listed = float(track.times[row]), None if track.returns is None else track.returns[row]
-        later[time] += 1  # a track may begin with the second of two scans of one time
-        if track.hit[row] > SURELY and time in at:
+    for row, scan in rows_of(track, at):
+        if track.hit[row] > SURELY:
+            listed = None if track.returns is None else track.returns[row]
             column = int(np.argmax(track.weights[row][1:]))
-            found.append((row, at[time][-later[time]], column if listed is None else int(listed[column])))
-    yield from reversed(found)
+            yield row, scan, column if listed is None else int(listed[column])
 
 
 def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) -> tuple[Told, ...]:

@@ -16,10 +16,8 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.tracking import Tracker
 from vedette.types import Gaussian, Scan, Track
-from vedette_report.detector_errors.in_tracks import scans_at, taken
+from vedette_report.detector_errors.in_tracks import first_of, scans_at, taken
 
-MOST = 5000
-"""So many scans are looked at, at most."""
 LONGEST = 30.0
 """s: between returns further apart than this nothing is known of where a target is."""
 PARTS = 10
@@ -61,7 +59,7 @@ def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> It
     """Yield a sentence for each pair of sensors of which one sees all targets late, or beside where the other does."""
     if len(tracker.sensors) < 2 or not {"x", "y", "vx", "vy"} <= set(tracker.state.names):
         return
-    every = _seen(tracker, scans[:MOST], tracks)
+    every = _seen(tracker, first_of(scans), tracks)
     for one, other in combinations([name for name in tracker.sensors if name in every], 2):
         pairs = [(every[one][track], seen) for track, seen in every[other].items() if track in every[one]]
         found = _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY])

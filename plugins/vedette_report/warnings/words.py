@@ -22,6 +22,7 @@ from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
 from vedette_report.warnings.late import late
 from vedette_report.warnings.rehearsal import rehearsed
+from vedette_report.warnings.stated import otherwise
 from vedette_report.warnings.turned import turned
 
 MOST = 0.5
@@ -67,6 +68,7 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
     yield from held(experiment.tracker)
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
     yield from late(experiment.tracker, result.scans, result.tracks)
+    yield from otherwise(experiment.tracker, result.scans, result.tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
