@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.space import Array, Axis, Space
+from vedette.space import Array, Axis, Indices, Space
 from vedette_files.readers import Sample
 
 LEAST, FAR_BEYOND = 10, 5.0
@@ -21,18 +21,16 @@ COPIED = 0.05
 """Such a part of the returns that repeats another of the same scan to the last digit was written twice: by hand."""
 
 
-def odd_returns(name: str, space: Space, scans: Sequence[Array], *, named: bool) -> Iterator[str]:
-    """Yield in words what looks like no returns of a sensor; scans: of each, its returns (k, m) over `space`, as read.
+def odd_returns(name: str, space: Space, z: Array, of: Indices, *, named: bool) -> Iterator[str]:
+    """Yield in words what looks like no returns of a sensor: all of them (k, m) over `space`, as read; (k,) `of` which scan.
 
     named: whether returns name their objects: these may stay where they are, and are told once.
     """
-    z = np.concatenate(scans) if len(scans) else np.zeros((0, len(space)))
     for axis, column in zip(space.axes, z.T, strict=True):
         yield from _far_mark(name, axis, column)
     if named or len(z) < LEAST:
         return
     yield from _standing_mark(name, space, z)
-    of = np.repeat(np.arange(len(scans)), [len(each) for each in scans])
     copies = len(z) - len(np.unique(np.column_stack([of, z]), axis=0))
     if copies >= max(LEAST, COPIED * len(z)):
         told = f"{name}: {copies:,} of {len(z):,} returns repeat another of their scan to the last digit"

@@ -14,6 +14,7 @@ from vedette import Recording, Space, Trajectory
 from vedette.errors import ConfigError, InputError
 from vedette.types import Detections, Pose, Scan
 from vedette_files import JsonLinesSource, read_recording, write_recording
+from vedette_files.packed import PackedScans
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -64,7 +65,7 @@ def bits(value):
         return value.dtype.str, value.shape, value.tobytes()
     if isinstance(value, float):
         return np.float64(value).tobytes()
-    if isinstance(value, tuple):
+    if isinstance(value, tuple | PackedScans):
         return [bits(part) for part in value]
     if isinstance(value, Scan | Detections | Pose | Trajectory | Recording):
         return {name: bits(getattr(value, name)) for name in value.__slots__ if name not in ("__weakref__", "rows")}

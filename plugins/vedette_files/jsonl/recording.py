@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+from array import array
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import define, field, frozen
 
 from vedette.errors import InputError, Problem
 from vedette.space import Space, SpaceError
@@ -18,6 +19,7 @@ from vedette_files.json_values import number, parse, short, vector
 from vedette_files.jsonl.frames import FrameFiles
 from vedette_files.jsonl.scans import check_fields, one_of, scan_fields, scan_of
 from vedette_files.oddities import set_back
+from vedette_files.packed import PackedScans
 from vedette_files.readers import Sample, in_time_order, offer_sorting
 from vedette_files.writing import whole_file
 
@@ -41,6 +43,34 @@ class Header:
     notes: dict[str, str]
     detected: tuple[str, ...] = ()
     nobody: bool = False
+
+
+@define
+class _Lines:
+    """What lines give of a sensor or an object: times in s, numbers of the lines (l,), places of scans or states (l n,)."""
+
+    times: Any = field(factory=lambda: array("d"))
+    numbers: Any = field(factory=lambda: array("q"))
+    values: Any = field(factory=lambda: array("d"))
+
+    def add(self, number: int, time: float, values: Sequence[float]) -> None:
+        """Take what the next line gives."""
+        self.times.append(time)
+        self.numbers.append(number)
+        self.values.extend(values)
+
+    def put_in_order(self, file: str, name: str, refused: list[Problem], *, sort: bool) -> tuple[str, ...]:
+        """Put all in the order of time, as `in_time_order` does; return what is odd about how they stood."""
+        times = np.array(self.times)
+        if np.all(times[1:] >= times[:-1]):
+            return ()
+        given = zip(self.numbers, self.times, strict=True)
+        samples = [Sample(f"{file}:{number}", time, i) for i, (number, time) in enumerate(given)]
+        odd = tuple(set_back(name, samples)) if sort else ()
+        kept = [sample.value for sample in in_time_order(samples, refused, sort=sort)]
+        self.values = np.array(self.values).reshape(len(times), -1)[kept].ravel()
+        self.times, self.numbers = times[kept], np.array(self.numbers)[kept]
+        return odd
 
 
 def write_recording(path: Path | str, recording: Recording, sensors: Mapping[str, Space]) -> None:
@@ -109,8 +139,8 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
         header = _header(parse(head))
     except ValueError as error:
         raise InputError(f"{path}:1: {error}") from None
-    scans: dict[str, list[Sample[tuple[int, Scan]]]] = {name: [] for name in header.sensors}
-    states: dict[str, list[Sample[list[float]]]] = {name: [] for name in header.truth}
+    packed = PackedScans()
+    scans, states = ({name: _Lines() for name in names} for names in (header.sensors, header.truth))
     total = 0
     for i, text in given:
         if not text.strip():
@@ -121,30 +151,32 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
             entry = parse(text)
             if isinstance(entry, dict) and "truth" in entry:
                 name, time, state = _state(entry, header.truth)
-                states[name].append(Sample(place, time, state))
+                states[name].add(i, time, state)
             elif isinstance(entry, dict) and "left_out" in entry:
                 raise ValueError(_left_out(entry))
             else:
                 scan, problems = scan_of(entry, header.sensors, path.parent)
                 refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
                 if scan is not None:
-                    scans[scan.sensor].append(Sample(place, scan.time, (i, scan)))
+                    scans[scan.sensor].add(i, scan.time, [len(packed)])
+                    packed.add(scan)
         except ValueError as error:
             refused.append(Problem(place, str(error)))
-    kept = [sample.value for samples in scans.values() for sample in in_time_order(samples, refused, sort=sort)]
-    in_order = sorted(kept, key=lambda numbered: (numbered[1].time, numbered[0]))
-    truth = [
-        Trajectory(name, header.truth[name], *_columns(in_time_order(samples, refused, sort=sort)))
-        for name, samples in states.items()
-        if samples
-    ]
-    used = len(in_order) + sum(len(path.times) for path in truth)
+    odd = tuple(said for name, seen in scans.items() for said in seen.put_in_order(path.name, name, refused, sort=sort))
+    for name, seen in states.items():
+        seen.put_in_order(path.name, name, refused, sort=sort)
+    kept = np.concatenate([np.zeros((3, 0)), *([seen.times, seen.numbers, seen.values] for seen in scans.values())], axis=1)
+    in_time = packed.ordered(kept[2, np.lexsort((kept[1], kept[0]))].astype(np.intp))
+    truth = tuple(
+        Trajectory(name, header.truth[name], np.array(seen.times), np.array(seen.values).reshape(len(seen.times), -1))
+        for name, seen in states.items()
+        if len(seen.times)
+    )
+    used = len(in_time) + sum(len(true.times) for true in truth)
     rows = {"lines": Rows(total, used, sum(problem.rows for problem in refused))}
     told = tuple(offer_sorting(refused, total))
-    odd = tuple(said for name, samples in scans.items() for said in set_back(name, samples)) if sort else ()
     detected = {name: header.sensors[name] for name in header.detected}
-    in_time = tuple(scan for _, scan in in_order)
-    recording = Recording(in_time, tuple(truth), told, header.notes, odd, rows, detected, nobody=header.nobody)
+    recording = Recording(in_time, truth, told, header.notes, odd, rows, detected, nobody=header.nobody)
     return recording, header.sensors
 
 
@@ -210,7 +242,3 @@ def _left_out(given: Mapping[str, Any]) -> str:
     check_fields(given, LEFT_OUT_FIELDS)
     told = f"a scan of {short(given.get('sensor'))} at {short(given.get('time'))} s"
     return f"the live run left out {told}, with {short(given.get('returns'))} returns: {short(given['left_out'])}"
-
-
-def _columns(samples: list[Sample[list[float]]]) -> tuple[Any, Any]:
-    return np.array([sample.time for sample in samples]), np.array([sample.value for sample in samples])

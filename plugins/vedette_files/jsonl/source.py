@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections.abc import Iterator, Mapping, Sequence
 from typing import ClassVar, final
 
@@ -17,6 +18,7 @@ from vedette.types import Recording, Scan
 from vedette_files.input_files import shown
 from vedette_files.jsonl.recording import read_recording
 from vedette_files.oddities import odd_returns
+from vedette_files.packed import PackedScans
 from vedette_files.readers import find
 
 
@@ -44,27 +46,29 @@ class JsonLinesSource(Source):
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
         recording, spaces = read_recording(path, sort=self.sort)
-        made = recording.detected
+        made, every = recording.detected, recording.scans
+        assert isinstance(every, PackedScans)
         for name in spaces:
             if name in sensors and name not in made and set(spaces[name].axes) != set(sensors[name].measurement.axes):
                 measured = sensors[name].measurement
                 raise InputError(
                     f"{path}:1: sensor {shown(name)} gives {spaces[name]}, and the tracker's measures {measured}"
                 )
-        kept = tuple(
-            scan if scan.sensor in made else _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
-            for scan in recording.scans
-            if scan.sensor in sensors or scan.sensor in made
-        )
+        kept = every.of({*sensors, *made})
+        if any(spaces[name] != sensors[name].measurement for name in spaces if name in sensors and name not in made):
+            kept = PackedScans(
+                scan if scan.sensor in made else _over(sensors[scan.sensor].measurement, scan, spaces[scan.sensor])
+                for scan in kept
+            )
         if not kept:
             first = f"; the first problem: {recording.refused[0]}" if recording.refused else ""
             names = ", ".join(shown(name) for name in spaces if name not in sensors) or ("" if spaces else "no sensor")
             others = f", but of {names}" if names else ""
             empty = "" if first or recording.scans else ": there is nothing below its header"
             raise InputError(f"{path}: holds no usable scan of {', '.join(map(repr, sensors))}{others}{first}{empty}")
-        seen = {scan.sensor for scan in kept if scan.frame is not None}
         for name in spaces:
-            if isinstance(sensors.get(name), ImagingSensor) and name not in made and name not in seen:
+            imaging = isinstance(sensors.get(name), ImagingSensor) and name not in made
+            if imaging and all(scan.frame is None for scan in kept.of({name})):
                 there = f" ({recording.notes['frames']})" if "frames" in recording.notes else ""
                 raise InputError(
                     f"{path}: holds none of the frames of {shown(name)}: those that a run reads from a video{there} stay "
@@ -73,22 +77,34 @@ class JsonLinesSource(Source):
         notes = dict(recording.notes)
         for name in spaces:
             if name not in sensors and name not in made:
-                count = sum(scan.sensor == name for scan in recording.scans)
+                count = len(every.of({name}))
                 notes[f"scans of {shown(name)}, which the tracker lacks"] = str(count)
         lines, left_out = recording.rows["lines"], len(recording.scans) - len(kept)
         rows = {"lines": evolve(lines, used=lines.used - left_out, left_out=left_out)}
-        odd = [said for name in spaces if name in sensors and name not in made for said in _odd(name, sensors[name], kept)]
+        odd = [
+            said
+            for name in spaces
+            if name in sensors and name not in made
+            for said in _odd(name, sensors[name], kept.of({name}))
+        ]
         return evolve(recording, scans=kept, notes=notes, rows=rows, warnings=(*recording.warnings, *odd))
 
 
 def _odd(name: str, sensor: Sensor, scans: Sequence[Scan]) -> Iterator[str]:
     """Yield in words what looks like no returns of the sensor."""
-    seen = [scan.detections for scan in scans if scan.sensor == name and scan.frame is None]
-    named = any(each.identity is not None and np.any(each.identity >= 0) for each in seen)
-    yield from odd_returns(name, sensor.measurement, [each.z for each in seen], named=named)
-    told = [(scan.time, scan.detections.z.tobytes()) for scan in scans if scan.sensor == name and len(scan.detections.z)]
-    if copies := len(told) - len(set(told)):
-        yield f"{name}: {copies:,} of {len(told):,} scans are copies of another: each counts as one more; delete the copies"
+    z, counts, copies, named = array("d"), array("q"), array("q"), False
+    for scan in scans:
+        if scan.frame is None:
+            seen = scan.detections
+            named = named or (seen.identity is not None and bool(np.any(seen.identity >= 0)))
+            z.frombytes(seen.z.tobytes())
+            counts.append(len(seen.z))
+            if counts[-1]:
+                copies.append(hash((scan.time, seen.z.tobytes())))
+    returns = np.array(z).reshape(-1, len(sensor.measurement))
+    yield from odd_returns(name, sensor.measurement, returns, np.repeat(np.arange(len(counts)), counts), named=named)
+    if again := len(copies) - len(np.unique(np.array(copies))):
+        yield f"{name}: {again:,} of {len(copies):,} scans are copies of another: each counts as one more; delete the copies"
 
 
 def _over(measured: Space, scan: Scan, written: Space) -> Scan:

@@ -199,11 +199,12 @@ def _rows(used: int, refused: list[Problem], left_out: int = 0) -> Rows:
 
 def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[str, str]) -> Iterator[str]:
     """Yield in words the angles that are larger than a whole turn, which the scans wrap, and what no sensor sends."""
-    values = [np.array(look.value.returns).reshape(-1, len(reading.placed)) for look in looks]
-    for axis, column in zip(reading.placed.axes, np.concatenate(values).T if values else (), strict=False):
+    z = np.array([each for look in looks for each in look.value.returns], dtype=float).reshape(-1, len(reading.placed))
+    of = np.repeat(np.arange(len(looks)), [len(look.value.returns) for look in looks])
+    for axis, column in zip(reading.placed.axes, z.T, strict=True):
         if (said := beyond_period(name, axis, column, units.get(axis.name, ""))) is not None:
             yield said
-    yield from odd_returns(name, reading.placed, values, named=any(code >= 0 for look in looks for code in look.value.codes))
+    yield from odd_returns(name, reading.placed, z, of, named=any(code >= 0 for look in looks for code in look.value.codes))
 
 
 def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout) -> Iterator[str]:
