@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from vedette import Detections, Scan, Track
@@ -62,5 +63,7 @@ def test_tracks_that_lie_on_each_other_are_counted():
     assert coalesced([track(1, 0.0), track(2, 1.0)]) == []
     assert coalesced([track(1, 0.0), track(2, 0.1, count=9)]) == []
     assert coalesced([]) == []
+    twice = track(1, 0.0)
+    assert coalesced([evolve(twice, times=twice.times // 2), track(7, 9.0)]) == []  # two sensors that look at a time
     crowd = [track(i, 10.0 * i) for i in range(150)]
     assert coalesced([*crowd, track(200, 70.4)]) == [(7, 200, 30)]

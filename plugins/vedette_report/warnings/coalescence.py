@@ -46,6 +46,7 @@ def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
         i, j = _pairs(at[scans], NEAR * float(np.median(sigma[scans])))
         a, b = scans[i], scans[j]
         near = np.linalg.norm(at[a] - at[b], axis=-1) < NEAR * np.minimum(sigma[a], sigma[b])
+        near &= ids[a] != ids[b]  # two sensors may look at a time
         met.update(zip(np.minimum(ids[a], ids[b])[near].tolist(), np.maximum(ids[a], ids[b])[near].tolist(), strict=True))
     return [(*pair, number) for pair, number in met.items() if number >= LONG]
 
