@@ -75,7 +75,7 @@ class Origin:
         """Raise ValueError for a place beyond FARTHEST."""
         if (farthest := float(np.max(self.on_ground(latitude, longitude), initial=0.0))) > FARTHEST:
             told = f"{farthest / 1e3:,.0f} km from the origin {self}"
-            raise ValueError(f"lies {told}, and a plane around it reaches {FARTHEST / 1e3:,.0f} km")
+            raise ValueError(f"lies {told}, and a plane around it reaches {FARTHEST / 1e3:,.0f} km: split by region")
 
     def to_plane(self, latitude: Array, longitude: Array, altitude: Array | float = 0.0) -> tuple[Array, Array, Array]:
         """Return east, north and up (*b) in m of latitudes and longitudes (*b) in deg, altitudes in m."""

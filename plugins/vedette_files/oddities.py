@@ -17,6 +17,9 @@ So does a row that comes so often, and so many times as often as any other; and 
 no rows out of order.
 """
 
+HOUR, PAUSE = 3600.0, 600.0
+"""s: where summer time begins an hour lacks; where looks pause for so long, one that lacks is no sign: by hand."""
+
 COPIED = 0.05
 """Such a part of the returns that repeats another of the same scan to the last digit was written twice: by hand."""
 
@@ -80,3 +83,13 @@ def set_back(name: str, samples: Sequence[Sample[Any]], objects: Sequence[int] =
             cure = "was a clock set back? Then read the parts apart"
             yield f"{told}: sorted, {among[1]:,} times lie among those before; {cure}"
             return
+
+
+def set_forward(times: Sequence[float]) -> Iterator[str]:
+    """Yield that an hour lacks among local times, in s, that hardly pause."""
+    gaps = np.diff(np.unique(times))
+    if len(gaps) < LEAST or np.partition(gaps, -2)[-2] > PAUSE:
+        return
+    usual, before = float(np.median(gaps)), float(np.unique(times)[np.argmax(gaps)])
+    if HOUR <= np.max(gaps) <= HOUR + 2 * usual and before % HOUR >= HOUR - 2 * usual:
+        yield f"times lack the hour after {before % 86_400 / HOUR:.3g} h: did summer time begin? Then write them in UTC"

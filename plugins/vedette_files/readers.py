@@ -19,7 +19,7 @@ from vedette_files.input_files import inside, shown, user_path
 
 V = TypeVar("V")
 
-OUT_OF_ORDER = "is out of order"
+OUT_OF_ORDER, NOT_OF_SCAN = "is out of order", "is not that of scan"
 OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"

@@ -19,7 +19,7 @@ from vedette_files.codes import code
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.oddities import set_back
-from vedette_files.readers import Sample, in_time_order
+from vedette_files.readers import NOT_OF_SCAN, Sample, in_time_order
 from vedette_files.tables.columnar import TablePath
 from vedette_files.tables.layout import Column, Layout, with_altitude
 from vedette_files.tables.noise import noise_columns
@@ -259,7 +259,7 @@ def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> 
     for scan, members in scans.items():
         time = Counter(row.time for row in members).most_common(1)[0][0]
         refused += [
-            Problem(row.place, f"time {row.time!r} s is not that of scan {shown(scan)} elsewhere, {time!r} s")
+            Problem(row.place, f"time {row.time!r} s {NOT_OF_SCAN} {shown(scan)} elsewhere, {time!r} s")
             for row in members
             if row.time != time
         ]

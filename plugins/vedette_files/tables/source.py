@@ -18,7 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
-from vedette_files.oddities import odd_returns
+from vedette_files.oddities import odd_returns, set_forward
 from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
@@ -157,6 +157,7 @@ class CsvSource(Source):
         problems = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
         in_order = tuple(sorted(scans, key=lambda scan: scan.time))
         odd += _early(in_order, moving=platform is not None)
+        odd += set_forward([scan.time for scan in in_order]) if "time zone" in notes else ()
         return Recording(in_order, truth, tuple(dict.fromkeys(problems)), notes, tuple(odd), rows=rows)
 
     def _layout(self, paths: Mapping[str, TablePath]) -> tuple[Layout, dict[str, str]]:

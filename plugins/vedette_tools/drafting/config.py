@@ -12,7 +12,7 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
-from vedette_files.readers import OUT_OF_ORDER
+from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
 from vedette_files.tables.columnar import TablePath
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
@@ -89,6 +89,10 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     begun = process_time()
     table = read_table(path, use, wishes)
     recording = opened(table)
+    if table.scan and any(NOT_OF_SCAN in problem.text for problem in recording.refused):
+        told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
+        table = evolve(table, scan="", assumed=(*table.assumed, told))
+        recording = opened(table)
     late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
     if late:
         told = f"rows go back in time and are sorted, no clock was set back: {late}"

@@ -43,7 +43,8 @@ def doubt(text: str, scans: Sequence[Scan]) -> str:
         return f"nothing fits these data: {told}; {cure}"
     if (same := len(links & others) / max(len(links), len(others), 1)) < SAME:
         told = f"run backwards in time the same tracker joins other returns, {same:.2g} of the pairs are the same"
-        return f"nothing fits these data: {told}; they come too seldom: add a column that names objects, titled id"
+        cure = "they come too seldom, or too many are false: add a column that names objects, titled id"
+        return f"nothing fits these data: {told}; {cure}"
     return ""
 
 

@@ -28,10 +28,13 @@ from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
 from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
-from vedette_tools.drafting.titles import Meaning, chosen, meaning
+from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words_of
 from vedette_tools.drafting.wishes import Wishes
 
 NO_WISHES = Wishes()
+
+BEARERS = {"own", "ownship", "platform", "ego", "self"}
+"""Words of titles that say where a sensor is carried; vessel_lat may be what is seen."""
 
 COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
 
@@ -139,9 +142,18 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     who, sensors = who_of(measured, columns, assumed)
     assumed += told
     found_by = measured_by(measured, columns, who, sensors)
+    places = [axis for axis in SPOTS if axis in measured]
+    carried = any(BEARERS & {*words_of(measured[axis].title)} for axis in places)
+    if carried and "bearing" in measured and "range" not in measured:
+        seen = (
+            f"{measured['bearing'].title} has no range beside it, and {measured[places[0]].title} is where it is seen from"
+        )
+        raise InputError(f"{path}: {seen}: a config of your own tracks that, with a sensor of kind 'bearing_only'")
     if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
         text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        alone = "; one axis alone is tracked by a config of your own, with a sensor of kind 'linear'"
+        text += alone if len(places) == 1 else ""
         raise InputError(f"{path}: {text}{of_header(path, titles, table.below or next(iter(table.rows), []))}")
     found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
     check_together(path, found_by, found, titles)

@@ -256,6 +256,11 @@ REFUSED = {
         table("t,distance travelled,angle", plain),
         "among t, distance travelled, angle;",
     ),
+    "bearings alone, from where one is": (
+        table("t,bearing,own_x,own_y", lambda time, x, y: (time, 0.1, x, y)),
+        "bearing has no range beside it, and own_x is where .* kind 'bearing_only'",
+    ),
+    "one axis alone": (table("t,z", lambda time, x, y: (time, x)), "among t, z; .* one axis alone .* kind 'linear'"),
     "an angle of movement": (
         table("t,Distance between start and end,Angle of movement", plain),
         "among t, Distance between",
@@ -520,7 +525,9 @@ def test_a_draft_says_which_positions_of_a_row_it_does_not_read(tmp_path):
     assert told in read_table(tmp_path / "d.csv").assumed
 
 
-@pytest.mark.parametrize(("title", "name"), [("PersID", "PersID"), ("storm_id", "storm_id"), ("sensor_id", "")])
+@pytest.mark.parametrize(
+    ("title", "name"), [("PersID", "PersID"), ("storm_id", "storm_id"), ("uid", "uid"), ("sensor_id", "")]
+)
 def test_an_id_of_whom_it_may_be_names_objects(title, name, tmp_path):
     (tmp_path / "d.csv").write_text(table(f"time,{title},x,y", lambda time, x, y: (time, 3, x, y)))
     assert read_table(tmp_path / "d.csv").identity == name
@@ -553,3 +560,14 @@ def test_hours_and_minutes_beside_dates_are_read_where_neither_has_marks(tmp_pat
     (tmp_path / "d.csv").write_text(table("Date,Time,x,y", row))
     found = read_table(tmp_path / "d.csv")
     assert (found.time.title, found.dates) == ("Date + Time", "%Y%m%d %H%M")
+
+
+def test_a_column_that_begins_again_numbers_no_scans(tmp_path):
+    """As of plays, whose ball is counted from another moment: its rows were refused."""
+    rows = [
+        (k, name, k + 7 * (name == "ball"), 10 * i, k / 9) for i, name in enumerate(("a", "b", "ball")) for k in range(40)
+    ]
+    (tmp_path / "d.csv").write_text("\n".join(["frame,id,time,x,y", *(",".join(map(str, row)) for row in rows)]) + "\n")
+    text = draft_config(tmp_path / "d.csv")
+    assert "frame numbers no scans" in text
+    assert "cannot be read" not in text

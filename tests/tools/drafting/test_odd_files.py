@@ -58,9 +58,13 @@ def test_digits_tell_errors_in_any_unit():
     ("clock", "told"),
     [
         (lambda t: f"2026-10-25 02:{(50 + t // 60) % 60:02d}:{t % 60:02d}", "no clock was set back"),
+        (
+            lambda t: f"2026-03-29 0{1 + (t >= 600) + (50 + t // 60) // 60}:{(50 + t // 60) % 60:02d}:{t % 60:02d}",
+            "lack the hour",
+        ),
         (lambda t: f"{23 + (t >= 600)}:{(50 + t // 60) % 60:02d}:{t % 60:02d}", "180 of 360 rows cannot be read"),
     ],
-    ids=["an hour twice", "past 24:00:00"],
+    ids=["an hour twice", "no hour", "past 24:00:00"],
 )
 @pytest.mark.by_turns
 def test_a_draft_says_what_of_the_times_it_does_not_take_as_they_stand(clock, told, tmp_path):
