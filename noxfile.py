@@ -8,7 +8,6 @@ from pathlib import Path
 import nox
 
 nox.options.sessions = ["lint", "tests"]
-nox.options.default_venv_backend = "venv"
 PYTHONS = ["3.11", "3.12", "3.13"]
 HERE = Path(__file__).parent
 
@@ -19,7 +18,7 @@ EVERY_PROCESSOR = "-Ccmake.define.VEDETTE_INSTRUCTION_SETS=all"
 def built(session: nox.Session, folder: Path, *options: str) -> str:
     """Build the distribution in `folder` afresh and return its wheel."""
     out = Path(session.create_tmp()) / folder.name
-    session.run("python", "-m", "build", "--wheel", *options, "--outdir", str(out), str(folder))
+    session.run("python", "-m", "pip", "wheel", "-q", "--no-deps", *options, "--wheel-dir", str(out), str(folder))
     return str(max(out.glob("*.whl"), key=lambda wheel: wheel.stat().st_mtime))
 
 
@@ -84,7 +83,6 @@ def lowest(session: nox.Session) -> None:
 @nox.session(python=PYTHONS)
 def wheel(session: nox.Session) -> None:
     """Build the wheel for every processor, install it from an index, and run the main job away from the checkout."""
-    session.install("build")
     index = indexed(session, built(session, HERE, EVERY_PROCESSOR))
     session.install("--force-reinstall", "--no-deps", "--index-url", index, "vedette")
     session.install("vedette[report]")  # what it needs, from the usual index
@@ -110,7 +108,6 @@ def nightly(session: nox.Session) -> None:
 def plugin_template(session: nox.Session) -> None:
     """Test the example of a third-party plugin against Vedette, both as wheels; `-- compiled`: with the kernels here."""
     example = HERE / "examples" / "plugin_template"
-    session.install("build")
     options = compiled(session) if "compiled" in session.posargs else ()
     index = indexed(session, built(session, HERE, *options), built(session, example))
     session.install("--force-reinstall", "--no-deps", "--index-url", index, "vedette", "vedette-road")
