@@ -15,7 +15,7 @@ def test_up_to_ten_targets_are_there_inside_the_square():
 
 
 @pytest.mark.parametrize("kind", ["jpda", "k_best, mean shown", "variational"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_each_target_is_confirmed_once(kind):
     """With `show = "mean"` several tracks that may be one target are not all confirmed for it: they were, for 49 m."""
     assert twelve.judged(0, 1, "dense", [kind])[0][0] < 22.0

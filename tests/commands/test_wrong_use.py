@@ -67,6 +67,7 @@ def test_all_problems_of_a_config_are_told_one_a_line(config, capsys):
     assert [line.split(": ")[2] for line in told] == ["sensors.radar.sigma", "gate.probability", "judge.cover_radius"]
 
 
+@pytest.mark.costly
 def test_the_process_ends_with_the_code(config, tmp_path):
     done = command("run", config, "--set", "associator.kind=gn", cwd=tmp_path)
     assert (done.returncode, done.stdout) == (2, "")

@@ -202,6 +202,7 @@ def test_slow_blocks_are_run_when_the_site_is_built_or_by_night(tmp_path, mark, 
             assert (one.state, one.fault) == (("ran", "exit code 3\n") if pace in paces else (mark, None))
 
 
+@pytest.mark.costly
 def test_what_ran_once_is_kept_with_its_pictures_and_serves_a_faster_pace(tmp_path, monkeypatch):
     monkeypatch.setattr(cache, "KEPT", tmp_path / "kept")
     page, here = tmp_path / "page.md", f"{tmp_path.name}-page"

@@ -35,6 +35,7 @@ def pictures(folder, sizes, dtype=np.uint16):
     return folder
 
 
+@pytest.mark.costly
 def test_frames_are_those_that_this_process_decodes(tmp_path):
     folder = pictures(tmp_path / "clip", [(20, 30)] * 3)
     here, there = look_through(folder), look_through(folder, apart=LIMITS)

@@ -80,6 +80,7 @@ def folder_of(path, count=40, **options):
     return path
 
 
+@pytest.mark.costly
 def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
     path = folder_of(tmp_path / "clip")
     experiment = vedette.load(EXAMPLES / "flir_found.toml", overrides=[f"source.path={path}"])

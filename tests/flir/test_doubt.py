@@ -57,6 +57,7 @@ def test_existence_hit_and_covariance_follow_what_stands_out(followed):
     assert spread[99] > 5.0 * spread[59]
 
 
+@pytest.mark.costly
 def test_what_comes_back_is_found_again(followed):
     existence, _, spread, off = followed
     assert existence[115:].min() > 0.9

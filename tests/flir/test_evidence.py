@@ -116,7 +116,7 @@ def test_a_cloud_edge_is_no_loss():
 
 
 @pytest.mark.parametrize("fading", [1, 20], ids=["behind a pole", "fades"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_what_is_gone_is_told_and_found_again(fading):
     def peak(k):
         return 60.0 * float(np.interp(k, [30, 30 + fading, 70, 71], [1.0, 0.0, 0.0, 1.0]))
@@ -169,6 +169,7 @@ def test_a_target_that_stops_is_held():
     assert np.abs(place[-1, 0] - path(30)).max() < 0.5
 
 
+@pytest.mark.costly
 def test_a_target_that_stands_in_noise_is_held():
     """The first template is noisy, too: no frame is as like it as it is itself."""
     rng = np.random.default_rng(2)
@@ -187,7 +188,7 @@ def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_target_that_stops_and_turns_is_held(monkeypatch, asked):
     """It has not left its own place, so that nothing was seen there before, and grows unlike its first look."""
     if not asked:

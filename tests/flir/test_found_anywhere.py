@@ -65,7 +65,7 @@ def test_frames_of_any_size(shape):
     ],
     ids=["8 bit", "14 bit over an offset", "16 bit", "16 bit of little contrast"],
 )
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_counts_of_any_depth(change):
     """Gain and offset change nothing but rounding."""
     (plain,), *_ = started()
@@ -104,7 +104,7 @@ def test_frames_at_any_times(times):
 
 
 @pytest.mark.parametrize("depth", [np.uint8, np.uint16])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_folder_of_images_is_the_frames_that_it_holds(tmp_path, depth):
     (tmp_path / "clip").mkdir()
     for k in range(COUNT):

@@ -117,7 +117,7 @@ def test_parked_cars_are_no_targets_where_one_after_another_leaves_the_picture()
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_sparkles_that_follow_each_other_are_no_target(monkeypatch, asked):
     """Each lives for a fifth of a second, 10 px from the one before, as on water; none moves."""
     if not asked:

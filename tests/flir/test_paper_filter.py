@@ -119,7 +119,7 @@ def test_runs_in_lock_step_are_those_of_the_command():
 
 
 @pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_the_default_gate_keeps_what_a_plain_iterated_filter_keeps(density, pytestconfig):
     built = experiment(density)
     drawn = recordings(built, runs_of(pytestconfig, 3))
@@ -143,7 +143,7 @@ def test_the_default_gate_keeps_what_a_plain_iterated_filter_keeps(density, pyte
 
 
 @pytest.mark.parametrize("density", [1e5, 1e6, 1e7])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_blanked_target_counts_as_missed(density, pytestconfig):
     """In the frames that are blanked, by noise, by an even image or by unknown pixels; and in no run before them."""
     rng = np.random.default_rng(0)

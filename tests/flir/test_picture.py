@@ -33,6 +33,7 @@ def test_the_map_has_the_orientation_and_the_limits_of_the_image(drawn):
     assert (axes.get_xlabel(), axes.get_ylabel()) == ("x [px]", "y [px]")
 
 
+@pytest.mark.costly
 def test_the_first_frame_stands_behind_the_track_pixel_by_pixel(drawn):
     axes, result = drawn
     (image,) = axes.images

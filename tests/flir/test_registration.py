@@ -238,7 +238,7 @@ def clip(tmp_path_factory):
 
 
 @pytest.mark.parametrize("source", ["video", "video_stream"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_velocities_are_those_in_the_scene(source, clip):
     """4 px a frame in the scene at 30 frames a second; in the picture nearly none, but for what the hand shakes."""
     overrides = ["estimator.motion.motion.shake=0.0", "estimator.motion.motion.sigma_accel=30.0"]

@@ -140,6 +140,7 @@ def test_a_camera_that_counts_its_pixels_twice_flips_the_first(study, monkeypatc
     assert verdict({STRONG: {"three passes": matched(3)}}, study[1], "An extended Kalman filter") == "not reproduced"
 
 
+@pytest.mark.costly
 def test_lost_runs_of_the_paper_s_filter_flip_the_first(study):
     found, kept = study
     lost = {"three passes": evolve(kept["wander"]["three passes"], lost=np.ones(RUNS, dtype=bool))}
@@ -152,6 +153,7 @@ def test_one_pass_in_the_place_of_three_flips_the_first(study):
     assert verdict(narrow, study[1], "An extended Kalman filter") == "not reproduced"
 
 
+@pytest.mark.costly
 def test_filters_that_do_as_the_paper_says_flip_what_is_not(study):
     """The paper prints no figures: it is handed a filter that does what it claims, by one that does."""
     found, kept = study
@@ -159,6 +161,7 @@ def test_filters_that_do_as_the_paper_says_flip_what_is_not(study):
     assert verdict(found, good, "The single-pass filter") == "reproduced"
 
 
+@pytest.mark.costly
 def test_where_the_single_pass_holds_at_one_truth_it_depends(study):
     found, kept = study
     slow = {"spread 1, 3 px, 10 s": {"one pass": kept["wander"]["three passes"]}}
@@ -169,6 +172,7 @@ def test_where_the_single_pass_holds_at_one_truth_it_depends(study):
     assert verdict(found, {**kept, **slow}, "The single-pass filter") == "depends"
 
 
+@pytest.mark.costly
 @pytest.mark.parametrize("label", ["flight at constant velocity", "manoeuvre"])
 def test_noise_that_adapts_worse_than_a_fixed_one_flips_that_it_matters(study, label):
     found, kept = study

@@ -136,7 +136,7 @@ def riccati(spread, snr):
 
 @pytest.mark.statistical(alpha=1e-6)
 @pytest.mark.parametrize(("spread", "snr"), [(2.0, 5.0), (2.0, 10.0), (3.0, 10.0)])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_the_iterated_filter_reaches_the_bound(spread, snr):
     """100 runs; the bands are the stated ones, each over five of the run means' standard errors from the true figure."""
     error, squared, innovation, lost = matched(100, spread, snr, 3, seed=11)

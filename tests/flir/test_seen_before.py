@@ -53,7 +53,7 @@ TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.7, 0.3), (1.2, 0.0)], id
 
 @TURNS
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_spot_like_the_target_that_was_there_before_is_told(monkeypatch, turn, asked):
     """The target fades where the spot is, whose likeness to it stays above .95: only that it was there says what it is."""
     if not asked:
@@ -81,7 +81,7 @@ def test_a_target_that_stops_and_looks_otherwise_there_is_held(monkeypatch, turn
 
 @TURNS
 @pytest.mark.parametrize("speed", [0.3, 1.2, 4.0])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_how_far_it_went_in_the_scene_is_known_whatever_the_camera_does(monkeypatch, turn, speed):
     """What is remembered is renewed on the way, several times where the target is fast."""
     frames = [seen(k, [(path(k, speed), 60.0, (2.0, 2.0))], turn) for k in range(min(int(110 / speed), 80))]
@@ -138,7 +138,7 @@ def test_a_target_that_comes_nearer_is_held(monkeypatch):
 
 @pytest.mark.parametrize("turn", [(0.0, 0.0), (1.2, 0.0)], ids=["stands", "follows"])
 @pytest.mark.parametrize("grows", [1.5, 2.0])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_how_new_a_target_that_has_grown_is_stays_known(monkeypatch, turn, grows):
     """What is around it is remembered as widely as it has grown: else it is known in .73 and .5 of the frames."""
     monkeypatch.setitem(globals(), "SIZE", (100, 400))

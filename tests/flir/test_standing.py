@@ -40,7 +40,7 @@ def followed(frames):
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_mast_before_which_a_target_vanishes_is_told_where_the_camera_turns(monkeypatch, asked):
     if not asked:
         monkeypatch.setattr(judged, "stood", lambda appearance, *_: (appearance, False))

@@ -31,6 +31,7 @@ def told(capsys, command, folder, *further):
     return code, " ".join((out + err).split())
 
 
+@pytest.mark.costly
 def test_the_summary_tells_of_a_lost_target(tmp_path, capsys):
     folder = clip(tmp_path / "clip", leaves=8)
     track = vedette.load(EXAMPLE, overrides=[f"source.path={folder}", BOX]).run().tracks[0]

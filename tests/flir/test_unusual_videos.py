@@ -99,7 +99,7 @@ def test_a_target_in_a_box_is_followed(tmp_path, made, side, options):
 
 
 @pytest.mark.parametrize("made", [usual, portrait, black_between, large, zoom])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_target_that_nobody_marked_is_followed(tmp_path, made):
     (track,) = tracks_of(written(tmp_path, made, 50))
     assert np.abs(track.mean[-1, :2] - (path(49)[::-1] if made is portrait else path(49))).max() < 1.0

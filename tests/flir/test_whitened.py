@@ -43,6 +43,7 @@ def test_where_pixels_remember_it_is_consistent_and_errs_less():
     assert 0.9 < own.nis.mean() < 1.1
 
 
+@pytest.mark.costly
 def test_without_a_memory_worth_a_frame_it_is_the_iterated_filter():
     own, plain = record("whitened_filter", white, 4, memory=1e-3), record("iekf", white, 4)
     np.testing.assert_allclose(own.apparent, plain.apparent, atol=1e-6)

@@ -135,7 +135,7 @@ def closes_too_late(linked, most):
         ("_order", closes_too_late, test_the_twins_agree_on_what_is_too_wide_and_on_the_rest),
     ],
 )
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_the_comparison_bites(monkeypatch, name, mutant, check):
     monkeypatch.setattr(joint, name, mutant)
     with np.errstate(all="ignore"), pytest.raises(AssertionError):

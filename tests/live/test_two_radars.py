@@ -63,6 +63,7 @@ def line(scan: Scan) -> bytes:
     return json.dumps(told).encode() + b"\n"
 
 
+@pytest.mark.costly
 def test_one_service_of_two_radars_is_as_good_as_a_run_on_the_recording(tmp_path: Path) -> None:
     """The receiver estimates the wrong clock's offset: each message is under way for 20 ms, and longer now and then."""
     scans, truth = scene()

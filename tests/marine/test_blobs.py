@@ -48,6 +48,7 @@ def test_the_scale_of_a_blob_is_its_size():
         assert blobs.scale[np.argmax(blobs.strength)] == pytest.approx(SCALES[k])
 
 
+@pytest.mark.costly
 @given(st.integers(0, 2**31), st.integers(1, 12), st.booleans())
 @settings(max_examples=30)
 def test_searching_around_echoes_finds_what_searching_everywhere_does(seed, count, exact):

@@ -123,7 +123,7 @@ def test_pictures_are_as_wide_as_they_should_be_and_cut_no_word(scene, columns):
 
 
 @pytest.mark.parametrize("form", ["png", "svg", "pdf"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_every_format_is_written_with_its_title_for_a_paper_too(tmp_path, form):
     look = canvas.Look(form, "one")
     path = tmp_path / look.file("chart")

@@ -123,7 +123,7 @@ def test_a_page_or_an_export_does_not_take_the_place_of_its_run(ran, capsys, nam
         ["reproduce", "vts"],
     ],
 )
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_second_process_is_refused(given, capsys, command):
     code = "import sys; from pathlib import Path; from vedette_files.writing import locked\n"
     code += "with locked(Path('out')): print('held', flush=True); sys.stdin.read()"

@@ -33,6 +33,7 @@ def test_an_imm_keeps_vessels_that_one_filter_loses():
     assert found["CAKF"][1] > 1 + FOUR * found["CAKF"][2]
 
 
+@pytest.mark.costly
 def test_an_imm_errs_less_than_its_modes_on_boats():
     found = compared("marine", 100)
     for name in ("CV-PDAF", "CT-PDAF"):

@@ -69,7 +69,7 @@ NO_BIAS = tuple(
 @pytest.mark.parametrize(
     "more", [(), ("lifecycle.kind=single_target", "birth.kind=given")], ids=["automatic", "single target"]
 )
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_joyrides_azimuth_bias_is_estimated_and_lowers_the_error(more):
     overrides = (f"source.path={recording('joyride')}", "judge.last_scan=211", *more)
     result, score = judged("joyride.toml", *overrides)

@@ -253,6 +253,7 @@ def test_recordings_are_averaged_run_by_run(averaged):
     assert data["averaged_over"] == ["source.path"]
 
 
+@pytest.mark.costly
 def test_coverage_is_drawn_against_false_tracks_with_the_operating_point(averaged):
     (panel,) = next(chart for chart in charts(averaged) if chart.name == "coverage_confirm").panels
     line, ring = panel.curves

@@ -85,6 +85,7 @@ def test_a_break_moves_the_verdicts_that_it_names_and_no_other(component, right)
     assert moved(study, right, BREAKS[component]) == named(right, BREAKS[component].moves)
 
 
+@pytest.mark.costly
 def test_accelerations_that_are_not_turned_are_no_closer_to_a_gaussian():
     """The two sides of the comparison made the same: no claim of order holds by equality."""
     same = Break(accelerations, "turned", lambda right: lambda accel, velocity: accel, ())

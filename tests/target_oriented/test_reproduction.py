@@ -44,6 +44,7 @@ def test_in_manoeuvres_the_error_is_a_fifth_below_singers_and_more(records):
         assert against(records, name, "Singer", "manoeuvres").measured <= 0.8
 
 
+@pytest.mark.costly
 def test_against_known_turn_rates_it_is_a_tie(records):
     """Nothing near the 20 % that the paper's table would be: .97 +- .01 as printed, .96 consistent, against .88."""
     for name in ("TOM literal", "TOM"):

@@ -143,6 +143,7 @@ def test_the_verdicts_on_accelerations(moved):
     assert found[VARIANCES] == "remark"
 
 
+@pytest.mark.costly
 def test_axes_that_do_not_turn_flip_them(moved):
     """Forward and aside taken for y and x: all that was reproduced falls."""
     swapped = {name: evolve(part, fixed=part.own, own=part.fixed) for name, part in moved.items()}

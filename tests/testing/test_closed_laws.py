@@ -20,6 +20,7 @@ def never_above_four(motion, drawn):
     raise Broken("it moves")
 
 
+@pytest.mark.costly
 def test_a_failure_counts_though_the_law_does_not_apply_to_smaller_examples():
     drawn = components(ConstantVelocity, {"sigma_accel": st.floats(0.0, 5.0, exclude_min=True)})
     outcome = examine(ConstantVelocity, Law(never_above_four), drawn, FAST)

@@ -100,7 +100,7 @@ WRONG: list[dict[str, Any]] = [
 
 
 @pytest.mark.parametrize("more", RIGHT)
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_right_configs_validate_and_build(more: dict[str, Any], registry: Registry, validator: Any) -> None:
     validator.validate(config(**more))
     validator.validate(

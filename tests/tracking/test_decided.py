@@ -1,6 +1,7 @@
 """A decision on which return was a target's makes the target no surer."""
 
 import numpy as np
+import pytest
 
 import vedette
 from vedette import Detections, Scan
@@ -38,6 +39,7 @@ def test_it_is_as_sure_as_all_hypotheses_have_it():
     assert every[2] < 0.99
 
 
+@pytest.mark.costly
 def test_false_returns_alone_confirm_few():
     """At P_D .5 a young track's likeliest return is often false: three scans later that was certain."""
     rng, shown = np.random.default_rng(0), []

@@ -33,7 +33,7 @@ def decided(life, log_ratios, initial):
 
 
 @pytest.mark.parametrize(("alpha", "beta"), [(0.01, 0.1), (0.1, 0.02)])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_walds_error_rates_are_kept(alpha, beta):
     """Ratios of unit Gaussians half a deviation apart; 20,000 tests of each kind. By Wald the rates are at most
     alpha/(1-beta) and beta/(1-alpha); overshoot makes them smaller. 5.2 standard errors: a false alarm in 1e7.

@@ -159,7 +159,7 @@ def test_leaves_that_merged_are_updated_as_the_joint_gaussian(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_hypotheses_stay_what_they_are_over_many_scans(kind):
     tracker, state = boats(kind, count=3)
     rng = np.random.default_rng(3)

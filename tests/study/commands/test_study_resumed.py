@@ -13,6 +13,7 @@ def contents():
     return {path: path.read_bytes() for path in Path("out").rglob("*") if path.is_file()}
 
 
+@pytest.mark.costly
 def test_a_study_whose_labelled_arrays_are_there_is_resumed_to_the_same(tmp_path, monkeypatch):
     pytest.importorskip("zarr")
     pytest.importorskip("xarray")

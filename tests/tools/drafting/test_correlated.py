@@ -158,7 +158,7 @@ def test_over_a_grid_of_correlations_and_deviations(tmp_path):
 
 
 @pytest.mark.parametrize(("deviation", "told"), [(0.0, True), (0.05, False)], ids=["truth", "5 cm"])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_positions_without_errors_are_told(tmp_path, deviation, told):
     table(tmp_path / "truth.csv", np.random.default_rng(2), 0.0, deviation, scans=100)
     assert ("these positions hold no errors" in drafted(tmp_path / "truth.csv").text) == told

@@ -66,7 +66,7 @@ def test_digits_tell_errors_in_any_unit():
     ],
     ids=["an hour twice", "no hour", "past 24:00:00"],
 )
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_draft_says_what_of_the_times_it_does_not_take_as_they_stand(clock, told, tmp_path):
     """Where summer time ended three targets became six, and past 24:00:00 every row was refused, without a word."""
     rng = np.random.default_rng(4)
@@ -88,7 +88,7 @@ def in_seconds(degrees):
 
 
 @pytest.mark.parametrize("written", [in_minutes, in_seconds])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_errors_are_the_same_however_degrees_are_written(written, tmp_path):
     """Cells that are no plain number were taken for whole degrees: errors of 32 km were drafted for 5 m."""
     rng = np.random.default_rng(3)

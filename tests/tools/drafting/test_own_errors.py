@@ -31,7 +31,7 @@ def test_errors_of_returns_are_read_where_each_axis_has_them(what, tmp_path):
 
 
 @pytest.mark.parametrize(("far", "kept"), [(1.0, True), (1000.0, False)])
-@pytest.mark.by_turns
+@pytest.mark.costly
 def test_a_draft_keeps_errors_of_returns_only_where_these_are_likelier_by_them(far, kept, tmp_path, monkeypatch):
     """Each design is tried once on returns with errors of their own, and without."""
     tries = Counter()
