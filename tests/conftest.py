@@ -1,6 +1,7 @@
 """What several test files share lies in `support`; its assertions tell what they compared, like a test's own."""
 
 import gc
+import signal
 from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -28,7 +29,11 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Let Hypothesis draw the same examples in every run but the nightly ones, and wait for a busy machine."""
+    """Let Hypothesis draw the same examples in every run but the nightly ones, and wait for a busy machine.
+
+    Ctrl-C is heard, as tests send it, where a script that started this in the background has it ignored.
+    """
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for marker in MARKERS:
         config.addinivalue_line("markers", marker)
     settings.register_profile("fast", deadline=None, derandomize=True)

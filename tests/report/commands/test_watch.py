@@ -21,11 +21,9 @@ HARBOUR = str(EXAMPLES / "harbour.toml")
 
 @contextmanager
 def watching(*arguments):
-    """The command in a process of its own, and the address that it prints; it hears Ctrl-C where pytest itself does not."""
+    """The command in a process of its own, and the address that it prints."""
     line = [sys.executable, "-m", "vedette", "watch", *map(str, arguments)]
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
     process = subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    signal.signal(signal.SIGINT, before)
     try:
         yield process.stdout.readline().strip(), process
     finally:
