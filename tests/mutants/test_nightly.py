@@ -117,7 +117,7 @@ BY_DAY: dict[str, tuple[str, ...]] = {
     "tools/commands/test_new.py::test_two_sensors_get_a_table_each": (
         "tools/commands/test_new.py::test_from_an_empty_folder_to_tracks_on_a_map_in_two_commands",
     ),
-    "tools/commands/test_new_roles.py::test_each_package_keeps_its_laws_and_becomes_a_wheel": (
+    "tools/commands/test_new_roles.py::test_a_package_of_all_roles_keeps_its_laws_and_becomes_a_wheel": (
         "tools/commands/test_new.py::test_a_new_plugin_keeps_its_laws",
     ),
     "live/test_fuzz.py::test_a_service_takes_or_refuses_whatever_comes": ("live/test_formats.py",),
