@@ -44,7 +44,6 @@ class Sending:
         while not (self._waiting.closed and not self._waiting.items):
             try:
                 with self._sink.output.open() as send:
-                    self._ails.pop(self._name, None)
                     self._send_by(send)
             except Exception as error:  # an output must not end the service, whoever wrote it
                 self._fail(error)
@@ -64,6 +63,7 @@ class Sending:
                 except Exception:
                     self._counters.add("reports_dropped_total")
                     raise
+            self._ails.pop(self._name, None)  # not as it opens: a file on a full disk does that, too
             if self._waiting.closed and not self._waiting.items:
                 return
 

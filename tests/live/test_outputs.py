@@ -2,20 +2,47 @@
 
 from __future__ import annotations
 
+import errno
+import logging
 import resource
 import socket
 import time
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import ClassVar
 
+import numpy as np
 import pytest
+from attrs import frozen
 
 from support.services import PATIENCE, free_port
-from vedette import ConfigError
+from vedette import ConfigError, Space
+from vedette.streams import Output, TrackReport
 from vedette_live.addresses import Security
+from vedette_live.config import Sink
+from vedette_live.counters import Counters
+from vedette_live.formats.json_lines import JsonLines
 from vedette_live.outputs.files import FileOutput
 from vedette_live.outputs.sockets import TcpServerOutput, UdpOutput, pieces
 from vedette_live.outputs.websocket import WebSocketOutput
+from vedette_live.sending import Sending
+
+
+@frozen
+class Disk(Output):
+    """Takes reports where a byte is left."""
+
+    kind: ClassVar[str] = "test_disk"
+    left: list[int]
+
+    @contextmanager
+    def open(self) -> Iterator[Callable[[bytes], None]]:
+        def send(data: bytes) -> None:
+            if not self.left[0]:
+                raise OSError(errno.ENOSPC, "No space left on device")
+
+        yield send
 
 
 def test_a_file_that_was_moved_away_is_begun_anew_and_a_link_is_refused(tmp_path: Path) -> None:
@@ -46,6 +73,32 @@ def test_a_report_that_a_full_disk_takes_in_part_is_no_half_line(tmp_path: Path)
             resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
         send(b"three\n")
     assert (tmp_path / "tracks").read_bytes() == b"one\nthree\n"
+
+
+@pytest.mark.costly
+def test_a_disk_that_stays_full_is_logged_once_and_told_until_a_report_is_taken(caplog: pytest.LogCaptureFixture) -> None:
+    """It was logged at each report, five times a second, and all was well in between: the file opens, which was enough."""
+    left = [0]
+    ails: dict[str, str] = {}
+    sending = Sending(Sink(Disk(left), JsonLines(), confirmed=False), Counters(), 0, ails)
+    one = np.zeros(1)
+    report = TrackReport(
+        1, 0.0, Space.of(x="m"), one.astype(np.int64), one[:, None], np.ones((1, 1, 1)), one + 1.0, one == 0.0
+    )
+
+    def sent(count: int) -> None:
+        for _ in range(count):
+            sending.put(report, lambda moment: report)
+            time.sleep(0.3)
+
+    with caplog.at_level(logging.ERROR, "vedette.live"):
+        sent(2)
+        assert list(ails) == ["output 0"]
+        assert [record.message for record in caplog.records] == ["output failed"]
+        left[0] = 1
+        sent(1)
+        assert ails == {}
+        sending.close()
 
 
 def test_a_file_that_another_writes_is_left_alone(tmp_path: Path) -> None:
