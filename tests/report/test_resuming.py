@@ -195,6 +195,15 @@ def test_other_code_is_refused_unless_it_is_accepted(left, capsys, monkeypatch):
     assert "sources of vedette" in capsys.readouterr().err
 
 
+def test_a_state_of_another_version_says_which_and_what_to_do(left, capsys):
+    path = left / CHECKPOINT
+    path.write_text(path.read_text().replace('"version": 1', '"version": 99', 1))
+    assert main(["run", "--resume", str(left.parent)]) == 2
+    error = capsys.readouterr().err
+    assert 'of version 1, got {"format": "vedette checkpoint", "version": 99' in error
+    assert "run it anew, without --resume" in error
+
+
 @pytest.mark.parametrize("option", ["--out=other", "--keep", "--smooth"])
 @pytest.mark.by_turns
 def test_options_that_make_no_sense_are_refused(left, capsys, option):

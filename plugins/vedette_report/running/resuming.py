@@ -167,7 +167,7 @@ def _read(place: Path) -> Former:
         head, content, end = whole_text(path).split("\n")
         told = parse(head)
         if not isinstance(told, dict) or (told.get("format"), told.get("version")) != (FORMAT, VERSION) or end:
-            raise ValueError(f"this Vedette reads {FORMAT!r} of version {VERSION}")
+            raise ValueError(f"must be {FORMAT!r} of version {VERSION}, got {head[:80]}; run it anew, without --resume")
         if sha256(content.encode()).hexdigest() != told.get("sha256"):
             raise ValueError("was altered: its hash is another")
         kept = parse(content)
