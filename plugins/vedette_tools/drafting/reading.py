@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import partial
-from math import log
+from math import log, sqrt
 from typing import Any
 
 import numpy as np
@@ -30,6 +30,9 @@ JUMP = 3.5
 SURER, REPORTED = 0.1, 5.0
 """m: the least and the largest deviation along an axis of positions which objects report of themselves; what would look like
 a larger one, as a jitter of their times, is motion. Chosen by hand, seen on one recording of aircraft."""
+
+LARGER = 3.0
+"""Errors that are so many times as large as the second differences of returns tell are doubted. By hand, on one storm."""
 
 TRACKER: dict[str, Any] = {
     "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}},
@@ -155,7 +158,14 @@ def _noise(table: Table, seen: Seen) -> Noise:
     least = np.maximum(low, table.floors)
     most = np.maximum(high, 4.0 * least)
     start = (*np.clip(guess, 2 * least, most / 2).tolist(), 0.05 * speed / seen.period)  # where both ways change something
-    noise = estimated(windows, start, speed, lambda sigmas: _along_lines(table, np.clip(sigmas, least, most)))
+
+    def free(sigmas: Array) -> Array:
+        return _along_lines(table, np.clip(sigmas, least, most))
+
+    noise = estimated(windows, start, speed, free)
+    if noise.sensor[0] > LARGER * guess[0]:  # its targets turn from return to return: what looks like errors is motion
+        sharp = estimated(windows, (*start[:-1], speed / sqrt(seen.period)), speed, free)
+        noise = max(noise, sharp, key=lambda each: each.evidence)
     return evolve(noise, sensor=tuple(np.clip(noise.sensor, least, most).tolist()))
 
 
