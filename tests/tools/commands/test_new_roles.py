@@ -115,12 +115,10 @@ def test_a_package_of_all_roles_keeps_its_laws_and_becomes_a_wheel(tmp_path):
     run = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-o", "pythonpath=src"]
     done = subprocess.run(run, cwd=out, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stdout
-    if importlib.util.find_spec("hatchling") is None:
-        pytest.skip("the laws hold; the wheel needs hatchling, which is not installed")
     wheel = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", "--no-build-isolation", "-w", str(tmp_path), str(out)]
     done = subprocess.run(wheel, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "vedette_wheel-0.1.0-py3-none-any.whl").is_file()
+    assert list(tmp_path.glob("vedette_wheel-0.1.0-*-none-any.whl"))
 
 
 def test_a_role_that_is_none_is_refused(tmp_path, capsys):
