@@ -9,6 +9,7 @@ import pytest
 
 from vedette import values
 from vedette.filters import Hypotheses
+from vedette.tracking.pytrees import mapped
 from vedette.tracking.tracker import State
 from vedette.types import Gaussian, Innovation
 
@@ -26,6 +27,15 @@ def test_a_value_holds_its_fields_and_is_frozen(cls):
     with pytest.raises(attrs.exceptions.FrozenInstanceError):
         setattr(made, attrs.fields(cls)[0].name, 1)
     assert attrs.asdict(attrs.evolve(made)).keys() == attrs.asdict(plain).keys()
+
+
+def test_a_class_of_more_fields_than_compiled_code_takes_makes_its_values_itself():
+    names = [f"x{i}" for i in range(values.MOST + 1)]
+    many = attrs.make_class("Many", names, frozen=True, slots=True)
+    made = values.evolver(many)(values.maker(many)(*map(np.array, range(len(names)))), x0=np.array(7))
+    doubled = mapped(lambda part: 2 * part, made)
+    assert type(doubled) is many
+    assert attrs.astuple(doubled) == (14, *range(2, 2 * len(names), 2))
 
 
 @needs_maker

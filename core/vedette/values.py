@@ -17,19 +17,26 @@ except ImportError:  # not compiled here: see `vedette info`
 COMPILED = Maker is not None
 """Whether values are made by compiled code."""
 
+MOST = 32
+"""Fields that compiled code takes (core/cpp/slots.hpp); classes of more make their values themselves."""
+
 
 def maker(cls: type[T]) -> Callable[..., T]:
     """Return a function of all fields of an attrs class, in order, that makes its values as calling `cls` would.
 
-    `cls` must have slots and a constructor that only stores its arguments. If nothing is compiled it is
-    `cls` itself; compiled, a value takes a fifth of the time.
+    `cls` must have slots and a constructor that only stores its arguments. If nothing is compiled, and for
+    more than `MOST` fields, it is `cls` itself; compiled, a value takes a fifth of the time.
     """
-    return Maker(cls, _fields(cls)) if COMPILED else cls
+    return Maker(cls, _fields(cls)) if _is_taken(cls) else cls
 
 
 def evolver(cls: type[T]) -> Callable[..., T]:
     """Return `attrs.evolve` for values of a class as `maker` takes it: of a value, and of the fields to change, by name."""
-    return Evolver(cls, _fields(cls)) if COMPILED else attrs.evolve
+    return Evolver(cls, _fields(cls)) if _is_taken(cls) else attrs.evolve
+
+
+def _is_taken(cls: type[attrs.AttrsInstance]) -> bool:
+    return COMPILED and len(attrs.fields(cls)) <= MOST
 
 
 def _fields(cls: type[attrs.AttrsInstance]) -> tuple[str, ...]:
