@@ -8,6 +8,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array
+from vedette_flir.estimators.earlier import Elsewhere
 from vedette_flir.estimators.seen_before import CLEAR, remembered
 from vedette_flir.estimators.standing import stood
 from vedette_flir.estimators.template_appearance import TemplateAppearance
@@ -19,9 +20,19 @@ from vedette_flir.patches import mask_of
 LIKELY, REVERSED = 0.5, 0.05
 """Probability from which on a frame is taken to show the negative, and that a target turns into it in a frame. By hand."""
 
+APART, ALIKE = 0.5, 0.6
+"""How far from where it was expected a place is asked for in the earlier frame, over the target's size, and from which
+likeness on: less is no match. By hand.
+"""
+
 PLAIN = 0.5
 """Part of its usual contrast over what is around by which a target in the negative stands out at least. By hand, on
 `ir_clips`: with .35 a dim bird is taken for a dark gap among trees.
+"""
+
+SCENERY, UNSEEN = 3.0, 4.0
+"""What was seen before says against scenery at least, in logarithms; and what it says at most against a target that scenery,
+apart from where it is expected, is more like it: it may be there unseen. By hand, on drawn spots and masts.
 """
 
 
@@ -32,6 +43,7 @@ class Judged:
     standing  what the ratio holds of what was seen there before, and of how the target came there
     of_late   likeness to the target as it looked in the last frames, as likely as it was there then
     known     whether the scene around is known, and what was there before, or it is near where it was expected
+    is_scenery  whether it is known as scenery, more than half a size from where the target was expected: none of it is there
     negative  the probability that the frame shows the target in the negative
     """
 
@@ -41,6 +53,7 @@ class Judged:
     standing: float
     of_late: float
     known: bool
+    is_scenery: bool
     negative: float = 0.0
 
 
@@ -53,6 +66,7 @@ def judged(
     existence: float,
     past: Array,
     where: Array,
+    elsewhere: Elsewhere,
 ) -> Judged:
     """Judge a look at a target that was at `past` (2,) some frames ago and is expected at `where` (2,).
 
@@ -60,16 +74,30 @@ def judged(
     """
     travelled = float(np.hypot(*(look.place - appearance.offset - past)))
     appearance, newness, changed = remembered(by, appearance, pixels, look, existence >= LOST)
+    off = float(np.max(np.abs(look.place - where) / appearance.size))
+    if off > APART and look.likeness > ALIKE and not np.isfinite(newness):
+        told = elsewhere.new(by, look)
+        newness, changed = told if np.isfinite(told[0]) else (newness, changed)
     appearance, stands = stood(appearance, travelled, existence, look.likeness)
     usual_first, least = float(appearance.usual_first), float(appearance.least)
     first = 0.0 if look.negative else look.first
-    standing = scene_ratio(newness, changed, dull=look.dull)
-    standing += stands * standing_ratio(first, usual_first, newness - changed, least)
+    scene = scene_ratio(newness, changed, dull=look.dull)
+    standing = scene + stands * standing_ratio(first, usual_first, newness - changed, least)
     of_late = existence * close.of_late(look)
     bare = 0.0 if look.dull or not np.isfinite(newness) else newness - changed  # likeness without the scene behind it
     ratio = held_ratio(max(look.likeness, of_late, bare), look.margin, look.clear) + standing
-    near = bool(np.all(np.abs(look.place - where) < BESIDE * appearance.size))
-    return Judged(look, appearance, ratio, standing, of_late, changed < CLEAR and (near or bool(np.isfinite(newness))))
+    is_scenery = off > APART and scene < -SCENERY
+    if is_scenery:
+        ratio = max(ratio, -UNSEEN)
+    return Judged(
+        look,
+        appearance,
+        ratio,
+        standing,
+        of_late,
+        changed < CLEAR and (off < BESIDE or bool(np.isfinite(newness))),
+        is_scenery,
+    )
 
 
 def in_negative(

@@ -26,6 +26,12 @@ CLEAR = 0.3
 FAINT = 0.25
 """Part of its brightness that a target adds at least to what is behind it, where that is bright, too. By hand."""
 
+ITSELF = 0.8, 0.6
+"""Likeness to a target of what is behind it, and behind and beside one that is apart, beyond which it hides nothing, as that
+would change little, and adds its whole brightness: what is left of a spot of the scene, as places err, is like a faint one.
+By hand, on drawn spots and `ir_clips`.
+"""
+
 BETTER = 0.8
 """How much nearer what is seen must be to what was seen for a camera that did not stand still. By hand."""
 
@@ -86,7 +92,7 @@ def remembered(
             far, gone = float(np.hypot(*(part.off / own))), part.off - went[0]
             rate, went, at = rate + STEADY * (gone - rate), went + gone, part.off if part.sure else at
             apart = far >= 1.0 or look.negative  # where it was itself before, it is new in the negative
-            new = _new(by, look, before[0], part, SCENE.step(sizes[0])) if apart else np.nan
+            new = new_in(by, look, before[0], part, SCENE.step(sizes[0])) if apart else np.nan
             moves = np.hypot(*rate) > MOVING and not look.negative
             if new < NEWNESS[1] and moves and _follows(by, appearance, pixels, place + part.off):
                 new = np.nan  # who flies ahead of it was there before
@@ -111,14 +117,14 @@ def _again(before: Array, pixels: Array, place: Array, ways: tuple[Array, Array]
     """
     slopes = SCENE.slopes(before, size)
     known = np.isfinite(slopes).all(axis=0) & SCENE.others(np.zeros(2), size)
-    still = _shown(before, slopes, known, SCENE.around(pixels, place - ways[0], size), ways[0], size)
+    still = shown(before, slopes, known, SCENE.around(pixels, place - ways[0], size), ways[0], size)
     if np.max(np.abs(ways[1] - ways[0])) < SCENE.step(size):
         return still
-    turned = _shown(before, slopes, known, SCENE.around(pixels, place - ways[1], size), ways[1], size)
+    turned = shown(before, slopes, known, SCENE.around(pixels, place - ways[1], size), ways[1], size)
     return turned if turned.rest < BETTER * still.rest else still
 
 
-def _shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, size: Array) -> Part:
+def shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, size: Array) -> Part:
     """Return a part of a frame, in which a target is `at` (2,) px from the middle, beside what was seen before."""
     change, step = now - before, SCENE.step(size)
     seen = known & np.isfinite(change) & SCENE.others(at, size)
@@ -132,10 +138,11 @@ def _shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, siz
     return Part(now, at, off, float(np.sqrt(more.rest)), bool(np.all(more.deviation < SURE)))
 
 
-def _new(by: Matcher, look: Look, before: Array, part: Part, step: float) -> float:
+def new_in(by: Matcher, look: Look, before: Array, part: Part, step: float, *, apart: bool = False) -> float:
     """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before.
 
-    A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it.
+    A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it: if it is
+    `apart` from where it was expected, not a thing like itself.
     """
     appearance, most = look.known, np.inf if look.negative else 1.0
     cells, middle = int(np.ceil(by.margin * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
@@ -148,12 +155,13 @@ def _new(by: Matcher, look: Look, before: Array, part: Part, step: float) -> flo
         return np.nan
     fine, amplitude, over = by.grid(appearance.size)[0], float(appearance.amplitude), behind - np.nanmedian(before)
     centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
-    likeness = []
-    for shown in (appearance.patch, appearance.latest):
-        patch = sample(shown, centre, step / fine, cells)
+    beside, likeness = mask_of(np.full(2, float(cells)), cells) if apart else mask, []
+    for known in (appearance.patch, appearance.latest):
+        patch = sample(known, centre, step / fine, cells)
         adds = patch * amplitude
-        for expected in (adds, adds - np.minimum(patch, 1.0) * over):
-            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), FAINT, most)
+        itself = bool(similarity(over, adds, beside)[0, 0] > ITSELF[apart])
+        for expected in [adds] if itself else [adds, adds - np.minimum(patch, 1.0) * over]:
+            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
             likeness.append(float(similarity(change, scale * expected, mask)[0, 0]))
     return max(likeness)
 

@@ -10,6 +10,7 @@ from attrs import evolve, frozen
 
 from vedette import Array, Gaussian, fields
 from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilter
+from vedette_flir.estimators.earlier import SURELY, Elsewhere, kept_frame, nothing_kept
 from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.judged import LIKELY, in_negative, judged, likelier_of
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
@@ -18,16 +19,7 @@ from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import NEAR, Look, Matcher
 from vedette_flir.estimators.whole_frame import sought
-from vedette_flir.evidence import (
-    COMMON,
-    LAG,
-    LOST,
-    PULL,
-    STANDING,
-    learned,
-    log_odds,
-    presence_ratio,
-)
+from vedette_flir.evidence import COMMON, LAG, LOST, PULL, STANDING, learned, log_odds, presence_ratio
 from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
 from vedette_flir.patches import centroid, contrast, kept, sample
@@ -137,7 +129,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = np.zeros((*tracks, BESIDE.cells, BESIDE.cells))
         return TemplateAppearance(
             *(none, patch, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
-            *(pair + np.nan, pair, beside, none, *nothing_seen(tracks)),
+            *(pair + np.nan, pair, beside, none, *nothing_seen(tracks), *nothing_kept(tracks)),
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -155,9 +147,9 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = BESIDE.around(pixels, middle, found.size) if self.moves else nothing
         seen = (outline(pixels), np.asarray(np.inf), beside, middle, none, none)
         hint = np.full(2, np.nan), np.zeros(2), nothing, none
-        made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()))
+        made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()), *nothing_kept(()))
         look = by.look(pixels, middle, NEAR, made)
-        made = evolve(made, usual=np.asarray(max(look.clear, 1.0)))
+        made = kept_frame(pixels, evolve(made, usual=np.asarray(max(look.clear, 1.0))), middle, held=True)
         if not self.centred:
             return Match(np.zeros(2), MOST, made, 0.0)
         return Match(found.offset, MOST, evolve(made, offset=np.zeros(2)), 0.0)
@@ -182,8 +174,11 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
+        there = Elsewhere(appearance, pixels)
         seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else by)
-        judge = partial(judged, by, self._matcher, appearance, pixels, existence=existence, past=past[1], where=where)
+        judge = partial(
+            judged, by, self._matcher, appearance, pixels, existence=existence, past=past[1], where=where, elsewhere=there
+        )
         it = judge(seek(at, near, appearance))
         if existence != LOST and (it.ratio < 0 or before > LIKELY):
             it = likelier_of(it, judge(in_negative(by, pixels, appearance, seek, at, near)), before)
@@ -207,7 +202,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
             expected = 0.0 if cut else max(log_odds(existence), PULL) + standing
             same = not cut and bool(np.isnan(appearance.hint_at).any())
-            other, odds = sought(by, pixels, appearance, here, expected, same_scene=same)
+            other, odds = sought(by, pixels, appearance, here, expected, there, same_scene=same)
             appearance, likelier = hinted(appearance, pixels, other, cut=cut)
             odds += likelier * (other is not here)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
@@ -221,7 +216,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         elsewhere = anew and jump > step * (near + 1)
         if self.moves and existence == LOST and not young and leaps(best.place - where, S):
             told = -MOST  # as one of several alike fades or leaves the picture, the next is found: that is another
-        alike = max(here.likeness, it.of_late) if best is here else best.likeness
+        alike = max(here.likeness, it.of_late) * (not it.is_scenery) if best is here else best.likeness
         likely = match_ratio(max(alike, 0.0), self.limit, self.independent)
         share = learned(ratio, existence, likely) * (not best.negative)  # a negative tells nothing of how it looks else
         renewed, place = self._renewed(appearance, best, share) if share > 0 else (appearance, best.place)
@@ -229,6 +224,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if presence > 0 and not best.negative:
             renewed = self._resized(renewed, pixels, place, box)
+        renewed = kept_frame(pixels, renewed, place, held=min(existence - SURELY, ratio) > 0 and not (anew or best.negative))
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
 
@@ -289,7 +285,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         cut = is_cut(appearance.scene, changed, recent, self.cut) and is_wide(appearance.scene, scene, changed)
         recent = changed if recent == np.inf else max(changed, FADING * recent)
         usual = np.minimum(appearance.usual, COMMON) if cut else appearance.usual
-        return evolve(appearance, scene=scene, recent=np.asarray(recent), usual=usual), cut
+        earlier_at = np.where(cut, np.nan, appearance.earlier_at)
+        return evolve(appearance, scene=scene, recent=np.asarray(recent), usual=usual, earlier_at=earlier_at), cut
 
     def _usual(self, usual: Array, now: float, share: float, slower: float = SLOWER) -> Array:
         """Return what is usual after a frame: it rises by `brighten` of the way, and falls more slowly."""

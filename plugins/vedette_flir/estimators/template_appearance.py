@@ -30,6 +30,7 @@ class TemplateAppearance(Appearance):
     drift, speed          ()      how far it goes in the scene in `LAG` frames, in px: of late, NaN if not known; as a rule
     least                 ()      its least likeness since it moved, 0 where it was found elsewhere
     negative              ()      the probability that the last frame showed it in the negative
+    earlier, earlier_at   (2, 160, 160), (2, 3)  earlier frames, coarser; where it was in them, and how many frames ago
     """
 
     patch: Array
@@ -61,6 +62,8 @@ class TemplateAppearance(Appearance):
     speed: Array
     least: Array
     negative: Array
+    earlier: Array
+    earlier_at: Array
 
     @property
     def grown(self) -> Array:

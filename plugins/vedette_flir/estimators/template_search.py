@@ -41,6 +41,9 @@ DULLER = 0.35
 there. By hand, on losses planted in the odd clips: without it a fade is told 18 frames later, and .5 does as well.
 """
 
+NOWHERE = -1.0
+"""Likeness of a place that is not looked at."""
+
 FAINT = 0.25
 """Part of a target's brightness below which it is not found again: what is left of another that was taken out. By hand."""
 
@@ -139,10 +142,14 @@ class Matcher:
         """Return the best place within `near` cells of `centre`; with W, less d' W d for its distance d from `where`.
 
         With `close`, its mask says where the best place is, and this one how like the target it is, there or a cell beside.
+        Places beyond the frame are not looked at.
         """
         step, inner = self.grid(appearance.size)
         sign, reach = float(np.sign(appearance.amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
         plain, alike, first = self.compared(pixels, centre, reach, appearance, close or self)
+        for k in (0, 1):  # what the edge shows is repeated beyond it
+            at = centre[k] + step * (np.arange(alike.shape[2 - k]) - reach)
+            np.moveaxis(alike, 2 - k, 0)[(at < -0.5) | (at > pixels.shape[1 - k] - 0.5)] = NOWHERE
         likeness, placed = alike[0], alike[-1]
         inside = slice(reach - near, reach + near + 1)
         score = placed[inside, inside]

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import Array
+from vedette_flir.estimators.earlier import Elsewhere
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import NEAR, Look, Matcher
-from vedette_flir.evidence import found_ratio
+from vedette_flir.evidence import found_ratio, scene_ratio
 from vedette_flir.spots_in_frame import spots
 
 SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
@@ -16,9 +17,19 @@ SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
 SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 """Limits of the scale at which a target is found again, and scales that count as 1."""
 
+NEWER = 2.25
+"""What it says at most for a place that it is new in its scene, in logarithms: half of that of a held target. By hand."""
+
 
 def sought(
-    by: Matcher, pixels: Array, known: TemplateAppearance, here: Look, expected: float, *, same_scene: bool
+    by: Matcher,
+    pixels: Array,
+    known: TemplateAppearance,
+    here: Look,
+    expected: float,
+    elsewhere: Elsewhere,
+    *,
+    same_scene: bool,
 ) -> tuple[Look, float]:
     """Return the place of the whole frame that is likeliest the target's, and the log-odds that it is.
 
@@ -42,6 +53,8 @@ def sought(
         clear = float(seen.clear[near].max(initial=0.0))
         odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large, same_scene=same_scene)
     odds[0] += expected
+    for likely in np.flatnonzero(odds[1:] > -NEWER) + 1:
+        odds[likely] += min(scene_ratio(*elsewhere.new(by, found[likely]), dull=False), NEWER)
     best = found[int(np.argmax(odds))]
     apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
     return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))

@@ -1,0 +1,107 @@
+"""The whole frame of a while ago, in which a target was held: what stood elsewhere then, and stands there now, is not it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+from attrs import evolve, frozen
+
+from vedette import Array
+from vedette_flir.estimators.seen_before import CLEAR, SCENE, new_in, shown
+from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_search import Look, Matcher
+from vedette_flir.patches import HALO
+from vedette_flir.sources.images import one_thread
+
+CELLS = 160
+"""Cells of the longer side of what is kept of a frame, at most."""
+
+AGE, YOUNG = 30, 8
+"""Frames after which a newer one takes its place, and from which on it is asked: in them a target leaves its own place. By
+hand.
+"""
+
+ERRS = (-0.7, 0.0, 0.7)
+"""Cells by which the place of a part of the scene may err, where it has few edges: a target is new for each. By hand."""
+
+SURELY = 0.9
+"""Existence from which on a target is held in a frame that is kept. By hand."""
+
+
+def nothing_kept(tracks: tuple[int, ...]) -> tuple[Array, ...]:
+    """Return what is kept of targets before their first frame: the fields of an appearance from `earlier` on."""
+    return np.zeros((*tracks, 2, CELLS, CELLS), dtype=np.float32), np.full((*tracks, 2, 3), np.nan)
+
+
+def kept_frame(pixels: Array, appearance: TemplateAppearance, place: Array, *, held: bool) -> TemplateAppearance:
+    """Return the appearance a frame later, with this one if it is time for one and the target is `held` in it at a place."""
+    frames, at = appearance.earlier, appearance.earlier_at + [0.0, 0.0, 1.0]
+    first, second = at[:, 2]
+    if held and not (first < AGE / 2 or (first < AGE and second >= 0.0)):
+        small, now = _reduced(pixels)[0], np.zeros_like(frames[0])
+        now[: small.shape[0], : small.shape[1]] = small
+        newest = np.array([*place, 0.0])
+        if first < AGE:
+            frames, at = np.stack([frames[0], now]), np.stack([at[0], newest])
+        elif second >= 0.0:
+            frames, at = np.stack([frames[1], now]), np.stack([at[1], newest])
+        else:
+            frames, at = np.stack([now, now]), np.stack([newest, at[1]])
+    return evolve(appearance, earlier=frames, earlier_at=at)
+
+
+@frozen(eq=False)
+class Elsewhere:
+    """A frame beside the earlier one that an appearance remembers."""
+
+    appearance: TemplateAppearance
+    pixels: Array
+
+    def new(self, by: Matcher, look: Look) -> tuple[float, float]:
+        """Return how new what a look found is in its part of the scene, and by which part of its brightness that changed.
+
+        As `remembered` says them; NaN where the earlier frame is too young, does not show that part, or shows the target.
+        """
+        *it, age = self.appearance.earlier_at[0]
+        if not age >= YOUNG:
+            return np.nan, np.inf
+        then, now, scale, turned = self._registered
+        place, size = (look.place + 0.5) / scale - 0.5, look.known.size / scale
+        seen, parts = SCENE.around(now, place, size), []
+        for gone in (np.zeros(2), turned):
+            before = SCENE.around(then, place - gone, size)
+            slopes = SCENE.slopes(before, size)
+            known = np.asarray(np.isfinite(slopes).all(axis=0))
+            parts.append((before, gone, shown(before, slopes, known, seen, np.zeros(2), size)))
+        before, gone, part = min(parts, key=lambda each: each[-1].rest)
+        changed = part.rest / abs(float(look.known.amplitude))
+        was, own = look.place + scale * (part.off - gone), SCENE.own * self.appearance.grown + HALO * scale
+        if changed >= CLEAR or np.all(np.abs(was - np.array(it)) < own):
+            return np.nan, np.inf
+        at, off, step = scale * part.at, scale * part.off, scale * SCENE.step(size)
+        places = (evolve(part, at=at, off=off + step * np.array(err)) for err in product(ERRS, ERRS))
+        return float(np.min([new_in(by, look, before, each, step, apart=True) for each in places])), changed
+
+    @cached_property
+    def _registered(self) -> tuple[Array, Array, float, Array]:
+        """Return the earlier frame and this one, the px of a cell, and how many cells (2,) most of the scene went since."""
+        now, scale = _reduced(self.pixels)
+        then = self.appearance.earlier[0][: now.shape[0], : now.shape[1]]
+        with one_thread() as cv2:
+            coarse, middle = (cv2.pyrDown(np.ascontiguousarray(each)) for each in (then, now))
+            (height, width), (down, right) = middle.shape, (side // 4 for side in middle.shape)
+            template = middle[down : height - down, right : width - right]
+            likeness = cv2.matchTemplate(coarse, template, cv2.TM_CCOEFF_NORMED)
+        row, column = np.unravel_index(np.argmax(likeness), likeness.shape)
+        return then, now, scale, 2.0 * np.array([right - column, down - row])
+
+
+def _reduced(pixels: Array) -> tuple[Array, float]:
+    """Return a frame in at most `CELLS` cells a side, and the px of a cell."""
+    scale = max(1.0, max(pixels.shape) / CELLS)
+    height, width = (max(round(side / scale), 1) for side in pixels.shape)
+    image = np.ascontiguousarray(pixels, dtype=np.float32)
+    with one_thread() as cv2:
+        return (image if scale == 1.0 else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)), scale

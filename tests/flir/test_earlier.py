@@ -1,0 +1,108 @@
+"""What stood elsewhere in the scene while a target was held is not taken for it once it is lost."""
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+from support.infrared import followed
+from support.spots import gaussian
+from vedette_flir.estimators.earlier import AGE, CELLS, Elsewhere, kept_frame
+from vedette_flir.estimators.template import TemplateFilter
+from vedette_flir.estimators.template_search import Matcher
+from vedette_flir.motion.constant_axes import Carrying
+from vedette_flir.motion.image_velocity import ImageVelocity
+
+SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
+STANDS = np.array([190.0, 85.0])
+BOX, BY = np.array([10.0, 10.0]), Matcher(36, 1.0, 1.6, 2.5, 40.0)
+MOTION = Carrying(ImageVelocity(), {"width": "px", "height": "px"})
+
+
+def seen(k, spots, turn=(0.0, 0.0), scale=1.0):
+    """Frame k of a land, brighter below, that a camera passes by `turn` px a frame; spots in it: place and peak of each."""
+    rows, columns = (round(scale * side) for side in SIZE)
+    y, x = (axis / scale + k * by for axis, by in zip(np.ogrid[:rows, :columns], turn[::-1], strict=True))
+    pixels = 60.0 + 0.6 * y + 5.0 * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
+    shown = [peak * gaussian(x, y, at, SPREAD) for at, peak in spots]
+    return pixels + np.max(shown, axis=0) + np.random.default_rng([37, k]).normal(0.0, 1.0, (rows, columns))
+
+
+def path(k):
+    return np.array([60.0 + 0.8 * k, 40.0])
+
+
+TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.5, 0.2)], ids=["stands", "turns"])
+
+
+@TURNS
+@pytest.mark.parametrize("scale", [1.0, 2.0], ids=["small", "large"])
+@pytest.mark.by_turns
+def test_a_lost_target_is_not_taken_for_what_stood_elsewhere(monkeypatch, turn, scale):
+    """The target vanishes; a spot like it stands 130 px away, and did before."""
+    frames = [seen(k, [(STANDS, PEAK), (path(k), PEAK * (k < 35))], turn, scale) for k in range(60)]
+    box = [*scale * path(0), 10.0 * scale, 10.0 * scale]
+    existence, place = followed(frames, box)
+    assert existence[:35].min() > 0.9
+    assert existence[45:].max() < 0.5
+    monkeypatch.setattr(Elsewhere, "new", lambda *_: (np.nan, np.inf))
+    existence, place = followed(frames, box)
+    there = scale * (STANDS - np.outer(np.arange(60), turn))
+    assert existence[-1] > 0.5
+    assert np.abs(place[-1] - there[-1]).max() < 3.0 * scale
+
+
+@TURNS
+def test_a_target_that_comes_back_elsewhere_is_found(turn):
+    """It comes back 60 px on, where nothing was before; a spot like it stands in the scene."""
+    frames = [
+        seen(k, [(STANDS, PEAK), (path(k) + [0.0, 45.0 * (k > 40)], PEAK * (k < 35 or k > 45))], turn) for k in range(70)
+    ]
+    existence, place = followed(frames, [*path(0), 10.0, 10.0])
+    assert existence[43:46].max() < 0.5
+    assert existence[60:].min() > 0.5
+    true = [path(k) + [0.0, 45.0] - k * np.array(turn) for k in range(60, 70)]
+    assert np.abs(place[60:] - true).max() < 3.0
+
+
+@TURNS
+@pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+def test_a_target_that_is_dim_beside_a_brighter_spot_of_the_scene_is_held(monkeypatch, turn, asked):
+    """It fades to a third while it passes the spot 11 px below, which is more like it then than it is itself."""
+    if not asked:
+        monkeypatch.setattr(Elsewhere, "new", lambda *_: (np.nan, np.inf))
+    spot = path(45) + [0.0, 11.0]
+    bright = [PEAK * float(np.interp(k, [25, 35, 60, 70], [1.0, 0.3, 0.3, 1.0])) for k in range(80)]
+    frames = [seen(k, [(spot, PEAK), (path(k), bright[k])], turn) for k in range(80)]
+    existence, place = followed(frames, [*path(0), 10.0, 10.0])
+    off = np.hypot(*(place - [path(k) - k * np.array(turn) for k in range(80)]).T)
+    held = existence[-20:].min() > 0.9 and off[-20:].max() < 2.0 and np.mean(off > 4.0) < 0.1
+    assert held == asked
+
+
+@pytest.mark.parametrize("at", [(2.0, 30.0), (57.0, 2.0), (30.0, 57.5)])
+def test_only_places_of_the_frame_are_looked_at(at):
+    """A bar that ends at the frame's edge would be repeated beyond it, and like any target there."""
+    y, x = np.ogrid[:60, :60]
+    spot = 60.0 + PEAK * gaussian(x, y, (30.0, 30.0), SPREAD)
+    known = TemplateFilter(MOTION).first(spot, np.array([30.0, 30.0]), BOX).appearance
+    bars = 60.0 + PEAK * np.maximum(gaussian(x, y, at, (2.0, 40.0)), gaussian(x, y, at, (40.0, 2.0)))
+    look = BY.look(bars, np.array(at), 15, known)
+    assert np.all((look.place > -1.0) & (look.place < 60.0))
+
+
+@pytest.mark.parametrize("shape", [(256, 320), (100, 60), (161, 90), (1080, 1920), (12, 9)])
+def test_a_frame_is_kept_in_few_cells_whatever_its_size(shape):
+    rng = np.random.default_rng(37)
+    pixels = rng.normal(60.0, 1.0, shape)
+    middle = np.array(shape[::-1]) / 2.0
+    appearance = evolve(TemplateFilter(MOTION).unseen(()), size=BOX)
+    for k in range(100):
+        appearance = kept_frame(pixels + k, appearance, middle, held=k != 50)
+        ages = appearance.earlier_at[:, 2]
+        assert appearance.earlier.shape == (2, CELLS, CELLS)
+        assert ages[0] < AGE + 2
+        assert k < AGE / 2 or ages[0] >= AGE / 2
+    look = BY.look(pixels, middle, 3, TemplateFilter(MOTION).first(pixels, middle, BOX).appearance)
+    assert np.isnan(Elsewhere(appearance, pixels).new(BY, look)[0])  # its own place
+    kept = appearance.earlier[0]
+    assert np.abs(kept[kept > 0].mean() - (60.0 + 99 - ages[0])) < 0.5

@@ -1,0 +1,26 @@
+"""The tracker of examples/flir_clip.toml on drawn frames."""
+
+import numpy as np
+
+import vedette
+from support.paths import EXAMPLES
+from vedette import Frame, Gaussian, Scan
+
+
+def steps(frames, boxes, *overrides, times=None):
+    """Yield state and estimate after each frame, by default 30 in a second, of targets in boxes: x, y, width, height."""
+    tracker = vedette.load(EXAMPLES / "flir_clip.toml", overrides=overrides).tracker
+    names, given = list(tracker.state.names), {"x": 1.0, "y": 1.0, "vx": 100.0, "vy": 100.0, "width": 0.0, "height": 0.0}
+    mean, cov = np.zeros((len(boxes), len(names))), np.diag([given[name] ** 2 for name in names])
+    mean[:, [names.index(name) for name in ("x", "y", "width", "height")]] = boxes
+    state = tracker.start(Gaussian(mean, np.repeat(cov[None], len(boxes), 0)), 0.0 if times is None else times[0])
+    for k, pixels in enumerate(frames):
+        state = tracker.step(state, Scan.image(k / 30 if times is None else times[k], "camera", Frame(pixels)))
+        yield state, tracker.estimate(state)
+
+
+def followed(frames, box, *overrides):
+    """Return existence (s,) and place (s, 2) of one target after each frame."""
+    rows = [(state.existence[0], *estimate.mean[0, :2]) for state, estimate in steps(frames, [box], *overrides)]
+    table = np.array(rows)
+    return table[:, 0], table[:, 1:]
