@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-import vedette
-from support.paths import EXAMPLES
+from support import infrared
 from support.spots import gaussian
-from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
 
 SIZE, FRAMES = (70, 190), 72
@@ -30,14 +28,9 @@ def drawn(k, cloud, dark, shown, turn):
 
 def followed(cloud, dark=(), shown=lambda k: 1.0, turn=(0.0, 0.0)):
     """Existence (FRAMES,) of the example's track, and by how many px it is off in the last frame."""
-    tracker, existence = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
-    prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 14.0, 9.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
-    state = tracker.start(prior, 0.0)
-    for k in range(FRAMES):
-        state = tracker.step(state, Scan.image(k / 30, "camera", Frame(drawn(k, cloud, dark, shown(k), turn))))
-        existence.append(float(state.existence[0]))
-    last = path(FRAMES - 1) - np.array(turn) * (FRAMES - 1)
-    return np.array(existence), float(np.hypot(*(tracker.estimate(state).mean[0, :2] - last)))
+    frames = [drawn(k, cloud, dark, shown(k), turn) for k in range(FRAMES)]
+    existence, place = infrared.followed(frames, [*path(0), 14.0, 9.0])
+    return existence, float(np.hypot(*(place[-1] - path(FRAMES - 1) + np.array(turn) * (FRAMES - 1))))
 
 
 TURNS = pytest.mark.parametrize("turn", [(0.0, 0.0), (0.6, 0.1)], ids=["stands", "turns"])

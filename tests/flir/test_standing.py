@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-import vedette
-from support.paths import EXAMPLES
+from support import infrared
 from support.spots import gaussian
-from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import judged
 from vedette_flir.estimators.standing import stood
 
@@ -30,13 +28,8 @@ def path(k):
 
 def followed(frames):
     """Existence (s,) of the example's track of a spot that is at `path(0)` first, and its place (s, 2) in the scene."""
-    tracker, rows = vedette.load(EXAMPLES / "flir_clip.toml").tracker, []
-    prior = Gaussian(np.array([[*path(0), 0.0, 0.0, 10.0, 10.0]]), np.diag([1.0, 1.0, 1e4, 1e4, 0.0, 0.0])[None])
-    state = tracker.start(prior, 0.0)
-    for k, pixels in enumerate(frames):
-        state = tracker.step(state, Scan.image(k / 30, "camera", Frame(pixels)))
-        rows.append((float(state.existence[0]), tracker.estimate(state).mean[0, :2] + k * TURN))
-    return np.array([row[0] for row in rows]), np.array([row[1] for row in rows])
+    existence, place = infrared.followed(frames, [*path(0), 10.0, 10.0])
+    return existence, place + np.outer(np.arange(len(place)), TURN)
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
