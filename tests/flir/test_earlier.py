@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.infrared import followed
+from support.infrared import followed, land
 from support.spots import gaussian
 from vedette_flir.estimators.earlier import AGE, CELLS, Elsewhere, kept_frame
 from vedette_flir.estimators.template import TemplateFilter
@@ -20,11 +20,7 @@ MOTION = Carrying(ImageVelocity(), {"width": "px", "height": "px"})
 
 def seen(k, spots, turn=(0.0, 0.0), scale=1.0):
     """Frame k of a land, brighter below, that a camera passes by `turn` px a frame; spots in it: place and peak of each."""
-    rows, columns = (round(scale * side) for side in SIZE)
-    y, x = (axis / scale + k * by for axis, by in zip(np.ogrid[:rows, :columns], turn[::-1], strict=True))
-    pixels = 60.0 + 0.6 * y + 5.0 * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
-    shown = [peak * gaussian(x, y, at, SPREAD) for at, peak in spots]
-    return pixels + np.max(shown, axis=0) + np.random.default_rng([37, k]).normal(0.0, 1.0, (rows, columns))
+    return land(k, [(at, peak, SPREAD) for at, peak in spots], turn, SIZE, 37, below=0.6, scale=scale)
 
 
 def path(k):

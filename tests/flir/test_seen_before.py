@@ -5,6 +5,7 @@ import pytest
 from attrs import evolve
 
 import vedette
+from support.infrared import land
 from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
@@ -15,12 +16,9 @@ from vedette_flir.estimators.template_search import Matcher
 SIZE = (100, 220)
 
 
-def seen(k, spots, turn, land=5.0):
+def seen(k, spots, turn, texture=5.0):
     """Frame k of a land that a camera passes by `turn` px a frame, and spots in it: place, peak, spread of each."""
-    y, x = (axis + k * by for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], turn[::-1], strict=True))
-    pixels = 60.0 + land * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
-    shown = [peak * gaussian(x, y, at, spread) for at, peak, spread in spots]
-    return pixels + np.max(shown, axis=0) + np.random.default_rng([9, k]).normal(0.0, 1.0, SIZE)
+    return land(k, spots, turn, SIZE, 9, texture=texture)
 
 
 def path(k, speed=1.2):

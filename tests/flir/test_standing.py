@@ -7,7 +7,6 @@ import pytest
 from attrs import evolve
 
 from support import infrared
-from support.spots import gaussian
 from vedette_flir.estimators import judged
 from vedette_flir.estimators.standing import stood
 
@@ -16,10 +15,7 @@ SIZE, TURN = (100, 160), np.array([0.7, 0.3])
 
 def seen(k, parts):
     """Frame k of a land that a camera passes, with spots at places of it: place, peak and spread of each."""
-    y, x = (axis + k * by for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], TURN[::-1], strict=True))
-    pixels = 60.0 + 5.0 * np.sin(x / 6.0) * np.cos(y / 5.0) + 4.0 * np.sin(0.31 * x + 0.23 * y)
-    shown = [peak * gaussian(x, y, at, spread) for at, peak, spread in parts]
-    return pixels + np.max(shown, axis=0) + np.random.default_rng([4, k]).normal(0.0, 1.0, SIZE)
+    return infrared.land(k, parts, TURN, SIZE, 4)
 
 
 def path(k):

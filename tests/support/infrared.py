@@ -1,10 +1,23 @@
-"""The tracker of examples/flir_clip.toml on drawn frames."""
+"""Drawn frames, and the tracker of examples/flir_clip.toml on them."""
 
 import numpy as np
 
 import vedette
 from support.paths import EXAMPLES
+from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
+
+
+def land(k, spots, turn, size, seed, *, texture=5.0, below=0.0, scale=1.0):
+    """Frame k of a land that a camera passes by `turn` px a frame, and spots in it: place, peak and spread of each.
+
+    It is brighter by `below` for each px further down; the frame is `scale` times as large as `size`.
+    """
+    rows, columns = (round(scale * side) for side in size)
+    y, x = (axis / scale + k * by for axis, by in zip(np.ogrid[:rows, :columns], turn[::-1], strict=True))
+    pixels = 60.0 + below * y + texture * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
+    shown = [peak * gaussian(x, y, at, spread) for at, peak, spread in spots]
+    return pixels + np.max(shown, axis=0) + np.random.default_rng([seed, k]).normal(0.0, 1.0, (rows, columns))
 
 
 def steps(frames, boxes, *overrides, times=None):
