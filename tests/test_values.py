@@ -29,8 +29,9 @@ def test_a_value_holds_its_fields_and_is_frozen(cls):
     assert attrs.asdict(attrs.evolve(made)).keys() == attrs.asdict(plain).keys()
 
 
-def test_a_class_of_more_fields_than_compiled_code_takes_makes_its_values_itself():
-    names = [f"x{i}" for i in range(values.MOST + 1)]
+@pytest.mark.parametrize("fields", [values.MOST, values.MOST + 1], ids=["the most", "one more"])
+def test_a_class_of_more_fields_than_compiled_code_takes_makes_its_values_itself(fields):
+    names = [f"x{i}" for i in range(fields)]
     many = attrs.make_class("Many", names, frozen=True, slots=True)
     made = values.evolver(many)(values.maker(many)(*map(np.array, range(len(names)))), x0=np.array(7))
     doubled = mapped(lambda part: 2 * part, made)
