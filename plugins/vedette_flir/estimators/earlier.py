@@ -70,7 +70,7 @@ class Elsewhere:
         then, now, scale, turned = self._registered
         place, size = (look.place + 0.5) / scale - 0.5, look.known.size / scale
         seen, parts = SCENE.around(now, place, size), []
-        for gone in (np.zeros(2), turned):
+        for gone in np.unique([np.zeros(2), turned], axis=0):  # once, where the camera stands
             before = SCENE.around(then, place - gone, size)
             slopes = SCENE.slopes(before, size)
             known = np.asarray(np.isfinite(slopes).all(axis=0))
