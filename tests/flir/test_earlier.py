@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.infrared import followed, land
+from support.infrared import followed, land, steps
 from support.spots import gaussian
+from vedette_flir.estimators import whole_frame
 from vedette_flir.estimators.earlier import AGE, CELLS, Elsewhere, kept_frame
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.estimators.template_search import Matcher
@@ -75,6 +76,27 @@ def test_a_target_that_is_dim_beside_a_brighter_spot_of_the_scene_is_held(monkey
     assert held == asked
 
 
+@pytest.mark.costly
+@pytest.mark.parametrize("nearby", [whole_frame.NEARBY, np.inf], ids=["nearby", "anywhere"])
+def test_of_several_that_hide_among_their_like_each_finds_itself(monkeypatch, nearby):
+    """They hide for ten frames, at uneven times, in a large frame with standing spots; other targets are new there, too."""
+    monkeypatch.setattr(whole_frame, "NEARBY", nearby)
+    rng = np.random.default_rng(5)
+    starts, speeds = np.array([[60.0 + 70.0 * i, 60.0 + 48.0 * i] for i in range(8)]), rng.uniform(-1.5, 1.5, (8, 2))
+    standing = rng.uniform(50.0, [590.0, 462.0], (30, 2))
+    frames = []
+    for k in range(45):
+        seen_now = [(at, SPREAD) for i, at in enumerate(starts + speeds * k) if not (i < 5 and 20 <= k < 30)]
+        y, x = np.ogrid[:512, :640]
+        spots = sum(gaussian(x, y, at, spread) for at, spread in [*seen_now, *((at, SPREAD) for at in standing)])
+        plain = 60.0 + 10.0 * np.sin(x / 40.0) + 8.0 * np.cos(y / 31.0)
+        frames.append(plain + 50.0 * spots + np.random.default_rng([41, k]).normal(0.0, 1.0, (512, 640)))
+    times = np.cumsum([0.0, *rng.uniform(0.01, 0.06, 44)])
+    *_, (_, estimate) = steps(frames, [[*at, *BOX] for at in starts], times=list(times))
+    off = np.hypot(*(estimate.mean[:, :2] - starts - 44 * speeds).T)
+    assert (off.max() < 1.0) == np.isfinite(nearby)
+
+
 @pytest.mark.parametrize("at", [(2.0, 30.0), (57.0, 2.0), (30.0, 57.5)])
 def test_only_places_of_the_frame_are_looked_at(at):
     """A bar that ends at the frame's edge would be repeated beyond it, and like any target there."""
@@ -99,6 +121,6 @@ def test_a_frame_is_kept_in_few_cells_whatever_its_size(shape):
         assert ages[0] < AGE + 2
         assert k < AGE / 2 or ages[0] >= AGE / 2
     look = BY.look(pixels, middle, 3, TemplateFilter(MOTION).first(pixels, middle, BOX).appearance)
-    assert np.isnan(Elsewhere(appearance, pixels).new(BY, look)[0])  # its own place
+    assert np.isnan(Elsewhere(appearance, pixels, middle).new(BY, look)[0])  # its own place
     kept = appearance.earlier[0]
     assert np.abs(kept[kept > 0].mean() - (60.0 + 99 - ages[0])) < 0.5

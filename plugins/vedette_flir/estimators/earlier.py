@@ -23,6 +23,9 @@ AGE, YOUNG = 30, 8
 hand.
 """
 
+FEWEST = 1.0
+"""Cells of a target's longer side from which on what is kept shows it. By hand, on drawn frames of 1,280 px."""
+
 ERRS = (-0.7, 0.0, 0.7)
 """Cells by which the place of a part of the scene may err, where it has few edges: a target is new for each. By hand."""
 
@@ -54,10 +57,11 @@ def kept_frame(pixels: Array, appearance: TemplateAppearance, place: Array, *, h
 
 @frozen(eq=False)
 class Elsewhere:
-    """A frame beside the earlier one that an appearance remembers."""
+    """A frame, in which a target is expected at a place (2,), beside the earlier one that its appearance remembers."""
 
     appearance: TemplateAppearance
     pixels: Array
+    where: Array
 
     def new(self, by: Matcher, look: Look) -> tuple[float, float]:
         """Return how new what a look found is in its part of the scene, and by which part of its brightness that changed.
@@ -69,6 +73,8 @@ class Elsewhere:
             return np.nan, np.inf
         then, now, scale, turned = self._registered
         place, size = (look.place + 0.5) / scale - 0.5, look.known.size / scale
+        if np.max(size) < FEWEST:
+            return np.nan, np.inf
         seen, parts = SCENE.around(now, place, size), []
         for gone in np.unique([np.zeros(2), turned], axis=0):  # once, where the camera stands
             before = SCENE.around(then, place - gone, size)

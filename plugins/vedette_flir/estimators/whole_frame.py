@@ -17,8 +17,10 @@ SIDES, LEAST, MOST = (7, 15, 31, 61), 4.0, 6
 SCALES, SAME = (0.3, 3.0), (0.8, 1.25)
 """Limits of the scale at which a target is found again, and scales that count as 1."""
 
-NEWER = 2.25
-"""What it says at most for a place that it is new in its scene, in logarithms: half of that of a held target. By hand."""
+NEWER, NEARBY = 2.25, 3.0
+"""What it says at most for a place that it is new in its scene, in logarithms: half of that of a held target; and that only
+within so many sizes of where the target was expected, as other targets are new, too. By hand.
+"""
 
 
 def sought(
@@ -54,7 +56,8 @@ def sought(
         odds[i] = found_ratio(look.likeness, look.margin, clear, look.clear / usual, bright, large, same_scene=same_scene)
     odds[0] += expected
     for likely in np.flatnonzero(odds[1:] > -NEWER) + 1:
-        odds[likely] += min(scene_ratio(*elsewhere.new(by, found[likely]), dull=False), NEWER)
+        near = np.all(np.abs(found[likely].place - elsewhere.where) < NEARBY * known.size)
+        odds[likely] += min(scene_ratio(*elsewhere.new(by, found[likely]), dull=False), NEWER * near)
     best = found[int(np.argmax(odds))]
     apart = [np.any(np.abs(look.place - best.place) >= np.maximum(best.known.size, 3.0)) for look in found]
     return best, float(odds.max() - np.logaddexp.reduce([0.0, *odds[apart]]))
