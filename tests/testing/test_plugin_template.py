@@ -3,6 +3,7 @@
 import ast
 import importlib
 import sys
+import tomllib
 
 import numpy as np
 import pytest
@@ -48,6 +49,12 @@ def test_the_page_quotes_the_file_as_it_is_or_leads_to_it(name):
         assert f"`{name}`:\n\n```{language}\n{(TEMPLATE / name).read_text()}```\n" in PAGE
     else:
         assert f"](../examples/plugin_template/{name})" in PAGE
+
+
+def test_it_asks_for_the_python_that_vedette_does():
+    """Without it, its wheel said that Python 2 would do."""
+    asked = [tomllib.loads((at / "pyproject.toml").read_text())["project"]["requires-python"] for at in (TEMPLATE, ROOT)]
+    assert asked[0] == asked[1]
 
 
 def test_each_component_is_short():

@@ -14,6 +14,7 @@ from jsonschema import Draft202012Validator
 
 import vedette
 from support.foreign_files import FILES, degrees, reports, ships_radar, shuffled
+from support.paths import ROOT
 from vedette import metrics
 from vedette.cli import main
 from vedette_files.georeference import Terms
@@ -162,6 +163,7 @@ def test_a_new_plugin_keeps_its_laws(tmp_path, monkeypatch, capsys, pytestconfig
     assert "vedette-my-lake/src/vedette_my_lake/motion.py" in capsys.readouterr().out
     stated = tomllib.loads((folder / "pyproject.toml").read_text())["project"]
     assert stated["entry-points"]["vedette"] == {"my_lake": "vedette_my_lake"}
+    assert stated["requires-python"] == tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requires-python"]
     monkeypatch.syspath_prepend(folder / "src")
     motion = importlib.import_module("vedette_my_lake.motion").MyLakeMotion
     assert vedette.Registry.of(motion).find("motion", "my_lake_motion").summary.startswith("White-noise acceleration")
