@@ -8,6 +8,7 @@ import pytest
 
 import vedette
 from vedette_report.warnings.late import late
+from vedette_standard import Biased
 
 POSITION = {"kind": "cartesian_position", "sigma": 15.0, "detection_probability": 0.9}
 POLAR = {
@@ -106,6 +107,16 @@ def test_an_offset_that_tracks_find_themselves_is_not_told():
     tracker, scans, tracks = seen(0, offset={"x": 40.0, "y": -25.0})
     for offsets, sentences in (({}, 1), ({"x_off": 60.0}, 0)):
         knows = SimpleNamespace(sensors=tracker.sensors, state=tracker.state, registration=SimpleNamespace(offsets=offsets))
+        assert len(list(late(knows, scans, tracks))) == sentences
+
+
+@pytest.mark.costly
+def test_a_lag_that_tracks_find_themselves_is_not_told():
+    """The example that does so was told to state it."""
+    tracker, scans, tracks = seen(0, lag=4.0)
+    for other, sentences in ((tracker.sensors["other"], 1), (Biased(tracker.sensors["other"], lag="late"), 0)):
+        sensors = {**tracker.sensors, "other": other}
+        knows = SimpleNamespace(sensors=sensors, state=tracker.state, registration=tracker.registration)
         assert len(list(late(knows, scans, tracks))) == sentences
 
 

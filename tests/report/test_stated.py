@@ -23,15 +23,25 @@ BOATS = {
 }
 
 
-def told(seed=0, world=None, **changes):
-    """Return what is said of two boats that a radar sees, which is not as stated by these changes, or whose world is not."""
+FLEET = {
+    f"{row}{column}": {
+        "models": [{"kind": "constant_velocity", "sigma_accel": 0.1}],
+        "start": {"x": [100.0 * row, 20], "y": [100.0 * column, 20], "vx": [5, 0.1], "vy": [4, 0.1]},
+    }
+    for row in range(6)
+    for column in range(6)
+}
+
+
+def told(seed=0, world=None, boats=BOATS, duration=240, **changes):
+    """Return what is said of boats that a radar sees, which is not as stated by these changes, or whose world is not."""
     experiment = vedette.load(
         {
             "seed": seed,
             "source": {
                 "kind": "simulation",
-                "duration": 240,
-                "drawn": BOATS,
+                "duration": duration,
+                "drawn": boats,
                 "looks": {"radar": {"interval": 2.0, "clutter": {"x": BOX, "y": BOX}}},
                 "sensors": {"radar": RADAR | (world or {})},
             },
@@ -56,6 +66,11 @@ def test_clutter_a_hundred_times_off_is_told_with_how_far(factor, way):
     (said,) = told(clutter_density=3e-7 * factor)
     assert 60 < float(re.search(rf"is its clutter (\S+) times too {way}", said)[1]) < 170
     assert told(clutter_density=3e-7 * factor**0.3) == []
+
+
+def test_false_returns_around_a_fleet_are_not_counted_where_the_fleet_is():
+    """They were said to be 10 times as many as stated, as nearly all returns lie in a small part of what the radar sees."""
+    assert told(boats=FLEET, duration=80, clutter_density=1.5e-7, world={"clutter_density": 1.5e-7}) == []
 
 
 @pytest.mark.parametrize(("stated", "true"), [(0.2, 0.9), (0.5, 0.9), (0.9, 0.5)])

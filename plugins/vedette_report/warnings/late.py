@@ -65,7 +65,8 @@ def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> It
         found = _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY])
         if found is None:
             continue
-        if abs(found.lag) > SURE * found.deviations[0] and found.moved > MATTERS:
+        estimated = any(axis.unit == "s" for name in (one, other) for axis in tracker.sensors[name].observes.axes)
+        if abs(found.lag) > SURE * found.deviations[0] and found.moved > MATTERS and not estimated:
             first, then = (one, other) if found.lag > 0 else (other, one)
             lag = abs(found.lag)
             told = (

@@ -45,9 +45,10 @@ def _false(sensor: Sensor, scans: Sequence[Scan], taken: Array) -> str:
     if len(z) < max(ENOUGH, len(scans)) or sum(map(len, z)) < FEWEST:
         return ""
     every = np.concatenate(z)
-    volume = float(np.prod(np.quantile(every, 0.98, axis=0) - np.quantile(every, 0.02, axis=0)))  # a few far ones left out
-    came, loose = len(every) / len(z), (len(every) - float(np.sum(taken))) / len(z)
-    expected = volume * float(np.mean(sensor.clutter(every)))
+    low, high = np.quantile(every, (0.02, 0.98), axis=0)  # a few far ones left out, of those that came as of those stated
+    near = np.count_nonzero(np.all((low <= every) & (every <= high), axis=-1))
+    came, loose = len(every) / len(z), max(near - float(np.sum(taken)), 0.0) / len(z)
+    expected = float(np.prod(high - low) * np.mean(sensor.clutter(every)))
     told = f"{loose:.2g} returns a scan are of no confirmed track, and where they are {expected:.2g} false ones are stated"
     if loose > FACTOR * max(expected, LEAST):
         times = f"{loose / expected:.2g} times " if expected else ""
@@ -76,11 +77,10 @@ def _looks(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> 
     for track in tracks:
         last = int(np.max(np.flatnonzero(track.hit > SURELY), initial=-1))
         for row, i in rows_of(track, at):
-            if track.confirmed[row]:
-                scan, hit = scans[i], float(track.hit[row])
-                taken[i] += hit
-                if scan.frame is None and 0 < row <= last and track.confirmed[row - 1]:
-                    seen[scan.sensor, None if scan.pose is None else i].append((hit, track.mean[row]))
+            scan, hit = scans[i], float(track.hit[row])
+            taken[i] += hit  # before it was confirmed, too
+            if scan.frame is None and 0 < row <= last and track.confirmed[row - 1] and track.confirmed[row]:
+                seen[scan.sensor, None if scan.pose is None else i].append((hit, track.mean[row]))
     looks = defaultdict[str, list[Array]](list)
     for (name, place), rows in seen.items():
         sensor = tracker.sensors[name].placed(None if place is None else scans[place].pose)
