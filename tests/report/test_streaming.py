@@ -9,7 +9,7 @@ import pytest
 from attrs import evolve, frozen
 
 import vedette
-from support import registration
+from support import registration, results
 from support.ships import AROUND, RADAR, radar_and_beacon
 from vedette import Detections, LazyScans, Recording, Scan, Source
 from vedette.cli import main
@@ -183,3 +183,8 @@ def test_a_radar_that_is_turned_is_told_of(tmp_path):
     told = vedette.load(registration.config({"radar": registration.RADAR}, looks, {"radar": drawn}, {}, []))
     text = " ".join(stream(told, tmp_path).text.split())
     assert "radar: its returns lie +2.9 +- 0.1 degrees in bearing from 6 targets" in text
+
+
+def test_what_tracks_took_is_not_called_false_where_tracks_are_not_kept(tmp_path):
+    """Of every run with `--stream` it was said that its clutter was too low: a return of two ships a scan."""
+    assert "LOOKS WRONG" not in stream(vedette.load(results.config()), tmp_path / "out").text

@@ -68,7 +68,8 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
     yield from held(experiment.tracker)
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
     yield from late(experiment.tracker, result.scans, result.tracks)
-    yield from otherwise(experiment.tracker, result.scans, result.tracks)
+    if result.tracks or not score.tracks:  # a streamed run keeps none
+        yield from otherwise(experiment.tracker, result.scans, result.tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
