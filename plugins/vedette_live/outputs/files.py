@@ -5,8 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, ExitStack, contextmanager
-from pathlib import Path
+from contextlib import ExitStack, contextmanager
 from typing import ClassVar, final
 
 from attrs import frozen
@@ -24,8 +23,13 @@ class StandardOutput(Output):
 
     kind: ClassVar[str] = "standard_output"
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return _standard()
+    @contextmanager
+    def open(self) -> Iterator[Callable[[bytes], None]]:
+        def send(data: bytes) -> None:
+            sys.stdout.buffer.write(data)
+            sys.stdout.buffer.flush()
+
+        yield send
 
 
 @final
@@ -37,35 +41,23 @@ class FileOutput(Output):
 
     path: str = fields.text("of the file")
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return _appended(user_path(self.path))
+    @contextmanager
+    def open(self) -> Iterator[Callable[[bytes], None]]:
+        path = user_path(self.path)
+        with growing(path, "path"), ExitStack() as opened:
+            file = opened.enter_context(open_growing(path))
 
+            def send(data: bytes) -> None:
+                nonlocal file
+                if not is_at(path, file):
+                    opened.close()
+                    file = opened.enter_context(open_growing(path))
+                end = file.seek(0, os.SEEK_END)
+                try:
+                    while data:
+                        data = data[file.write(data) :]
+                except OSError:
+                    file.truncate(end)  # a full disk took a part of it
+                    raise
 
-@contextmanager
-def _standard() -> Iterator[Callable[[bytes], None]]:
-    def send(data: bytes) -> None:
-        sys.stdout.buffer.write(data)
-        sys.stdout.buffer.flush()
-
-    yield send
-
-
-@contextmanager
-def _appended(path: Path) -> Iterator[Callable[[bytes], None]]:
-    with growing(path, "path"), ExitStack() as opened:
-        file = opened.enter_context(open_growing(path))
-
-        def send(data: bytes) -> None:
-            nonlocal file
-            if not is_at(path, file):
-                opened.close()
-                file = opened.enter_context(open_growing(path))
-            end = file.seek(0, os.SEEK_END)
-            try:
-                while data:
-                    data = data[file.write(data) :]
-            except OSError:
-                file.truncate(end)  # a full disk took a part of it
-                raise
-
-        yield send
+            yield send

@@ -5,7 +5,7 @@ from __future__ import annotations
 import socket
 import ssl
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from threading import Event, Lock, Thread
 from typing import Any, ClassVar, final
 
@@ -34,11 +34,8 @@ class UdpOutput(Output):
     host: str = host_field("to which datagrams go")
     hops: int = fields.integer("networks that a multicast may cross", default=1, at_least=0, at_most=255)
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return self._opened()
-
     @contextmanager
-    def _opened(self) -> Iterator[Callable[[bytes], None]]:
+    def open(self) -> Iterator[Callable[[bytes], None]]:
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
         with socket.socket(family, socket.SOCK_DGRAM) as here:
             if family == socket.AF_INET:
@@ -76,11 +73,8 @@ class TcpClientOutput(Output):
     tls: bool = fields.flag("whether the connection is encrypted", default=False)
     security: Security = fields.part("whom to trust, and the token that is sent", default=Security())
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return self._opened()
-
     @contextmanager
-    def _opened(self) -> Iterator[Callable[[bytes], None]]:
+    def open(self) -> Iterator[Callable[[bytes], None]]:
         context, token = self.security.client() if self.tls else None, self.security.token
         here = socket.create_connection((self.host, self.port), timeout=5.0)
         try:
@@ -108,11 +102,8 @@ class TcpServerOutput(Output):
     most: int = fields.integer("connections at once", default=64, at_least=1, at_most=10_000)
     security: Security = fields.part("TLS and a token", default=Security())
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return self._opened()
-
     @contextmanager
-    def _opened(self) -> Iterator[Callable[[bytes], None]]:
+    def open(self) -> Iterator[Callable[[bytes], None]]:
         family = socket.AF_INET6 if ":" in self.host else socket.AF_INET
         readers = _Readers(self.most, self.security, self.security.server(), Sparing(f"tcp {self.port}"))
         with socket.create_server((self.host, self.port), family=family, backlog=64) as server:
@@ -207,11 +198,8 @@ class MqttOutput(Output):
     user: str = fields.text("name of the user; the password is the token", default="")
     security: Security = fields.part("whom to trust, and the password", default=Security())
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return self._opened()
-
     @contextmanager
-    def _opened(self) -> Iterator[Callable[[bytes], None]]:
+    def open(self) -> Iterator[Callable[[bytes], None]]:
         from vedette_live.inputs.mqtt import connected
 
         client = connected(self)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import AbstractContextManager, contextmanager
+from contextlib import contextmanager
 from hmac import compare_digest
 from queue import Empty, Full, Queue
 from threading import Event, Lock, Thread
@@ -37,11 +37,8 @@ class WebSocketOutput(Output):
     most: int = fields.integer("connections at once", default=32, at_least=1, at_most=1000)
     security: Security = fields.part("TLS and a token", default=Security())
 
-    def open(self) -> AbstractContextManager[Callable[[bytes], None]]:
-        return self._opened()
-
     @contextmanager
-    def _opened(self) -> Iterator[Callable[[bytes], None]]:
+    def open(self) -> Iterator[Callable[[bytes], None]]:
         server = needed("websockets.sync.server", "WebSockets need websockets", "live")
         clients, token = _Clients(self.most), self.security.token
 
