@@ -23,6 +23,8 @@ from vedette.sampling import returns
 from vedette.space import Axis
 from vedette.testing import FAST, examine, laws_of
 from vedette.testing.strategies import components
+from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 AMPLITUDE, SPREAD = 40.0, 2.0
@@ -188,6 +190,7 @@ SHAPES = [
     pytest.param(Flight, {"duration": st.floats(5.0, 20.0)}, 10, id="a source in space, with velocities"),
     pytest.param(Ring, {}, 12, id="a period of 10 km"),
     pytest.param(Compass, {"wraps": st.just(True)}, 12, id="a heading"),
+    pytest.param(ExtendedKalman, {"motion": st.just(ConstantVelocity(0.5, axes=("y", "x")))}, 30, id="y before x"),
 ]  # fmt: skip
 
 

@@ -11,7 +11,8 @@ from attrs import evolve
 
 from vedette.config.parameters import parameters
 from vedette.errors import VedetteError
-from vedette.space import Array, Mask
+from vedette.space import Array, Mask, Space
+from vedette.types import Gaussian
 from vedette.units import in_unit
 
 T = TypeVar("T")
@@ -90,6 +91,32 @@ def same(
     near = f" to within {allowed:.2g}" if allowed > 1e-9 * abs(got[worst] - wanted[worst]) else ""
     told = f"{place}: must be {wanted[worst]:.9g}{near}, got {got[worst]:.9g}"
     demand(off[worst] <= tolerance, told)
+
+
+def deviations(cov: Array) -> Array:
+    """Return the standard deviations (*b, n) of covariances (*b, n, n)."""
+    return np.sqrt(np.maximum(np.diagonal(cov, axis1=-2, axis2=-1), 0.0))
+
+
+def products(spread: Array) -> Array:
+    """Return the products (*b, n, n) of every two of (*b, n), in which covariances are compared."""
+    pairs: Array = spread[..., :, None] * spread[..., None, :]
+    return pairs
+
+
+def same_moments(what: str, space: Space, got: Gaussian, wanted: Gaussian, tolerance: float) -> None:
+    """Raise Broken unless means and covariances agree, judged against each axis' standard deviation."""
+    demand(got.mean.shape == wanted.mean.shape, f"{what}mean: must have shape {wanted.mean.shape}, got {got.mean.shape}")
+    spread = np.maximum(deviations(wanted.cov), 1e-12) + 1e-12 * np.abs(wanted.mean)
+    apart = space.difference(got.mean, wanted.mean)
+    same(f"{what}mean, in standard deviations", apart / spread, np.zeros(apart.shape), tolerance, 1.0)
+    same(f"{what}covariance", got.cov, wanted.cov, tolerance, products(spread))
+
+
+def whitened(root: Array, cov: Array) -> Array:
+    """Return covariances (*b, m, m) in units of the covariance that has this root."""
+    half = np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, cov), -1, -2))
+    return (half + np.swapaxes(half, -1, -2)) / 2
 
 
 def finite(what: str, values: Array) -> None:

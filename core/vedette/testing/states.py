@@ -71,6 +71,13 @@ def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, 
     return kernels.symmetric(cov)
 
 
+def without_variance(belief: Gaussian, space: Space, fixed: Space) -> Gaussian:
+    """Return a belief over a space without variance on some of its axes."""
+    keep = np.ones(len(space))
+    keep[space.locate(fixed)] = 0.0
+    return Gaussian(belief.mean, belief.cov * (keep[:, None] * keep))
+
+
 def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = ()) -> Gaussian:
     """Draw beliefs around states of a quarter of the usual size: mean (*batch, n), cov (*batch, n, n)."""
     mean = space.canonical(0.25 * sizes(space) * rng.standard_normal((*batch, len(space))))

@@ -8,11 +8,11 @@ import numpy as np
 
 from vedette.roles import Associator
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same, varied
+from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, hypotheses, merged
 from vedette.testing.laws.associator_cases import Scores
-from vedette.testing.laws.hypotheses import ROOM
+from vedette.testing.laws.hypotheses import with_room
 from vedette.testing.limits import TooLong, at_most
 from vedette.tracking.identity import Identity, Names, weighed
 
@@ -169,7 +169,7 @@ def crowds_are_shared(associator: Associator, drawn: Scores) -> None:
     demand(not (associator.solves and few.any()), "approximated: are some of at most 4 tracks, which it says that it solves")
     if not associator.approximates:
         return
-    wide = varied(associator, **{name: value for name, value in ROOM.items() if hasattr(associator, name)})
+    wide = with_room(associator)
     if not wide.approximated(some).any():
         found, wanted = _weights(associator, some, none)[~told], _weights(wide, some, none)[~told]
         same("weights of tracks that are not called approximate", found, wanted, NEARLY, 1.0)

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from vedette.metrics.consistency import nees
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, covariance, demand, same
+from vedette.testing.comparisons import covariance, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, birth_parameters, birth_returns, birth_units
-from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
+from vedette.testing.laws.birth_cases import Returns, begun, rate_of, unseen, unseen_after_nothing
 from vedette.types import Detections
 
 
@@ -61,24 +62,17 @@ def tracks_start_near_their_returns(birth: Birth, drawn: Returns) -> None:
     newborn = begun(birth, drawn)
     where = drawn.estimator.state.locate(drawn.sensor.observes)
     S = newborn.prior.cov[:, where, :][..., where] + drawn.sensor.noise(newborn.prior.mean[:, where])
-    nu = drawn.detections.z[newborn.returns] - newborn.prior.mean[:, where]
-    distance = np.sum(nu * np.linalg.solve(S, nu[..., None])[..., 0], axis=-1)
+    distance = nees(drawn.detections.z[newborn.returns] - newborn.prior.mean[:, where], S)
     demand(np.all(distance < 30.0), f"begin: priors must fit their returns, got squared distances {distance}")
 
 
 def rates_are_densities(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: rates are finite, >= 0, one a return; a scan without returns raises none."""
-    estimator, sensor, k = drawn.estimator, drawn.sensor, len(drawn.claimed)
-    memory = birth.predict(birth.initial_memory(estimator, drawn.rng()), estimator, drawn.dt, drawn.rng())
-    rate, _ = birth.reveal(memory, estimator, sensor, drawn.detections, P_GATE)
-    if rate is None:
-        raise Closed("it states no rate")
+    memory, k = birth.predict(unseen(birth, drawn), drawn.estimator, drawn.dt, drawn.rng()), len(drawn.claimed)
+    rate = rate_of(birth, memory, drawn)
     demand(rate.shape == (k,), f"rate: must have shape {(k,)}, got {rate.shape}")
     demand(np.all(np.isfinite(rate) & (rate >= 0)), f"rate: must be finite and >= 0, got {rate}")
-    nothing = Detections.of([], len(sensor.measurement))
-    after = birth.update(memory, estimator, sensor, nothing, np.zeros(0), P_GATE)
-    missed, _ = birth.reveal(after, estimator, sensor, drawn.detections, P_GATE)
-    assert missed is not None
+    missed = rate_of(birth, unseen_after_nothing(birth, memory, drawn), drawn)
     demand(np.all(missed <= rate * (1 + 1e-9)), f"update: rates must not grow without returns, got {missed} after {rate}")
 
 

@@ -58,14 +58,32 @@ def elsewise(given: Returns) -> Returns:
     return evolve(given, estimator=other)
 
 
+def unseen(birth: Birth, given: Returns) -> Any:
+    """The memory of targets without a track before the first scan."""
+    return birth.initial_memory(given.estimator, given.rng())
+
+
+def unseen_after_nothing(birth: Birth, memory: Any, given: Returns) -> Any:
+    """The memory after a scan without returns."""
+    return birth.update(memory, given.estimator, given.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+
+
+def rate_of(birth: Birth, memory: Any, given: Returns, z: Array | None = None) -> Array:
+    """The density (k,) of targets without a track at returns, or at places z (k, 2); Closed if none is stated."""
+    scan = given.detections if z is None else Detections.of(z, 2)
+    rate, _ = birth.reveal(memory, given.estimator, given.sensor, scan, P_GATE)
+    if rate is None:
+        raise Closed("it states no rate")
+    return np.asarray(rate)
+
+
 def begun(birth: Birth, given: Returns, claimed: Array | None = None) -> Newborn:
     """The tracks that start at the returns of the first scan."""
     if not birth.starts_from(SENSOR):
         raise Closed("no return starts a track")
     found, chosen = None, given.claimed if claimed is None else claimed
     if birth.models_unseen:
-        memory = birth.initial_memory(given.estimator, given.rng())
-        found = birth.reveal(memory, given.estimator, given.sensor, given.detections, P_GATE)[1]
+        found = birth.reveal(unseen(birth, given), given.estimator, given.sensor, given.detections, P_GATE)[1]
     try:
         return birth.begin(found, given.estimator, given.sensor, SENSOR, given.detections, chosen)
     except ValueError as refusal:

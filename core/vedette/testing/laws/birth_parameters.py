@@ -7,7 +7,6 @@ their word.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from attrs import evolve
@@ -16,7 +15,7 @@ from vedette.space import Array
 from vedette.supporting import Birth
 from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same, stated, varied
 from vedette.testing.law import Law
-from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, rate_of, unseen, unseen_after_nothing
 from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Recording, Scan, Trajectory
 
@@ -121,47 +120,38 @@ def _lifetime(birth: Birth) -> float:
     return stated(birth, "lifetime", "s")
 
 
-def _rate(birth: Birth, memory: Any, drawn: Returns, z: Array | None = None) -> Array:
-    scan = drawn.detections if z is None else Detections.of(z, 2)
-    rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, scan, P_GATE)
-    if rate is None:
-        raise Closed("it states no rate")
-    return np.asarray(rate)
-
-
 PLACES = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 9)] * 2), axis=-1).reshape(-1, 2)
 
 
 def a_look_thins_the_unseen(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: a scan that detects none leaves 1 - P_D P_G of them."""
-    memory = birth.initial_memory(drawn.estimator, drawn.rng())
-    before = _rate(birth, memory, drawn, PLACES)
-    nothing = Detections.of([], 2)
-    after = birth.update(memory, drawn.estimator, drawn.sensor, nothing, np.zeros(0), P_GATE)
+    memory = unseen(birth, drawn)
+    before = rate_of(birth, memory, drawn, PLACES)
+    after = unseen_after_nothing(birth, memory, drawn)
     left = 1.0 - float(drawn.sensor.detects(np.zeros(2))) * P_GATE
-    same("density after a look at nothing", _rate(birth, after, drawn, PLACES), left * before, 1e-6)
-    same("density of the memory that was passed in", _rate(birth, memory, drawn, PLACES), before, 0.0)
+    same("density after a look at nothing", rate_of(birth, after, drawn, PLACES), left * before, 1e-6)
+    same("density of the memory that was passed in", rate_of(birth, memory, drawn, PLACES), before, 0.0)
     known = birth.update(memory, drawn.estimator, drawn.sensor, drawn.detections, np.ones(len(drawn.claimed)), P_GATE)
-    same("density after returns of known tracks", _rate(birth, known, drawn, PLACES), left * before, 1e-6)
+    same("density after returns of known tracks", rate_of(birth, known, drawn, PLACES), left * before, 1e-6)
 
 
 def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: densities stay >= 0 over any time, and parts of a time do what it does."""
-    begin = birth.initial_memory(drawn.estimator, drawn.rng())
+    begin = unseen(birth, drawn)
     for dt in (1.0, 100.0, 1e5):
-        rate = _rate(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
+        rate = rate_of(birth, birth.predict(begin, drawn.estimator, dt, drawn.rng()), drawn, PLACES)
         told = f"reveal: after {dt:g} s densities must be >= 0, got {rate.min():.3g}"
         demand(np.all(np.isfinite(rate) & (rate >= 0)), told)
     total, parts = 0.25, 32  # short enough that those who appear hardly move meanwhile
     # After a look there are fewer than come and go in the long run: a time step then changes something.
-    thinned = birth.update(begin, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    thinned = unseen_after_nothing(birth, begin, drawn)
     for start, when in ((begin, ""), (thinned, " after a look at nothing")):
         memory = start
         for _ in range(parts):
             memory = birth.predict(memory, drawn.estimator, total / parts, drawn.rng())
         at_once = birth.predict(start, drawn.estimator, total, drawn.rng())
-        before = _rate(birth, start, drawn, PLACES)
-        grown = [float(np.sum(_rate(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
+        before = rate_of(birth, start, drawn, PLACES)
+        grown = [float(np.sum(rate_of(birth, one, drawn, PLACES) - before)) for one in (at_once, memory)]
         scale = max(abs(grown[0]), 0.02 * float(before.sum()))
         told = f"{total:g} s change the densities by {grown[0]:.3g} at once, by {grown[1]:.3g} in {parts} parts"
         demand(abs(grown[1] - grown[0]) <= 0.6 * scale, f"predict{when}: {told}")
@@ -169,13 +159,13 @@ def the_unseen_come_and_go_with_time(birth: Birth, drawn: Returns) -> None:
 
 def _are_left(birth: Birth, drawn: Returns, gaps: tuple[float, ...]) -> list[Array]:
     """Return how dense those are, after each gap, that a look at nothing would take away before: no newcomers."""
-    many = birth.initial_memory(drawn.estimator, drawn.rng())
-    few = birth.update(many, drawn.estimator, drawn.sensor, Detections.of([], 2), np.zeros(0), P_GATE)
+    many = unseen(birth, drawn)
+    few = unseen_after_nothing(birth, many, drawn)
     left: list[Array] = []
     for dt in gaps:
         ends = [birth.predict(memory, drawn.estimator, dt, drawn.rng()) for memory in (many, few)]
-        left.append(_rate(birth, ends[0], drawn, PLACES) - _rate(birth, ends[1], drawn, PLACES))
-    if left[0].sum() <= 1e-9 * np.max(_rate(birth, many, drawn, PLACES), initial=1e-300):
+        left.append(rate_of(birth, ends[0], drawn, PLACES) - rate_of(birth, ends[1], drawn, PLACES))
+    if left[0].sum() <= 1e-9 * np.max(rate_of(birth, many, drawn, PLACES), initial=1e-300):
         raise Closed("there are none where the kit looks")
     return left
 
@@ -201,19 +191,15 @@ def the_unseen_fade(birth: Birth, drawn: Returns) -> None:
 def the_unseen_settle(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: in time as many leave as come, in steps of any length."""
     lifetime = _lifetime(birth)
-    begin = birth.initial_memory(drawn.estimator, drawn.rng())
+    begin = unseen(birth, drawn)
     ends = [birth.predict(begin, drawn.estimator, lives * lifetime, drawn.rng()) for lives in (25.0, 50.0)]
-    before, soon, late = (_rate(birth, memory, drawn, PLACES) for memory in (begin, *ends))
+    before, soon, late = (rate_of(birth, memory, drawn, PLACES) for memory in (begin, *ends))
     same("density after 50 lifetimes", late, soon, 1e-6, scale=max(float(before.max()), float(soon.max()), 1e-30))
 
 
 def a_track_of_the_unseen_exists_by_their_density(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track: a new one exists with e / (e + clutter) at most, e their density there."""
-    memory = birth.initial_memory(drawn.estimator, drawn.rng())
-    rate, _ = birth.reveal(memory, drawn.estimator, drawn.sensor, drawn.detections, P_GATE)
-    if rate is None:
-        raise Closed("it states no rate")
-    newborn = begun(birth, drawn)
+    rate, newborn = rate_of(birth, unseen(birth, drawn), drawn), begun(birth, drawn)
     clutter = np.broadcast_to(drawn.sensor.clutter(drawn.detections.z), rate.shape)
     most = rate / np.maximum(rate + clutter, 1e-300) * (1.0 - drawn.claimed)
     over = newborn.existence - most[newborn.returns]

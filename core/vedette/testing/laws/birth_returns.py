@@ -7,11 +7,11 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, products, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, elsewise
 from vedette.testing.strategies import SENSOR, usual
-from vedette.types import Detections, Newborn
+from vedette.types import Detections, Gaussian, Newborn
 
 
 def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
@@ -21,13 +21,8 @@ def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
     here, there = begun(birth, drawn, free), begun(birth, other, free)
     same("returns, of a state of y, x, vy, vx", there.returns.astype(float), here.returns.astype(float), 0.0)
     where = other.estimator.state.locate(drawn.estimator.state)
-    mean, cov = there.prior.mean[:, where], there.prior.cov[:, where][..., where]
-    spread = np.sqrt(np.maximum(np.diagonal(here.prior.cov, axis1=-2, axis2=-1), 1e-300))
-    told = "where the state has the axes y, x, vy, vx"
-    off = (mean - here.prior.mean) / spread
-    demand(np.all(np.abs(off) < 1e-6), f"begin: {told} priors must have the same means, are {_most(off)} deviations off")
-    apart = (cov - here.prior.cov) / (spread[..., :, None] * spread[..., None, :])
-    demand(np.all(np.abs(apart) < 1e-6), f"begin: {told} priors must have the same covariances, are {_most(apart)} off")
+    found = Gaussian(there.prior.mean[:, where], there.prior.cov[:, where][..., where])
+    same_moments("begin, of a state of y, x, vy, vx: ", drawn.estimator.state, found, here.prior, 1e-6)
 
 
 def each_return_has_its_own_noise(birth: Birth, drawn: Returns) -> None:
@@ -39,13 +34,10 @@ def each_return_has_its_own_noise(birth: Birth, drawn: Returns) -> None:
     for rows in (np.arange(k), order):
         scan = Detections(drawn.detections.z[rows], drawn.detections.valid[rows], None, own[rows])
         made = begun(birth, evolve(drawn, detections=scan), frozen_copy(np.round(drawn.claimed[rows])))
-        starts.append({int(rows[i]): (made.prior.mean[j], made.prior.cov[j]) for j, i in enumerate(made.returns)})
+        starts.append({int(rows[i]): Gaussian(made.prior.mean[j], made.prior.cov[j]) for j, i in enumerate(made.returns)})
     for i in starts[0].keys() & starts[1].keys():
-        (mean, cov), (again, same_cov) = (start[i] for start in starts)
-        spread = np.sqrt(np.maximum(np.diagonal(cov), 1e-300))
-        off = np.append((again - mean) / spread, (same_cov - cov) / (spread[:, None] * spread))
-        told = f"begin: the prior of a return with its own noise changes with its row, by {_most(off)}"
-        demand(np.all(np.abs(off) < 1e-6), told)
+        told = "begin, of a return with its own noise in another row: "
+        same_moments(told, drawn.estimator.state, starts[1][i], starts[0][i], 1e-6)
 
 
 def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
@@ -115,14 +107,9 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
                 raise Closed("a small step changes which returns start tracks")
             slope = (other.prior.mean - before.prior.mean) / 1e-3
             added += slope[:, :, None] * slope[:, None, :]
-    spread = np.sqrt(np.maximum(np.diagonal(before.prior.cov, axis1=-2, axis2=-1), 1e-300))
-    left = (before.prior.cov - 0.5 * added) / spread[:, :, None] / spread[:, None, :]
+    left = (before.prior.cov - 0.5 * added) / products(np.maximum(deviations(before.prior.cov), 1e-150))
     least = float(np.linalg.eigvalsh(left).min())
     demand(least > -1e-6, f"begin: covariances hold less than half of what the returns' noise adds, by {least:.3g} of them")
-
-
-def _most(values: Array) -> str:
-    return f"{np.max(np.abs(values), initial=0.0):.3g}"
 
 
 LAWS = (

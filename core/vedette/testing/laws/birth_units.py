@@ -11,13 +11,13 @@ from attrs import evolve
 
 from vedette.config.parameters import parameters
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, covariance, same
+from vedette.testing.comparisons import Closed, covariance, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import Returns, begun
 from vedette.testing.laws.birth_returns import last
 from vedette.testing.laws.noise_units import LENGTHS, power
 from vedette.testing.strategies import usual
-from vedette.types import Detections
+from vedette.types import Detections, Gaussian
 
 
 def in_half_the_unit(value: Any, axes: Mapping[str, str], unit: str = "1") -> Any:
@@ -57,11 +57,8 @@ def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
         covariance("prior of a track that starts in the first scan", begun(birth, given).prior.cov, definite=True)
         same("returns, in half the unit", there.returns.astype(float), here.returns.astype(float), 0.0)
         same("existence, in half the unit", there.existence, here.existence, 1e-9, 1.0)
-        spread = np.sqrt(np.diagonal(here.prior.cov, axis1=-2, axis2=-1))
-        apart = (there.prior.mean / size - here.prior.mean) / spread
-        same("mean, in half the unit, in standard deviations", apart, np.zeros(apart.shape), 1e-6, 1.0)
-        outer = spread[..., :, None] * spread[..., None, :]
-        same("covariance, in half the unit", there.prior.cov / (size[:, None] * size), here.prior.cov, 1e-6, outer)
+        same_in_m = Gaussian(there.prior.mean / size, there.prior.cov / (size[:, None] * size))
+        same_moments("in half the unit: ", estimator.state, same_in_m, here.prior, 1e-6)
         return
     raise Closed(f"it starts no tracks there: {told}")
 

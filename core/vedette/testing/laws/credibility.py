@@ -17,11 +17,15 @@ from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import Scene
 from vedette.testing.linear_sensor import Watch
+from vedette.testing.states import without_variance
 from vedette.testing.truth import draw_truth, modes_of, motion_of
 from vedette.types import Detections, Gaussian
 
 EQUIVALENCE = (0.85, 1.15)
 """Where an estimator that is not exact may have its mean NEES and NIS, as a share of what is expected."""
+
+NEARLY_ALL = 1.0 - 1e-12
+"""The probability that a target's return is in its gate."""
 
 MOMENT, RETURNS = 1e-6, ((2.0, -1.0), (0.25, 1.0))
 """A time step in s, and returns: their variance as a share of a belief's, and on which side they are."""
@@ -32,18 +36,18 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
 
     Noises of the measurement are 1e-6 to 1e6 times what the motion adds, and the prior is 1e6 times the larger.
     """
-    rng = drawn.rng()
+    rng, state = drawn.rng(), estimator.state
     observes = Space(drawn.watch.observes.axes[:1])
     cases.started(estimator, drawn, rng)
-    i, n = estimator.state.locate(observes)[0], len(estimator.state)
+    i, n = state.locate(observes)[0], len(state)
     mean = np.broadcast_to(drawn.prior.mean[0, :1], (13, 1, n))
     tight = Gaussian(mean, np.broadcast_to(1e-12 * np.eye(n), (13, 1, n, n)))
-    sure = estimator.start(cases.with_zero_variance(estimator, tight), estimator.state, rng)
+    sure = estimator.start(without_variance(tight, state, estimator.zero_variance), state, rng)
     added = estimator.moments(predicted(estimator, sure, 1.0, rng)).cov
     noise = np.logspace(-6, 6, 13) * np.median(added[..., i, i])
     wide = np.maximum(noise[:, None, None, None], added) * 1e6
     cov = np.eye(n) * np.diagonal(wide, axis1=-2, axis2=-1)[..., None, :]
-    belief = estimator.start(cases.with_zero_variance(estimator, Gaussian(mean, cov)), estimator.state, rng)
+    belief = estimator.start(without_variance(Gaussian(mean, cov), state, estimator.zero_variance), state, rng)
     watch = Watch(observes, np.eye(1))
     R, valid = noise[:, None, None, None], np.ones((13, 1), dtype=bool)
     for step in range(drawn.steps):
@@ -52,9 +56,7 @@ def covariances_survive_a_long_run(estimator: Estimator[Any], drawn: Scene) -> N
         demand(centre.shape == (13, 1, 1), f"mean after {step} steps: must have batch (13, 1), got {centre.shape[:-1]}")
         # Every third scan a second, almost equal look follows at once: nothing is left to learn, the subtraction is all.
         for _ in range(2 if step % 3 == 0 else 1):
-            detections = Detections(centre, valid, noise=R)
-            innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
-            belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
+            belief = cases.after_scan(estimator, belief, watch, Detections(centre, valid, noise=R), p_gate=NEARLY_ALL)
         if step % 97 == 0 or step < 30:
             _still_covariance(estimator, belief, step)
     _still_covariance(estimator, belief, drawn.steps)
@@ -100,7 +102,7 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
         belief = predicted(estimator, belief, float(times[scan] - times[scan - 1]), rng)
         z = watch.measure(truth[:, scan, where]) + rng.standard_normal((runs, m)) @ root.T
         detections = Detections(watch.measurement.canonical(z)[:, None], np.ones((runs, 1), dtype=bool))
-        innovation = estimator.evaluate(belief, watch, detections, 1.0 - 1e-12)
+        innovation = estimator.evaluate(belief, watch, detections, NEARLY_ALL)
         shocks.append(innovation.nis[:, 0, 0])
         belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
         found = estimator.moments(belief)
@@ -141,9 +143,8 @@ def a_return_counts_once(estimator: Estimator[Any], drawn: Scene) -> None:
     for share, off in RETURNS:
         z = np.broadcast_to(watch.measurement.canonical(centre + off * step), (drawn.runs, 1, 1))
         belief = predicted(estimator, belief, MOMENT, rng)
-        detections = Detections(z, np.ones((drawn.runs, 1), dtype=bool))
-        innovation = estimator.evaluate(belief, evolve(watch, R=share * watch.R), detections, 1.0 - 1e-12)
-        belief = estimator.update(belief, innovation, cases.sure(innovation.loglik, 1))
+        detections, sharper = Detections(z, np.ones((drawn.runs, 1), dtype=bool)), evolve(watch, R=share * watch.R)
+        belief = cases.after_scan(estimator, belief, sharper, detections, p_gate=NEARLY_ALL)
         known += np.array([1.0, off]) / share
     for when in ("", ", a moment later"):
         after = estimator.moments(belief)
@@ -158,7 +159,7 @@ def soft_weights_mix_what_is_drawn(estimator: Estimator[Any], drawn: Scene) -> N
     """If it draws: two returns of equal weight, one on either side, leave the variance of their mixture, on average."""
     belief, watch, before, step, i = _one_axis(estimator, drawn)
     z = watch.measurement.canonical(watch.measure(before.mean[:, 0, i : i + 1])[:, None] + step * np.array([[1.0], [-1.0]]))
-    innovation = estimator.evaluate(belief, watch, Detections(z, np.ones(z.shape[:2], dtype=bool)), 1.0 - 1e-12)
+    innovation = estimator.evaluate(belief, watch, Detections(z, np.ones(z.shape[:2], dtype=bool)), NEARLY_ALL)
     halves = (cases.sure(innovation.loglik, 1) + cases.sure(innovation.loglik, 2)) / 2
     after = estimator.moments(estimator.update(belief, innovation, halves))
     wanted = drawn.prior.cov[0, 0, i, i] / 2 + step**2 / 4

@@ -9,12 +9,12 @@ from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.filters import predicted
-from vedette.roles import Estimator, MotionModel
+from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, frozen_copy, same
+from vedette.testing.comparisons import Closed, frozen_copy, same_moments
 from vedette.testing.law import Profile
 from vedette.testing.linear_sensor import Watch
-from vedette.testing.states import SEEDS, random_covariance, random_gaussian, sizes
+from vedette.testing.states import SEEDS, random_covariance, random_gaussian, sizes, without_variance
 from vedette.testing.truth import modes_of, motion_of
 from vedette.types import Detections, Gaussian, Innovation
 
@@ -56,11 +56,7 @@ def drawn(draw: st.DrawFn, estimator: Estimator[Any], profile: Profile) -> Scene
     dt, later, p_detect, seed = draw(_GIVEN)
     rng = np.random.default_rng(seed)
     free, state = free_axes(estimator), estimator.state
-    prior = random_gaussian(state, rng, (2, 2))
-    if len(estimator.zero_variance):
-        where = state.locate(estimator.zero_variance)
-        prior.cov[..., where, :] = 0.0
-        prior.cov[..., :, where] = 0.0
+    prior = without_variance(random_gaussian(state, rng, (2, 2)), state, estimator.zero_variance)
     watches = [_watch(free, rng, p_detect, mixed) for mixed in (False, True)]
     returns = []
     for watch in watches:
@@ -86,10 +82,15 @@ def _watch(free: Space, rng: np.random.Generator, p_detect: float, mixed: bool) 
     return Watch(observes, random_covariance(observes, rng), p_detect)
 
 
+def not_refused(estimator: Estimator[Any], sensor: Sensor, what: str = "linear sensor") -> None:
+    """Closed if an estimator refuses one of the kit's sensors."""
+    if (reason := estimator.refuses(sensor)) is not None:
+        raise Closed(f"it refuses the kit's {what}: {reason}")
+
+
 def started(estimator: Estimator[Any], scene: Scene, rng: np.random.Generator) -> Any:
     for watch in (scene.watch, scene.other):
-        if (reason := estimator.refuses(watch)) is not None:
-            raise Closed(f"it refuses the kit's linear sensor: {reason}")
+        not_refused(estimator, watch)
     return estimator.start(scene.prior, estimator.state, rng)
 
 
@@ -123,9 +124,11 @@ def weighed(estimator: Estimator[Any], scene: Scene) -> tuple[Any, Innovation, A
     return belief, innovation, soft(innovation.loglik, scene.seed)
 
 
-def after_scan(estimator: Estimator[Any], belief: Any, watch: Watch, detections: Detections, column: int = 1) -> Any:
+def after_scan(
+    estimator: Estimator[Any], belief: Any, watch: Watch, seen: Detections, column: int = 1, p_gate: float = P_GATE
+) -> Any:
     """The belief after a scan of which every track takes one return, or none (column 0), for sure."""
-    innovation = estimator.evaluate(belief, watch, detections, P_GATE)
+    innovation = estimator.evaluate(belief, watch, seen, p_gate)
     return estimator.update(belief, innovation, sure(innovation.loglik, column))
 
 
@@ -152,11 +155,7 @@ def in_either_order(estimator: Estimator[Any], scene: Scene) -> list[Any]:
 def alike(estimator: Estimator[Any], got: Any, wanted: Gaussian, tolerance: float, what: str = "") -> None:
     """Broken unless moments agree, judged against each axis' standard deviation."""
     found = got if isinstance(got, Gaussian) else estimator.moments(got)
-    spread = np.sqrt(np.maximum(np.diagonal(wanted.cov, axis1=-2, axis2=-1), 1e-24)) + 1e-12 * np.abs(wanted.mean)
-    apart = estimator.state.difference(found.mean, wanted.mean)
-    same(f"{what}mean, in standard deviations", apart / spread, np.zeros(apart.shape), tolerance, 1.0)
-    outer = spread[..., :, None] * spread[..., None, :]
-    same(f"{what}covariance", found.cov, wanted.cov, tolerance, outer)
+    same_moments(what, estimator.state, found, wanted, tolerance)
 
 
 def linear_motion(estimator: Estimator[Any]) -> MotionModel:
@@ -171,13 +170,6 @@ def holdable(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
     if any(mode.state != estimator.state for mode in modes_of(estimator)):
         raise Closed("its modes have unlike states, so it cannot hold any prior")
     return prior
-
-
-def with_zero_variance(estimator: Estimator[Any], prior: Gaussian) -> Gaussian:
-    """The prior without variance on the axes without variance."""
-    keep = np.ones(len(estimator.state))
-    keep[estimator.state.locate(estimator.zero_variance)] = 0.0
-    return Gaussian(prior.mean, prior.cov * (keep[:, None] * keep))
 
 
 def mixture_moments(state: Space, weights: Array, each: list[Gaussian]) -> Gaussian:

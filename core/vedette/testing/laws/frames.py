@@ -14,7 +14,7 @@ from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
 from vedette.testing.comparisons import Closed, demand, finite, frozen_copy
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, not_refused
 from vedette.testing.states import sizes
 from vedette.types import Frame, Gaussian
 
@@ -77,9 +77,8 @@ def _begin(estimator: Estimator[Any], drawn: Scene) -> tuple[Picture, Gaussian, 
     state, rng = estimator.state, drawn.rng()
     if not all(name in state for name in ("x", "y")):
         raise Closed("its state has no x and y, where the kit's camera would see it")
-    camera = Picture(Space(tuple(axis for axis in state.axes if axis.name in ("x", "y"))), (8.5, 0.0)[drawn.seed % 2])
-    if camera.observes.names != ("x", "y") or (reason := estimator.refuses(camera)):
-        raise Closed(f"it refuses the kit's camera: {reason}")
+    camera = Picture(Space(tuple(state.axes[state.names.index(name)] for name in ("x", "y"))), (8.5, 0.0)[drawn.seed % 2])
+    not_refused(estimator, camera, "camera")
     moves = STEP * ("vx" in state)
     path = np.array([26.0, 16.0]) + rng.uniform(-2.0, 2.0, (2, 2)) + moves * np.arange(FRAMES)[:, None, None]
     mean, deviation = np.zeros((2, 1, len(state))), 1e-3 * sizes(state)

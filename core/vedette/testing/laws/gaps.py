@@ -9,7 +9,7 @@ import numpy as np
 from vedette.fields import ABSURD
 from vedette.filters import predicted
 from vedette.roles import Estimator, MotionModel
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy
+from vedette.testing.comparisons import Closed, covariance, demand, deviations, finite, frozen_copy
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, soft, sure
 from vedette.testing.laws.motion_cases import Moves
@@ -44,7 +44,7 @@ def any_gap_leaves_a_belief(estimator: Estimator[Any], drawn: Scene) -> None:
         where = estimator.state.locate(sensor.observes)
         H, P = sensor.H, moments.cov[..., where, :][..., where]
         S = H @ P @ np.swapaxes(H, -1, -2) + R
-        spread = np.sqrt(np.diagonal(S, axis1=-2, axis2=-1))[..., :1, :]
+        spread = deviations(S)[..., :1, :]
         off = spread * rng.standard_normal((2, 2, spread.shape[-1]))
         z = sensor.measurement.canonical(sensor.measure(moments.mean[..., :1, where]) + off)
         noise = frozen_copy(np.broadcast_to(R, (2, 2, *R.shape))) if stated else None

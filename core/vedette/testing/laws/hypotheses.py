@@ -32,11 +32,14 @@ def keeping(associator: Associator) -> HypothesisAssociator:
     return associator
 
 
+def with_room(associator: Associator) -> Associator:
+    """Return the associator with room for all associations of a small problem."""
+    return varied(associator, **{name: value for name, value in ROOM.items() if hasattr(associator, name)})
+
+
 def roomy(associator: Associator) -> HypothesisAssociator:
-    """Return the associator with room for all hypotheses of a small problem."""
-    kept = keeping(associator)
-    own = {name: value for name, value in ROOM.items() if hasattr(kept, name)}
-    return varied(kept, **own)
+    """Return the associator, which keeps hypotheses, with room for all of a small problem."""
+    return keeping(with_room(associator))
 
 
 @frozen(eq=False)

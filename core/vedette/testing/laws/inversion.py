@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, same_moments, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks, noise_of, regular
 from vedette.types import Gaussian
@@ -34,8 +34,8 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         H, root = sensor.jacobian(found.mean), np.linalg.cholesky(R)
         # What does not shrink with the return's noise, such as the doubt about a velocity that it says nothing of, cancels.
         own = wider.cov - found.cov
-        white = _whitened(root, H @ found.cov @ np.swapaxes(H, -1, -2))
-        bent = _whitened(root, _bent(sensor, found, own))
+        white = whitened(root, H @ found.cov @ np.swapaxes(H, -1, -2))
+        bent = whitened(root, _bent(sensor, found, own))
         apart = np.linalg.solve(root, off[..., None])[..., 0]
     for i in np.flatnonzero(_nearly_linear(sensor, drawn.x, found, root)):
         otherwise = f"invert: its mean must measure {z[i]}, it measures {z[i] - off[i]}, deviations off: {apart[i]}"
@@ -45,12 +45,6 @@ def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:
         span = f"{ratios[0]:.3g} to {ratios[-1]:.3g} times that"
         otherwise = f"invert: the covariance, in measured axes, must be the return's noise; is {span}"
         demand(ratios[0] > 0.7 and ratios[-1] < most, otherwise)
-
-
-def _whitened(root: Array, cov: Array) -> Array:
-    """Return covariances (*b, m, m) in units of `root`."""
-    half = np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, cov), -1, -2))
-    return (half + np.swapaxes(half, -1, -2)) / 2
 
 
 def _bent(sensor: Sensor, found: Gaussian, own: Array) -> Array:
@@ -75,7 +69,7 @@ def _nearly_linear(sensor: Sensor, x: Array, found: Gaussian, root: Array) -> An
         H = np.broadcast_to(sensor.jacobian(found.mean), (len(x), len(sensor.measurement), x.shape[-1]))
         good = np.all(np.isfinite(H), axis=(-1, -2))
         # Conversions allow for the noise of angles that the sensor states: where that is large, so is what they add.
-        usual = np.sqrt(np.diagonal(root @ np.swapaxes(root, -1, -2), axis1=-2, axis2=-1) / SHARP)
+        usual = deviations(root @ np.swapaxes(root, -1, -2) / SHARP)
         angles = [axis.unit == "rad" for axis in sensor.measurement.axes]
         good &= np.all(usual[..., angles] < 0.2, axis=-1)
         back = np.swapaxes(np.linalg.pinv(np.where(good[:, None, None], H, 0.0)) @ root, -1, -2)  # (3, m, n), of deviations
@@ -99,11 +93,8 @@ def the_usual_noise_is_the_sensors(sensor: Sensor, drawn: Looks) -> None:
     constant = np.ptp(R, axis=0).max() <= 1e-12 * np.abs(R).max()
     if not constant and np.abs(there - R).max() > 0.02 * np.abs(R).max():
         raise Closed("its noise depends on the state, which one return does not tell well enough")
-    stated, near = inverted(sensor, z, R), 1e-6 if constant else 0.2
-    spread = np.sqrt(np.diagonal(usual.cov, axis1=-2, axis2=-1))
-    same("invert: covariance without a noise", usual.cov, stated.cov, near, spread[..., :, None] * spread[..., None, :])
-    apart = sensor.observes.difference(usual.mean, stated.mean) / spread
-    same("invert: mean without a noise", apart, np.zeros(apart.shape), near, 1.0)
+    near = 1e-6 if constant else 0.2
+    same_moments("invert, without a noise: ", sensor.observes, usual, inverted(sensor, z, R), near)
 
 
 def inverts_in_batches(sensor: Sensor, drawn: Looks) -> None:
@@ -115,13 +106,8 @@ def inverts_in_batches(sensor: Sensor, drawn: Looks) -> None:
     for own in (None, R):
         alone = inverted(sensor, z, own)
         both = inverted(sensor, block, None if own is None else np.stack([own, own[order]]))
-        spread = np.sqrt(np.diagonal(alone.cov, axis1=-2, axis2=-1))
-        pairs = ((both.mean / spread.max(), alone.mean / spread.max()), (both.cov, alone.cov))
-        for name, (got, wanted) in zip(("mean", "cov"), pairs, strict=True):
-            if got.shape == (2, *wanted.shape):
-                same(f"invert: {name} over two batch axes", got, np.stack([wanted, wanted[order]]), 1e-9)
-            else:
-                demand(False, f"invert: {name} of returns {block.shape} must be {(2, *wanted.shape)}, is {got.shape}")
+        twice = Gaussian(*(np.stack([part, part[order]]) for part in (alone.mean, alone.cov)))
+        same_moments(f"invert, of returns {block.shape}: ", sensor.observes, both, twice, 1e-9)
 
 
 LAWS = (Law(inverts_in_batches), Law(a_sharp_return_inverts_exactly), Law(the_usual_noise_is_the_sensors))

@@ -10,10 +10,10 @@ from attrs import evolve
 from vedette.config import build
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator
-from vedette.testing.comparisons import demand, same, varied
+from vedette.testing.comparisons import demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
-from vedette.testing.laws.hypotheses import ROOM
+from vedette.testing.laws.hypotheses import with_room
 from vedette.tracking.tracker import Tracker
 from vedette.types import Detections, Gaussian, Scan
 
@@ -30,8 +30,7 @@ def one_return_may_be_of_two(associator: Associator, drawn: Scores) -> None:
     """
     rng = np.random.default_rng(drawn.scores.size + int(drawn.tracks @ drawn.tracks))
     sure = rng.random() < 0.3
-    room, p_d = {name: value for name, value in ROOM.items() if hasattr(associator, name)}, 1.0 - 1e-6 if sure else 0.8
-    part = varied(associator, **room)
+    p_d, part = 1.0 - 1e-6 if sure else 0.8, with_room(associator)
     tracker = evolve(_seldom_resolved(float(rng.choice([30.0, 1e6])), p_d), associator=part)
     x = np.array([[0.0, 0.0], APART])
     z = APART * rng.uniform(-0.3, 1.3) + (np.array([-15.0, 45.0]) if sure else rng.uniform(-4.0, 4.0, 2))

@@ -15,8 +15,8 @@ from vedette.testing.law import Law
 from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
-from vedette.testing.states import random_gaussian, speeds_of, steps_of
+from vedette.testing.laws.noise_units import deviations_count, noise_has_its_units, variances_are_squares
+from vedette.testing.states import random_gaussian, speeds_of, steps_of, without_variance
 from vedette.types import Gaussian
 
 Method = Callable[[Array, float], Array]
@@ -80,21 +80,6 @@ def a_sure_belief_has_the_noise_of_its_mean(model: MotionModel, drawn: Moves) ->
 
 def _doubt(x: Array) -> Array:
     return np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
-
-
-def variances_are_squares(model: MotionModel, drawn: Moves) -> None:
-    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
-    demand_squares(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
-
-
-def noise_has_its_units(model: MotionModel, drawn: Moves) -> None:
-    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
-    demand_units(model, model.state, model.state, drawn.x, lambda other, x: other.noise(x, drawn.dt))
-
-
-def deviations_count(model: MotionModel, drawn: Moves) -> None:
-    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation."""
-    demand_deviations(model, model.state.names, drawn.x, lambda other, x: other.noise(x, drawn.dt))
 
 
 def zero_variance_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
@@ -199,11 +184,7 @@ def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
 def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
     """Settling gives a belief over the same axes, with a covariance that is one, and a `heading` turns as its paths do."""
     rng = np.random.default_rng(drawn.seed)
-    own = random_gaussian(model.state, rng, (2, 3))
-    if len(model.zero_variance):
-        where = model.state.locate(model.zero_variance)
-        own.cov[..., where, :] = 0.0
-        own.cov[..., :, where] = 0.0
+    own = without_variance(random_gaussian(model.state, rng, (2, 3)), model.state, model.zero_variance)
     own = Gaussian(frozen_copy(own.mean), frozen_copy(own.cov))
     settled = model.reframe(own, own)
     demand(settled.mean.shape == own.mean.shape, f"reframe: mean must have shape {own.mean.shape}, got {settled.mean.shape}")

@@ -1,4 +1,4 @@
-"""The law that a noise's variances are squares of what its parameters' units say: of a model's Q and of a sensor's R."""
+"""Laws of noises, a model's Q and a sensor's R: their variances are squares of what parameters' units say."""
 
 from __future__ import annotations
 
@@ -11,9 +11,11 @@ import numpy as np
 from attrs import evolve
 
 from vedette.config.parameters import Parameter, holds_parts, parameters
-from vedette.roles import Component
+from vedette.roles import Component, MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand
+from vedette.testing.laws.motion_cases import Moves
+from vedette.testing.laws.sensor_cases import Looks
 
 LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
 _PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
@@ -46,11 +48,19 @@ def _alone(component: Any, known: Mapping[str, Parameter]) -> Any:
     raise Closed("it holds other components, whose parameters count too")
 
 
-def demand_squares(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
-    """Broken if a variance grows as a parameter does that is no square of a length or an angle, and nothing makes it one.
+def _noise(component: Any, drawn: Moves | Looks) -> tuple[Space, Space, Noise]:
+    """Return the axes of a component's noise, those of its states, and the noise of such a component there."""
+    if isinstance(drawn, Moves):
+        return component.state, component.state, lambda other, x: other.noise(x, drawn.dt)
+    return component.measurement, component.observes, lambda other, x: other.noise(x)
 
-    Such as sigma * dt for sigma^2 dt. `space` holds the axes of the noise, `states` those of `x`.
+
+def variances_are_squares(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
+    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is.
+
+    Such as sigma * dt for sigma^2 dt; unless other parameters, or the state, make it a square.
     """
+    x, (space, states, noise) = drawn.x, _noise(component, drawn)
     known = {p.name: p for p in parameters(type(component))}
     component = _alone(component, known)
     numbers = {
@@ -81,11 +91,12 @@ def demand_squares(component: Any, space: Space, states: Space, x: Array, noise:
         raise Closed("no parameter is a length or an angle")
 
 
-def demand_units(component: Any, space: Space, states: Space, x: Array, noise: Noise) -> None:
-    """Broken if in half the unit of length a variance becomes another whole power of 2 than its axis' unit says.
+def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
+    """In half the unit of length, with all parameters and states in it, variances are what their units say.
 
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
     """
+    x, (space, states, noise) = drawn.x, _noise(component, drawn)
     known = {p.name: p for p in parameters(type(component))}
     component = _alone(component, known)
     powers = {name: power(p.unit, LENGTHS) for name, p in known.items()}
@@ -115,12 +126,13 @@ _OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
 """Of a power of a parameter, how much more it grows from twice to three times than up to twice; of a square 5/3."""
 
 
-def demand_deviations(component: Any, names: tuple[str, ...], x: Array, noise: Noise) -> None:
-    """Broken if a noise stays as it is, or grows by another power than the square, where a standard deviation is doubled.
+def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
+    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation.
 
-    So are `sigma`, the `sigma_...` of an axis, and every parameter of which the component says so; of the latter, one alone
-    must count, as others may be of what is not in the noise.
+    Of the latter, one alone must count, as others may be of what is not in the noise.
     """
+    x, (space, _, noise) = drawn.x, _noise(component, drawn)
+    names = space.names
     known = {"sigma", *(f"sigma_{axis}" for axis in names)}
     said = [p.name for p in parameters(type(component)) if DEVIATION in p.field.metadata.get("doc", "")]
     judged = False

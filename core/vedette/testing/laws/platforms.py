@@ -6,11 +6,11 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, same
+from vedette.testing.comparisons import Closed, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.inversion import a_sharp_return_inverts_exactly, inverted
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular
-from vedette.types import Pose
+from vedette.types import Gaussian, Pose
 
 PLACE, SPEED, HEADING = np.array([120.0, -45.0]), np.array([3.0, 4.0]), 0.7
 STILL = np.zeros(2)
@@ -94,10 +94,7 @@ def inverts_where_it_stands(sensor: Sensor, drawn: Looks) -> None:
     usual, found = inverted(home, z), inverted(there, z)
     wanted = shifted(space, turned(space, usual.mean, HEADING), 1.0, STILL)
     turn = turned(space, np.eye(len(space)), HEADING).T
-    cov = turn @ usual.cov @ turn.T
-    spread = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
-    same("invert, placed: mean", found.mean / spread, wanted / spread, 1e-6, 1.0 + np.abs(wanted / spread))
-    same("invert, placed: covariance", found.cov, cov, 1e-6, spread[..., :, None] * spread[..., None, :])
+    same_moments("invert, placed: ", space, found, Gaussian(wanted, turn @ usual.cov @ turn.T), 1e-6)
     a_sharp_return_inverts_exactly(sensor.at(Pose(PLACE, SPEED, HEADING)), drawn)
 
 

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from vedette.config.parameters import parameters
 from vedette.supporting import Preprocessor
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same
+from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws import preprocessor_fusion, preprocessor_pictures
 from vedette.testing.laws.platforms import placed
@@ -96,8 +96,7 @@ def sharper_returns_make_sharper_ones(preprocessor: Preprocessor, drawn: Raw) ->
     if np.max(arcs**2, initial=0.0) > 0.1 * np.min(least):
         return
     carried = H @ sharp.noise @ np.swapaxes(H, -1, -2)
-    root = np.linalg.cholesky(R)
-    white = np.linalg.eigvalsh(np.linalg.solve(root, np.swapaxes(np.linalg.solve(root, carried), -1, -2)))
+    white = np.linalg.eigvalsh(whitened(np.linalg.cholesky(R), carried))
     told = f"noise: in the sensor's own axes, it is {white.min():.3g} to {white.max():.3g} times the sensor's"
     demand(np.all((white > 0.75) & (white < 1.4)), told)
 

@@ -6,10 +6,11 @@ import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
 
+from vedette.metrics.consistency import nees
 from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor, Preprocessor
-from vedette.testing.comparisons import Closed, Unlike, demand, frozen_copy
+from vedette.testing.comparisons import Closed, Unlike, demand, deviations, frozen_copy, products
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, sizes
 from vedette.types import Detections, Scan
@@ -78,14 +79,12 @@ class Exact:
         """How far returns lie from their states, squared, in deviations of the noise that they state."""
         if len(self.made.z) != 3 or self.made.noise is None:
             raise Closed("it does not make one return with its noise of each")
-        apart = self.made.z - self.x
-        return np.asarray(np.sum(apart * np.linalg.solve(self.made.noise, apart[..., None])[..., 0], axis=-1))
+        return nees(self.made.z - self.x, self.made.noise)
 
 
 def leaning(R: Array) -> Array:
     """Return R with its correlations (*b, m, m) half way to 1."""
-    deviations = np.sqrt(np.diagonal(R, axis1=-2, axis2=-1))
-    return np.asarray(0.5 * (R + deviations[..., :, None] * deviations[..., None, :]))
+    return np.asarray(0.5 * (R + products(deviations(R))))
 
 
 def exactly(preprocessor: Preprocessor, drawn: Raw, scale: float | None = None, several: bool = False) -> Exact:

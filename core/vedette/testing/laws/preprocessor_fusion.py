@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.config.parameters import parameters
+from vedette.metrics.consistency import nees
 from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import Preprocessor
@@ -69,8 +70,7 @@ def errors_are_as_stated(preprocessor: Preprocessor, drawn: Raw) -> None:
     x, made = _of_targets(preprocessor, drawn)
     if made.noise is None:
         raise Closed("its returns bring no noise")
-    off = x - made.z
-    far = np.sum(off * np.linalg.solve(made.noise, off[..., None])[..., 0], axis=-1) / x.shape[-1]
+    far = nees(x - made.z, made.noise) / x.shape[-1]
     order = np.argsort(np.trace(made.noise, axis1=-2, axis2=-1), kind="stable")
     for part, which in zip((order, *np.array_split(order, 2)), ("any", "less", "more"), strict=True):
         runs = np.array([np.mean(far[each]) for each in np.array_split(part, 24)])

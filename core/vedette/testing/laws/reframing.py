@@ -15,7 +15,7 @@ from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, soft
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, not_refused, soft
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.linear_sensor import Watch
 from vedette.types import Detections, Gaussian
@@ -134,8 +134,7 @@ def a_frame_turns_before_each_prediction(estimator: Estimator[Any], drawn: Scene
     demand(not reason, f"traits: {reason}")
     rng = drawn.rng()
     sensor = Watch(Space.of(x="m"), np.array([[0.5]]), 0.8)
-    if (refusal := remade.refuses(sensor)) is not None:
-        raise Closed(f"it refuses the kit's linear sensor: {refusal}")
+    not_refused(remade, sensor)
     cov = np.broadcast_to(np.diag([1.0, 0.1, 0.0]), (2, 2, 3, 3))
     belief = remade.start(Gaussian(frozen_copy(rng.uniform(-1.0, 1.0, (2, 2, 3))), frozen_copy(cov)), MARKED, rng)
     for k in range(3):
@@ -157,8 +156,7 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
         raise Closed("its state is not that of its motion")
     rng = drawn.rng()
     sensor = Watch(HEADING, np.array([[0.02]]), 0.8)
-    if (reason := spins.refuses(sensor)) is not None:
-        raise Closed(f"it refuses the kit's linear sensor: {reason}")
+    not_refused(spins, sensor)
     mean = np.stack([np.pi + rng.uniform(-0.2, 0.2, (2, 2)), rng.uniform(-0.1, 0.1, (2, 2))], axis=-1)
     z = [np.pi + rng.uniform(-0.6, 0.6, (2, 3, 1)) for _ in range(3)]
     cov = np.broadcast_to(np.diag([0.1, 0.01]), (2, 2, 2, 2))

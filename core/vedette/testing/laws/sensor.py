@@ -17,7 +17,7 @@ from vedette.testing.comparisons import Closed, covariance, demand, finite, froz
 from vedette.testing.law import Law
 from vedette.testing.laws import clutter, imaging, inversion, platforms, rates, twins
 from vedette.testing.laws import space as spaces
-from vedette.testing.laws.noise_units import demand_deviations, demand_squares, demand_units
+from vedette.testing.laws.noise_units import deviations_count, noise_has_its_units, variances_are_squares
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
 from vedette.testing.states import random_covariance, size, steps_of
 from vedette.types import Detections, Gaussian, Pose
@@ -79,21 +79,6 @@ def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
         covariance("mean_noise", mean, definite=True)
         if doubt == 0.0:
             same("mean_noise", mean, stated, 1e-9)
-
-
-def variances_are_squares(sensor: Sensor, drawn: Looks) -> None:
-    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is."""
-    demand_squares(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
-
-
-def noise_has_its_units(sensor: Sensor, drawn: Looks) -> None:
-    """In half the unit of length, with all parameters and states in it, variances are what their units say."""
-    demand_units(sensor, sensor.measurement, sensor.observes, drawn.x, lambda other, x: other.noise(x))
-
-
-def deviations_count(sensor: Sensor, drawn: Looks) -> None:
-    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation."""
-    demand_deviations(sensor, sensor.measurement.names, drawn.x, lambda other, x: other.noise(x))
 
 
 def jacobian_is_the_derivative(sensor: Sensor, drawn: Looks) -> None:

@@ -15,9 +15,9 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling import psd_root
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, products, same, whitened
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, soft, started, sure
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft, started, sure
 from vedette.testing.linear_sensor import Watch
 from vedette.testing.nonlinear_sensor import MEASURED, Tangent, Unlike
 from vedette.testing.states import random_covariance, sizes
@@ -65,8 +65,9 @@ def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
         return Sharp(prior, sensor, frozen_copy(z))
     plain = [i for i, axis in enumerate(free.axes) if axis.period is None]
     flat = Watch(Space(tuple(free.axes[i] for i in plain)), sensor.C, 0.8, mix=(A / size)[:, plain])
-    if (reason := estimator.refuses(flat)) is not None or not plain:
-        raise Closed(f"it refuses the kit's sensors of three axes: {reason}")
+    not_refused(estimator, flat, "sensors of three axes")
+    if not plain:
+        raise Closed("all of its axes wrap")
     z = flat.measure(mean[..., state.locate(flat.observes)]) + 0.7 * spread * rng.standard_normal((2, 2, 3))
     return Sharp(prior, flat, frozen_copy(z))
 
@@ -170,21 +171,18 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     F = np.broadcast_to(motion.jacobian(x, dt), P.shape)
     Q = np.broadcast_to(motion.noise(x, dt), P.shape)
     wanted = F @ P @ np.swapaxes(F, -1, -2)
-    spread = np.sqrt(np.diagonal(wanted, axis1=-2, axis2=-1))
-    outer = spread[..., :, None] * spread[..., None, :]
-    added = np.sqrt(np.maximum(np.diagonal(Q, axis1=-2, axis2=-1), 1e-300))
+    spread, added = deviations(wanted), np.maximum(deviations(Q), 1e-150)
     apart = state.difference(ends[1].mean, state.canonical(motion.move(x, dt)))
     same("mean moved", apart / spread, np.zeros(apart.shape), 1e-2, 1.0)
     if not estimator.traits.exact_when_linear:  # it may be conservative, and by a share of the noise too where it says so
         left = ends[0].cov - (Q if estimator.traits.conservative else ends[1].cov)
-        white = np.linalg.solve(psd_root(wanted), np.swapaxes(np.linalg.solve(psd_root(wanted), left), -1, -2))
-        least_share = float(np.min(np.linalg.eigvalsh((white + np.swapaxes(white, -1, -2)) / 2)))
+        least_share = float(np.min(np.linalg.eigvalsh(whitened(psd_root(wanted), left))))
         demand(least_share > 0.9, f"predict: of F P F', {least_share:.3g} remains, must be at least all of it")
         short = np.diagonal(Q - ends[1].cov, axis1=-2, axis2=-1) / np.maximum(added**2, 1e-300)
         demand(np.max(short) < 0.01, f"predict: the noise Q is short by {np.max(short):.3g} of it")
         return
-    same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.02, outer)
-    least = outer * 1e-6 + added[..., :, None] * added[..., None, :]
+    same("covariance that F P F' adds", ends[0].cov - ends[1].cov, wanted, 0.02, products(spread))
+    least = 1e-6 * products(spread) + products(added)
     same("covariance of a sure state, Q", ends[1].cov, Q + 1e-6 * wanted, 1e-3, np.maximum(least, 1e-300))
 
 
@@ -229,8 +227,7 @@ def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> No
     P, Q = drawn.prior.cov, motion.noise(drawn.prior.mean, dt)
     wide = F @ P @ np.swapaxes(F, -1, -2) + Q
     wanted = P @ np.swapaxes(F, -1, -2)
-    spread = np.sqrt(np.diagonal(P, axis1=-2, axis2=-1))[..., :, None]
-    same("cross_covariance", cross, wanted, 1e-6, spread * np.sqrt(np.diagonal(wide, axis1=-2, axis2=-1))[..., None, :])
+    same("cross_covariance", cross, wanted, 1e-6, deviations(P)[..., :, None] * deviations(wide)[..., None, :])
     gain = np.swapaxes(np.linalg.solve(wide, np.swapaxes(wanted, -1, -2)), -1, -2)
     moved, end = estimator.moments(ahead), estimator.moments(later)
     shift = (gain @ state.difference(end.mean, moved.mean)[..., None])[..., 0]
