@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import kernels
-from vedette.filters import GaussianFilter, make_innovation, noise_over, predict_linearised, prepare
+from vedette.filters import GaussianFilter, gate_box, make_innovation, noise_over, predict_linearised, prepare
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation
@@ -63,6 +63,13 @@ class PointFilter(GaussianFilter):
         points = self.state.displace(belief.mean[..., None, :], offsets)
         _, apart = self.state.mean(self.motion.move(points, dt), weights)
         return np.swapaxes(offsets * weights[:, None], -1, -2) @ apart
+
+    def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
+        """Return the box around each track's gate, by the moments of the points' measurements."""
+        where, (dx, weights) = self.state.locate(sensor.observes), self.offsets(belief)
+        points = self.state.displace(belief.mean[..., None, :], dx)
+        centre, dz = sensor.measurement.mean(sensor.measure(points[..., where]), weights)
+        return gate_box(detections, limit, centre, weights @ dz**2, noise_over(belief, sensor, where))
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the innovation of each detection and track, by the moments of the points' measurements."""

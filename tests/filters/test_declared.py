@@ -111,7 +111,7 @@ def test_traits_are_those_that_a_class_declares_and_those_of_what_it_holds():
     assert Kalman(CV).traits == Traits(exact_when_linear=True, takes_frames=True, bounded=True)
     mixture = Imm((Kalman(CV), FadingMemory(CV, 1.1)), transition=np.eye(2))
     assert mixture.traits == Traits(takes_frames=True, bounded=True, conservative=True, per_scan=True)
-    assert Imm((Kalman(CV), UnscentedKalman(CV)), transition=np.eye(2)).traits == Traits(per_scan=True)
+    assert Imm((Kalman(CV), UnscentedKalman(CV)), transition=np.eye(2)).traits == Traits(bounded=True, per_scan=True)
     assert Imm((Kalman(CV), BootstrapParticles(CV)), transition=np.eye(2)).traits == Traits(draws=True, per_scan=True)
     assert ResidualMonitored(FadingMemory(CV, 1.1)).traits == Traits(takes_frames=True, conservative=True)
     assert LeastSquares(CV).traits == Traits(exact_when_linear=True)

@@ -77,7 +77,10 @@ SCENES = {
     "unknown clutter": (config("jpda", gate={"clutter": "nonparametric"}), False),
     "poisson": (config("jpda", birth=POISSON), False),
     "imm": (config("jpda", IMM, birth={**BIRTH, "spread": {"vx": 10.0, "vy": 10.0, "turn_rate": 0.05}}), False),
-    "ekf, bearings": (config("jpda", {**KALMAN, "kind": "ekf"}, TURNING | {"clutter_density": 1e-2}), True),
+    **{
+        f"{kind}, bearings": (config("jpda", {**KALMAN, "kind": kind}, TURNING | {"clutter_density": 1e-2}), True)
+        for kind in ("ekf", "ukf", "ckf", "srkf")
+    },
 }
 
 

@@ -22,6 +22,7 @@ from vedette.filters.linear import (
     evaluate_linearised,
     expected_return,
     extent_linearised,
+    gate_box,
     noise_over,
     predict_linearised,
     scan_step_linearised,

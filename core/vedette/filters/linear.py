@@ -217,18 +217,30 @@ def extent_linearised(
     constants = (memo or Memo()).constants(state, sensor, belief.mean)
     x = belief.mean[constants.where]
     H = embedded(sensor.jacobian(x), constants.where[-1], len(state)) if constants.H is None else constants.H
-    if detections.noise is None:
-        R = np.diagonal(noise_over(belief, sensor, constants.where[-1]), axis1=-2, axis2=-1)
-    else:
-        variances = np.diagonal(detections.noise, axis1=-2, axis2=-1)
-        R = np.max(variances, axis=-2, keepdims=True, initial=0.0)
     if H.ndim == 2:  # then one product of matrices does for all tracks
         squares = (H[:, :, None] * H[:, None, :]).reshape(len(H), -1)
-        S = belief.cov.reshape(*belief.mean.shape[:-1], -1) @ squares.T + R
+        S = belief.cov.reshape(*belief.mean.shape[:-1], -1) @ squares.T
     else:
-        S = np.sum((H @ belief.cov) * H, axis=-1) + R
-    centre, half = sensor.measure(x), np.sqrt(limit * S) * (1.0 + 1e-9)
-    return centre - half, centre + half
+        S = np.sum((H @ belief.cov) * H, axis=-1)
+    return gate_box(detections, limit, sensor.measure(x), S, noise_over(belief, sensor, constants.where[-1]))
+
+
+def gate_box(seen: Detections, limit: Array | float, expected: Array, spread: Array, noise: Array) -> tuple[Array, Array]:
+    """Return the corners of a box as `extent_linearised` does.
+
+    Parameters
+    ----------
+    seen, limit
+        The scan and the limit there.
+    expected, spread
+        What the sensor is expected to measure, and the variances of that without the errors of returns: (*b, t, m).
+    noise
+        The sensor's R, (*b, t, m, m) or (m, m).
+    """
+    if seen.noise is not None:
+        noise = np.max(seen.noise, axis=-3, keepdims=True, initial=0.0)
+    half = np.sqrt(limit * (spread + np.diagonal(noise, axis1=-2, axis2=-1))) * (1.0 + 1e-9)
+    return expected - half, expected + half
 
 
 def evaluate_each(belief: Gaussian, detections: Prepared, H: Array, x: Array, p_gate: float) -> Innovation:

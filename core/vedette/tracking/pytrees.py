@@ -32,11 +32,13 @@ def take(tree: T, index: Any, axis: int) -> T:
 
 
 def join(first: T, second: T, axis: int) -> T:
-    """Return the tracks of `first`, then those of `second`."""
+    """Return the tracks of `first`, then those of `second`; what one of them lacks, as None, both lack."""
     kind: Any = type(first)
+    if first is None or second is None:
+        return None  # type: ignore[return-value]
     if kind is np.ndarray:
         return np.concatenate((first, second), axis)  # type: ignore[arg-type, return-value]
-    if first is None or kind is Common:
+    if kind is Common:
         return first
     get, make = _made_of(kind)
     return make([join(one, other, axis) for one, other in zip(get(first), get(second), strict=True)])  # type: ignore[no-any-return]

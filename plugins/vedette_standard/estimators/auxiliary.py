@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import ClassVar, final
+from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import evolve, frozen
@@ -14,6 +14,7 @@ from vedette import (
     Frame,
     Gaussian,
     Innovation,
+    Mask,
     MotionModel,
     Sensor,
     Space,
@@ -29,15 +30,13 @@ from vedette_standard.particles import Particles
 
 
 @frozen(eq=False)
-class Predicted:
-    """Predicted points, and all that is needed to predict them again from other ancestors once a scan has arrived.
+class Ahead:
+    """What predicts points again from other ancestors once a scan has arrived.
 
-    points (*b, t, p, n), log_weights (*b, t, p); of every ancestor its noise-free prediction, the centre (*b, t, p, n),
-    and the root of its noise (*b, t, p, n, n); standard noise (*b, t, p, n) and an offset (*b, t), drawn beforehand.
+    Of every ancestor its noise-free prediction, the centre (*b, t, p, n), and the root of its noise (*b, t, p, n, n);
+    standard noise (*b, t, p, n) and an offset (*b, t), drawn beforehand.
     """
 
-    points: Array
-    log_weights: Array
     centres: Array
     roots: Array
     standard: Array
@@ -45,17 +44,30 @@ class Predicted:
 
 
 @frozen(eq=False)
+class Looking:
+    """Points, and how they came about; None since a scan, and where some tracks were not predicted as the others were."""
+
+    now: Particles
+    ahead: Ahead | None
+
+
+@frozen(eq=False)
 class PointHypotheses:
-    """The scan: sensor, detections, P_G; its log likelihoods (*b, t, 1+k, p) at the points and, if any, at the centres."""
+    """The scan: sensor and P_G; for each track its returns, their noises and what they lack; its log likelihoods
+    (*b, t, 1+k, p) at the points and, if any, at the centres.
+    """
 
     scan: Common
+    z: Array
+    noise: Array | None
+    missing: Mask | None
     at_points: Array
     at_centres: Array | None
 
 
 @final
 @frozen
-class AuxiliaryParticles(OverMotion[Particles | Predicted]):
+class AuxiliaryParticles(OverMotion[Looking]):
     """A particle filter that looks at the scan before it chooses which points to propagate.
 
     With m_p the noise-free prediction of point p and g(x) the likelihood of the scan at x: ancestors are drawn with
@@ -91,65 +103,70 @@ class AuxiliaryParticles(OverMotion[Particles | Predicted]):
     def __attrs_post_init__(self) -> None:
         particles.check_particle_motion(self.motion)
 
-    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Particles:
+    def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Looking:
         """Return points drawn from the prior, of equal weight."""
         marginal = filters.marginal(prior, axes, self.state, self.zero_variance)
-        return particles.draw_particles(marginal, self.particles, self.state, rng)
+        return Looking(particles.draw_particles(marginal, self.particles, self.state, rng), None)
 
-    def predict(self, belief: Particles | Predicted, dt: float, rng: np.random.Generator) -> Particles | Predicted:
+    def predict(self, belief: Looking, dt: float, rng: np.random.Generator) -> Looking:
         """Return the points `dt` s later, with the centres needed to choose ancestors."""
         if dt == 0:
             return belief
-        offsets = rng.random((2, *belief.log_weights.shape[:-1]))
-        due = particles.too_few(belief.log_weights, self.resample)[..., None]
-        points = particles.points_at(belief.points, particles.resample(belief.log_weights, offsets[0]))
-        points = np.where(due[..., None], points, belief.points)
+        before, log_weights = belief.now.points, belief.now.log_weights
+        offsets = rng.random((2, *log_weights.shape[:-1]))
+        due = particles.too_few(log_weights, self.resample)[..., None]
+        points = particles.points_at(before, particles.resample(log_weights, offsets[0]))
+        points = np.where(due[..., None], points, before)
         centres = self.motion.move(points, dt)
         roots = np.broadcast_to(kernels.root(self.motion.noise(points, dt)), (*points.shape, points.shape[-1]))
         standard = rng.standard_normal(points.shape)
-        moved = self._scattered(centres, roots, standard)
-        log_weights = np.where(due, -math.log(self.particles), belief.log_weights)
-        return Predicted(moved, log_weights, centres, roots, standard, offsets[1])
+        moved = Particles(self._scattered(centres, roots, standard), np.where(due, -math.log(self.particles), log_weights))
+        return Looking(moved, Ahead(centres, roots, standard, offsets[1]))
 
     def _scattered(self, centres: Array, roots: Array, standard: Array) -> Array:
         return self.state.displace(centres, (roots @ standard[..., None])[..., 0])
 
-    def evaluate(
-        self, belief: Particles | Predicted, sensor: Sensor, observed: Detections | Frame, p_gate: float
-    ) -> Innovation:
+    def evaluate(self, belief: Looking, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
         """Return the likelihood of each detection at each point and each centre of each track."""
         assert isinstance(observed, Detections)
-        scan, at_centres = (sensor, observed, p_gate), None
-        found = self._evaluated(belief.points, belief.log_weights, *scan)
-        if isinstance(belief, Predicted):
-            at_centres = self._evaluated(belief.centres, belief.log_weights, *scan).detail
-        return evolve(found, detail=PointHypotheses(Common(scan), found.detail, at_centres))
+        scan, log_weights, at_centres = (self.state, sensor, observed, p_gate), belief.now.log_weights, None
+        found = particles.evaluate_particles(belief.now, *scan)
+        if belief.ahead is not None:
+            at_centres = particles.evaluate_particles(Particles(belief.ahead.centres, log_weights), *scan).detail
+        lead = log_weights.shape[:-1]
+        z, missing = _for_each(lead, observed.z, 2), _for_each(lead, observed.missing, 2)
+        noise = _for_each(lead, observed.noise, 3)
+        return evolve(found, detail=PointHypotheses(Common((sensor, p_gate)), z, noise, missing, found.detail, at_centres))
 
-    def _evaluated(
-        self, points: Array, log_weights: Array, sensor: Sensor, detections: Detections, p_gate: float
-    ) -> Innovation:
-        return particles.evaluate_particles(Particles(points, log_weights), self.state, sensor, detections, p_gate)
-
-    def update(self, belief: Particles | Predicted, innovation: Innovation, weights: Array) -> Particles:
+    def update(self, belief: Looking, innovation: Innovation, weights: Array) -> Looking:
         """Return points from ancestors that the scan favours, where it is informative; else the same points, reweighted."""
         detail: PointHypotheses = innovation.detail
-        seen = (innovation.loglik, weights)
-        log_weights = kernels.reweigh_particles(belief.log_weights, detail.at_points, *seen)
-        if not isinstance(belief, Predicted) or detail.at_centres is None:
-            return Particles(belief.points, log_weights)
+        seen, now, ahead = (innovation.loglik, weights), belief.now, belief.ahead
+        log_weights = kernels.reweigh_particles(now.log_weights, detail.at_points, *seen)
+        same = Looking(Particles(now.points, log_weights), None)
+        if ahead is None or detail.at_centres is None:
+            return same
         foreseen = kernels.reweigh_particles(np.zeros(log_weights.shape), detail.at_centres, *seen)
         news = particles.too_few(foreseen, self.resample)[..., None]
         if not news.any():
-            return Particles(belief.points, log_weights)
-        index = particles.resample(particles.normalised(belief.log_weights + foreseen), belief.offset)
-        roots = np.take_along_axis(belief.roots, index[..., None, None], axis=-3)
-        points = self._scattered(particles.points_at(belief.centres, index), roots, belief.standard)
+            return same
+        index = particles.resample(particles.normalised(now.log_weights + foreseen), ahead.offset)
+        roots = np.take_along_axis(ahead.roots, index[..., None, None], axis=-3)
+        points = self._scattered(particles.points_at(ahead.centres, index), roots, ahead.standard)
         before = -np.take_along_axis(foreseen, index, axis=-1)
-        again = self._evaluated(points, log_weights, *detail.scan.value).detail
-        points = np.where(news[..., None], points, belief.points)
-        return Particles(points, np.where(news, kernels.reweigh_particles(before, again, *seen), log_weights))
+        sensor, p_gate = detail.scan.value
+        # Each track is a run of its own, as it may have met returns of its own.
+        own = Detections(detail.z, np.ones(detail.z.shape[:-1], dtype=bool), None, detail.noise, detail.missing)
+        one = Particles(points[..., None, :, :], log_weights[..., None, :])
+        again = particles.evaluate_particles(one, self.state, sensor, own, p_gate).detail[..., 0, :, :]
+        points = np.where(news[..., None], points, now.points)
+        return Looking(Particles(points, np.where(news, kernels.reweigh_particles(before, again, *seen), log_weights)), None)
 
-    def moments(self, belief: Particles | Predicted) -> Gaussian:
+    def moments(self, belief: Looking) -> Gaussian:
         """Return mean and covariance of the points."""
-        points = Particles(belief.points, belief.log_weights)
-        return particles.particle_moments(points, self.state, self.zero_variance)
+        return particles.particle_moments(belief.now, self.state, self.zero_variance)
+
+
+def _for_each(lead: tuple[int, ...], of: Any, axes: int) -> Any:
+    """Return what a scan has of its returns, in so many last axes, for each track (*b, t); None if it has nothing."""
+    return None if of is None else np.broadcast_to(np.expand_dims(of, -1 - axes), (*lead, *of.shape[-axes:]))

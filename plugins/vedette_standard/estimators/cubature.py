@@ -37,7 +37,7 @@ class CubatureKalman(PointFilter):
     """
 
     kind: ClassVar[str] = "ckf"
-    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves")
 

@@ -8,7 +8,16 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, Mask, MotionModel, Sensor, Traits, fields, kernels
-from vedette.filters import GaussianFilter, Prepared, evaluate_each, evaluate_frame, noise_over, predict_linearised, prepare
+from vedette.filters import (
+    GaussianFilter,
+    Prepared,
+    evaluate_each,
+    evaluate_frame,
+    evaluate_linearised,
+    noise_over,
+    predict_linearised,
+    prepare,
+)
 
 _RISES, _STILL = 1 + 1e-9, 1e-12
 """Times the last cost, that of a pass must be less than the first: near the mode only rounding tells which is less. A pass
@@ -63,6 +72,8 @@ class IteratedExtendedKalman(GaussianFilter):
         """Return the innovation of each detection and track, linearised at that detection's own estimate."""
         if isinstance(observed, Frame):
             return evaluate_frame(belief, self.state, sensor, observed, p_gate, self.passes)
+        if sensor.linear:
+            return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
         twin = self._memo.constants(self.state, sensor, belief.mean).twin
         if twin is not None and observed.missing is None:
             by, axes, noise = *twin, None if observed.noise is None else observed.noise[..., None, :, :, :]

@@ -9,7 +9,16 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Space, Traits, fields, kernels
-from vedette.filters import Memo, OverMotion, make_innovation, marginal, noise_over, prepare, without_variance
+from vedette.filters import (
+    Memo,
+    OverMotion,
+    extent_linearised,
+    make_innovation,
+    marginal,
+    noise_over,
+    prepare,
+    without_variance,
+)
 from vedette_standard.compiled import fastest
 
 
@@ -65,7 +74,7 @@ class SquareRootKalman(OverMotion[Root]):
 
     kind: ClassVar[str] = "srkf"
     abbreviations: ClassVar[tuple[str, ...]] = ("srif", "squareroot")
-    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves")
     _memo: Memo = field(init=False, repr=False, eq=False, factory=Memo)
@@ -124,6 +133,10 @@ class SquareRootKalman(OverMotion[Root]):
         loglik = -0.5 * (distance + m * math.log(2 * math.pi)) - log_volume + ready.log_constant
         detail = RootHypotheses((gain @ white)[..., 0], after[..., m:, m:])
         return make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
+
+    def extent(self, belief: Root, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
+        """Return the box around each track's gate."""
+        return extent_linearised(self.moments(belief), self.state, sensor, detections, limit, self._memo)
 
     def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:
         """Return the moments of the weighted hypotheses, the spread of their means included, with a root covariance."""

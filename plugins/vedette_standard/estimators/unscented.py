@@ -42,7 +42,7 @@ class UnscentedKalman(PointFilter):
     """
 
     kind: ClassVar[str] = "ukf"
-    declares: ClassVar[Traits] = Traits(exact_when_linear=True)
+    declares: ClassVar[Traits] = Traits(exact_when_linear=True, bounded=True)
 
     motion: MotionModel = fields.part("how the target moves")
     kappa: float = fields.quantity("1", "weight of the central point, times n + kappa", default=1.0, at_least=0)

@@ -135,6 +135,15 @@ class Shared:
     extra: np.ndarray
 
 
+@frozen(eq=False)
+class Ahead:
+    """A belief that was predicted, which no other joins."""
+
+    mean: np.ndarray
+    cov: np.ndarray
+    drawn: np.ndarray
+
+
 ESTIMATORS = [
     ("dynamax's iterated update", KF, "equals_joint_conditioning", {"update": iterated}, LINEAR),
     ("no process noise", KF, "equals_joint_conditioning",
@@ -215,6 +224,9 @@ ESTIMATORS = [
      {"start": lambda s, p, a, rng: Shared(EKF.start(s, p, a, rng), np.zeros(1)),
       "predict": lambda s, b, dt, rng: Shared(EKF.predict(s, b.belief, dt, rng), b.extra),
       "moments": lambda s, b: b.belief}, LINEAR),
+    ("a belief that is another thing once it is predicted", EKF, "tracks_come_and_go",
+     {"predict": lambda s, b, dt, rng: Ahead((g := EKF.predict(s, b, dt, rng)).mean, g.cov, g.mean),
+      "moments": lambda s, b: Gaussian(b.mean, b.cov)}, LINEAR),
     ("a variance that grows by e in each second", EKF, "any_gap_leaves_a_belief",
      {"predict": lambda s, b, dt, rng: wider(EKF.predict(s, b, dt, rng), np.exp(dt))}, LINEAR),
     ("a gain without its root", EKF, "any_gap_leaves_a_belief",
