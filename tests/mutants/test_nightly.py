@@ -230,6 +230,10 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tools/drafting/test_several.py::test_rows_without_a_column_of_sensors_are_of_the_one_whose_columns_they_fill",
         "tools/drafting/test_several.py::test_x_is_east_or_north_as_it_meets_the_radar",
     ),
+    "tools/drafting/test_sights.py::test_a_sensor_of_short_range_loses_no_target_of_the_others": (
+        "tools/drafting/test_sights.py::test_others_tell_where_a_sensor_sees_nothing",
+        "tools/drafting/test_several.py::test_each_ship_has_one_track_of_both_sensors",
+    ),
     "tools/drafting/test_correlated.py::test_over_a_grid_of_correlations_and_deviations": (
         "tools/drafting/test_correlated.py::test_a_draft_writes_correlated_errors_and_tracks_by_them",
         "tools/drafting/test_correlated.py::test_white_errors_are_drafted_white",

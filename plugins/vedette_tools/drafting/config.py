@@ -26,6 +26,7 @@ from vedette_tools.drafting.reading import JUMP, SURER, Reading, opened
 from vedette_tools.drafting.recognising import NO_WISHES, one_moment, read_table
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
+from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import Trial, tried
@@ -116,7 +117,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=opened(resting))
     best, lost = stood(best)
-    facts = {name: _facts(seen, best.noise[name].sensor, table.of(name).reported) for name, seen in best.seen.items()}
+    facts = {name: _facts(best, name, table.of(name).reported) for name in best.seen}
     accels = [best.noise[name].accel for name, seen in best.seen.items() for _ in seen.chains]
     accel, floor = float(np.median(accels)) if accels else 0.1, min(seen.least_accel for seen in best.seen.values())
     floored = max(accel, floor)
@@ -231,11 +232,15 @@ def _vague(seen: Seen, sigma: float) -> float:
     return sigma if sigma > max(ABSURD, spread / 3) else 0.0
 
 
-def _facts(seen: Seen, noise: tuple[float, ...], reported: bool) -> Facts:
+def _facts(best: Reading, name: str, reported: bool) -> Facts:
+    seen, noise = best.seen[name], best.noise[name].sensor
+    scans = [scan for scan in best.recording.scans if scan.sensor == name]
+    z = np.concatenate([scan.detections.z for scan in scans])
+    farthest = np.max(np.abs(z), axis=0, initial=0.0)  # of all scans, not only of the first that tell the noise
     steps = [np.linalg.norm(np.diff(chain.spots, axis=0), axis=-1) for chain in seen.chains]
     hits, looks = sum(len(chain.times) for chain in seen.chains), sum(chain.looks for chain in seen.chains)
     every = np.concatenate(seen.spots)
-    ranges = [np.linalg.norm(places - stand, axis=-1) for places, stand in zip(seen.spots, seen.stands, strict=True)]
+    probability = _detected(seen, hits, looks)
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
     sigmas = plausible(noise, float(np.max(high - low)))
     third = max(third_noise(seen.chains, seen.thirds), SURER if reported else 1e-6) if seen.thirds else 0.0
@@ -244,18 +249,19 @@ def _facts(seen: Seen, noise: tuple[float, ...], reported: bool) -> Facts:
     clutter = max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, each))
     return Facts(
         sigmas=sigmas,
-        probability=_detected(seen, hits, looks),
+        probability=probability,
         clutter=(1 - TRUE) * each if reported and seen.in_turn else clutter,
-        reach=float(np.max(np.concatenate(ranges), initial=1.0)),
+        reach=max(float(farthest[0]), 1.0),
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
         period=seen.period,
         scans=len(seen.times),
         chains=len(seen.chains),
         third=third,
-        fastest=float(np.max(np.abs(others), initial=0.0)),
+        fastest=float(farthest[-1]),
         height=float(max(np.ptp(np.percentile(others, [1, 99])), 10 * third)) if len(others) else 1.0,
         in_turn=seen.in_turn,
         exact=bool(steps) and noise[0] < EXACT * float(np.median(np.concatenate(steps))),
+        view=view_of(best, name, z, probability),
     )
 
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vedette.errors import InputError
-from vedette.space import Array, Indices
+from vedette.space import Array, Indices, Mask
 from vedette_files.tables.numbers import degrees, is_number
 from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.titles import Meaning
@@ -135,16 +135,22 @@ def _near(every: Indices, count: Indices, cell: Indices) -> int:
     return int(np.sum(count[np.abs(every - cell).max(axis=-1) <= 1]))
 
 
+def carried(chain: Chain, times: Array) -> tuple[Mask, Array]:
+    """Return at which times (s,) the place of a chain's target is known, and where it was (s, 2): on the way between two."""
+    k = np.searchsorted(chain.times, times)
+    waits = np.diff(chain.times)
+    near = waits[np.clip(k - 1, 0, len(waits) - 1)] <= GAP * float(np.median(waits))
+    spots = np.stack([np.interp(times, chain.times, along) for along in chain.spots.T], axis=-1)
+    return (k > 0) & (k < len(chain.times)) & near, spots
+
+
 def _offsets(reports: Sequence[Chain], times: Array, spots: Sequence[Array]) -> tuple[Array, int]:
     """Return the place that each pair of a report and a return tells, and at how many reports the sensor looked."""
-    usual = [GAP * float(np.median(np.diff(chain.times))) for chain in reports]
     step = max(1, sum(map(len, spots)) * len(reports) // MOST)
     told, looks = [np.zeros((0, 2))], 0
-    for time, places in list(zip(times.tolist(), spots, strict=True))[::step]:
-        for chain, longest in zip(reports, usual, strict=True):
-            k = int(np.searchsorted(chain.times, time))
-            if len(places) and 0 < k < len(chain.times) and chain.times[k] - chain.times[k - 1] <= longest:
+    for chain in reports:
+        for there, spot, places in zip(*carried(chain, times[::step]), spots[::step], strict=True):
+            if there and len(places):
                 looks += 1
-                spot = [np.interp(time, chain.times[k - 1 : k + 1], chain.spots[k - 1 : k + 1, i]) for i in (0, 1)]
-                told.append(np.array(spot) - places)
+                told.append(spot - places)
     return np.concatenate(told), looks

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 
 from attrs import frozen
 
-from vedette import Gate
+from vedette import Array, Gate
 from vedette_report.detector_errors.in_time import Compared
 from vedette_tools import toml_text
 from vedette_tools.drafting.table import Table
@@ -34,11 +34,11 @@ RECEIVER = 1.0
 _GUESS = "a guess: no track was found in the data"
 
 
-@frozen
+@frozen(eq=False)
 class Facts:
     """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
     a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`; `exact`: without noise;
-    `longest`: the s that a name waits at most.
+    `longest`: the s that a name waits at most; `view`: the corners (2,) of the box in which alone it sees.
     """
 
     sigmas: tuple[float, ...]
@@ -57,6 +57,7 @@ class Facts:
     longest: float = 0.0
     exact: bool = False
     errors: Compared | None = None
+    view: tuple[Array, Array] | None = None
 
     @property
     def correlated(self) -> bool:
@@ -187,7 +188,8 @@ def _lines(
         yield f'lifetime = "{lives:g} s"'
     if in_turn:
         yield "delete = 0.001"
-        yield f'max_out_of_coverage = "{lives:g} s"  # as no scan covers a target for sure'
+    if in_turn or any(of_sensor.view is not None for of_sensor in facts.values()):
+        yield f'max_out_of_coverage = "{lives:g} s"  # as {"no scan covers" if in_turn else "not all scans cover"} a target'
 
 
 def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted: int, steady: bool) -> Iterator[str]:
@@ -270,6 +272,9 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
             yield 'kind = "cartesian_position"'
             size = facts.errors.correlated.white if design.correlated and facts.errors is not None else facts.sigmas[0]
             yield f"sigma = {rounded(errors * size)!r}{doubt}"
+            if facts.view is not None:
+                box = [f"{axis} = {{ low = {a:.6g}, high = {b:.6g} }}" for axis, a, b in zip("xy", *facts.view, strict=True)]
+                yield f"view = {{ {', '.join(box)} }}  # of its returns, for others saw targets beyond"
         density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
         clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
     often = min(design.often * facts.probability, 0.5) if facts.in_turn else facts.probability

@@ -1,0 +1,75 @@
+"""How far drafts let sensors see: as far as all of their returns lie, and no farther where others show it."""
+
+import math
+import tomllib
+
+import numpy as np
+import pytest
+
+import vedette
+from vedette_tools.drafting import reading
+from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.recognising import read_table
+from vedette_tools.drafting.sights import view_of
+
+
+@pytest.mark.costly
+def test_targets_may_leave_for_where_the_first_scans_had_no_return(tmp_path, monkeypatch):
+    """The range was that of the first 1,500 scans: of two boats that went on, nothing fitted the later returns."""
+    monkeypatch.setattr(reading, "MOST_SCANS", 60)
+    rng, rows = np.random.default_rng(5), []
+    for time in range(240):
+        for x, y in ((500 + 16 * time, 300 + 3 * time), (-400 - 2 * time, 900 + 15 * time)):
+            r, b = math.hypot(x, y) + rng.normal(0, 8), math.degrees(math.atan2(y, x)) + rng.normal(0, 0.3)
+            rows.append(f"{time},{r:.1f},{b:.3f}" if rng.random() < 0.9 else "")
+    (tmp_path / "d.csv").write_text("\n".join(["time_s,range_m,bearing_deg", *filter(None, rows)]) + "\n")
+    draft = drafted(tmp_path / "d.csv")
+    assert not draft.failure
+    config = tomllib.loads(draft.text)
+    assert config["sensors"]["sensor"]["max_range"] > 4500
+    assert len(vedette.load(config).run().tracks) == 2
+
+
+def beside(path, code=""):
+    """Write two boats that a radar sees, one of which passes a lidar of ten scans a second that sees 150 m; read it."""
+    rng, rows = np.random.default_rng(3), []
+    for i in range(1500):
+        time = 0.1 * i
+        for spot in ((-300.0 + 4 * time, 40.0), (1500.0 - 3 * time, -900.0 + 2 * time)):
+            if i % 30 == 0 and rng.random() < 0.9:
+                rows.append(f"{time:.1f},radar,{spot[0] + rng.normal(0, 10):.2f},{spot[1] + rng.normal(0, 10):.2f},")
+            if math.hypot(*spot) < 150 and rng.random() < 0.95:
+                rows.append(f"{time:.1f},lidar,{spot[0] + rng.normal(0, 0.5):.2f},{spot[1] + rng.normal(0, 0.5):.2f},{code}")
+    path.write_text("\n".join(["time,sensor,x,y,mmsi", *rows]) + "\n")
+    return reading.read(read_table(path))
+
+
+def seen_by(read, name):
+    z = np.concatenate([scan.detections.z for scan in read.recording.scans if scan.sensor == name])
+    return view_of(read, name, z, 0.9)
+
+
+def test_others_tell_where_a_sensor_sees_nothing(tmp_path):
+    """Its returns lie on a line: what the view is wider by is a part of the length of that."""
+    read = beside(tmp_path / "d.csv")
+    (left, low), (right, high) = seen_by(read, "lidar")
+    assert -190 < left < -150
+    assert 150 < right < 190
+    assert low < 30
+    assert high > 50
+    assert seen_by(read, "radar") is None
+
+
+def test_who_reports_under_a_name_tells_no_view(tmp_path):
+    """Others are not seen for they do not report, wherever they are."""
+    assert seen_by(beside(tmp_path / "d.csv", "235000001"), "lidar") is None
+
+
+@pytest.mark.nightly("20 s: how far a sensor sees is told by day")
+def test_a_sensor_of_short_range_loses_no_target_of_the_others(tmp_path):
+    """Stated to see everywhere, ten looks a second without a return ended the track of the boat that only the radar sees."""
+    beside(tmp_path / "d.csv")
+    config = tomllib.loads(drafted(tmp_path / "d.csv").text)
+    assert config["sensors"]["lidar"]["view"]["x"]["low"] < -150
+    assert config["lifecycle"]["max_out_of_coverage"] == "600 s"
+    assert len(vedette.load(config).run().tracks) == 2
