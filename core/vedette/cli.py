@@ -47,13 +47,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         return complain(f"{part} cannot be written in {error.encoding}: a name in another encoding? LANG=C.UTF-8 reads more")
     except OSError as error:
         return complain(f"{error.filename or 'a file or the output'}: {error.strerror or error}")
-    except KeyboardInterrupt:
-        print("vedette: interrupted", file=sys.stderr)
-        return INTERRUPTED
-    except (Exception, SystemExit) as error:  # a component that ends the process is told as one that raises
+    except (Exception, KeyboardInterrupt, SystemExit) as error:
         from vedette.tracking.faults import raised_by
 
-        if (text := raised_by(error, None)) is None:
+        if KeyboardInterrupt in (type(error), type(error.__context__)):  # some libraries raise over it, as zipfile does
+            print("vedette: interrupted", file=sys.stderr)
+            return INTERRUPTED
+        if (text := raised_by(error, None)) is None:  # a component that ends the process is told as one that raises
             raise
         return ended(error, text, traceback=traceback)
     return code

@@ -27,10 +27,12 @@ OPTIONS = {"run": "--out", "study": "--out", "export": "--to"}
 
 def killed(seconds, command, number=signal.SIGKILL):
     """Run a command in a fork and send it a signal after some time; return its exit code."""
+    signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT])
     child = os.fork()
     if not child:
         with Path(os.devnull).open("w") as nowhere, redirect_stdout(nowhere), redirect_stderr(nowhere):
-            os._exit(main(command))
+            os._exit(main(_begun(command)))
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         ended, status = os.waitpid(child, os.WNOHANG)
@@ -39,6 +41,12 @@ def killed(seconds, command, number=signal.SIGKILL):
         time.sleep(0.0005)
     os.kill(child, number)
     return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def _begun(command):
+    """Yield the words of a command, which hears Ctrl-C from the first on: on a busy machine it came before the command."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, [signal.SIGINT])
+    yield from command
 
 
 def chain(place, seconds, command, chance):
