@@ -78,7 +78,7 @@ def manoeuvres() -> dict[str, Any]:
     }
 
 
-def large_ship(reference: str = "truth") -> dict[str, Any]:
+def large_ship() -> dict[str, Any]:
     """Return a scene like DARC: an almost straight ship of 180 m, 11 m a pixel, 540 frames with 13 lost, a radar beacon."""
     return {
         "kind": "radar_pictures_scene",
@@ -89,5 +89,5 @@ def large_ship(reference: str = "truth") -> dict[str, Any]:
         "sea": {"shape": 1.0, "level": 7.0, "seconds": 6.2},
         "buoys": [{"at": [600.0, 1900.0], "cross_section": 30.0}, {"at": [-700.0, 2100.0], "cross_section": 30.0}],
         "racons": [{"at": [1500.0, 2300.0], "length": 1500.0}],
-        "reference": reference,
+        "reference": "truth",
     }

@@ -29,16 +29,10 @@ class RadarScreen(ImagingSensor):
 
     kind: ClassVar[str] = "radar_screen"
     linear: ClassVar[bool] = True
+    observes: ClassVar[Space] = POSITION
+    measurement: ClassVar[Space] = POSITION
 
     resolution: float = fields.quantity("m", "standard deviation of a position read off it, per axis", default=10.0, above=0)
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
-
-    @property
-    def measurement(self) -> Space:
-        return POSITION
 
     def measure(self, x: Array) -> Array:
         """Return the position itself: (*b, 2) -> (*b, 2)."""

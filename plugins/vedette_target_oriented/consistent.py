@@ -51,6 +51,7 @@ class TargetOriented(MotionModel):
     """
 
     kind: ClassVar[str] = "target_oriented"
+    state: ClassVar[Space] = _STATE
 
     sigma_forward: float = fields.quantity("m/s^2", "standard deviation of the acceleration along the velocity", above=0)
     sigma_side: float = fields.quantity("m/s^2", "standard deviation of the acceleration across the velocity", above=0)
@@ -58,10 +59,6 @@ class TargetOriented(MotionModel):
         "m/s^2", "known acceleration to the right of the velocity, which turns it", default=0.0
     )
     slowest: float = fields.quantity("m/s", "speed below which the heading counts less and less", default=1.0, above=0)
-
-    @property
-    def state(self) -> Space:
-        return _STATE
 
     def _turn(self, x: Array, dt: float) -> tuple[Array, Array, Array]:
         """Return the velocity as a complex number, its speed, at least `slowest`, and the angle it turns by, (*b) each."""

@@ -25,18 +25,12 @@ class ResettingMotion(MotionModel):
     """
 
     reframes: ClassVar[bool] = True
+    state: ClassVar[Space] = STATE
+    zero_variance: ClassVar[Space] = ZERO_VARIANCE
 
     sigma_forward: float = fields.quantity("m/s^2", "standard deviation of the forward acceleration", above=0)
     sigma_side: float = fields.quantity("m/s^2", "standard deviation of the side acceleration", above=0)
     side_speed: float = fields.quantity("m/s", "v_side after each scan: a turn to the right if positive", default=0.0)
-
-    @property
-    def state(self) -> Space:
-        return STATE
-
-    @property
-    def zero_variance(self) -> Space:
-        return ZERO_VARIANCE
 
     @abstractmethod
     def reset(self, cov: Array) -> Array:

@@ -39,6 +39,7 @@ class DecorrelatedPosition(DirectSensor):
     """
 
     kind: ClassVar[str] = "decorrelated_position"
+    observes: ClassVar[Space] = Space.of(x="m", y="m")
 
     sigma_range: float = fields.quantity("m", "standard deviation along the line of sight", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -56,10 +57,6 @@ class DecorrelatedPosition(DirectSensor):
     def pose(self) -> Pose:
         """Where it stands."""
         return self._pose
-
-    @property
-    def observes(self) -> Space:
-        return Space.of(x="m", y="m")
 
     def noise(self, x: Array) -> Array:
         """Return R: (*b, 2) -> (*b, 2, 2)."""

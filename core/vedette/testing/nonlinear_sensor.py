@@ -25,6 +25,8 @@ class Unlike(Sensor):
     """
 
     kind: ClassVar[str] = "kit_unlike"
+    measurement: ClassVar[Space] = MEASURED
+    optional: ClassVar[Mapping[str, float]] = {"z1": 50.0, "z2": 50.0}
 
     observes: Space = fields.part("state axes")
     centre: Array = fields.array("1", "state around which it bends (n,)", ndim=1)
@@ -33,14 +35,6 @@ class Unlike(Sensor):
     B: Array = fields.array("1", "bends (3, n)", ndim=2)
     C: Array = fields.array("1", "noise (3, 3)", ndim=2)
     turn: float = fields.quantity("rad", "bearing at the centre")
-
-    @property
-    def measurement(self) -> Space:
-        return MEASURED
-
-    @property
-    def optional(self) -> Mapping[str, float]:
-        return {"z1": 50.0, "z2": 50.0}
 
     def _u(self, x: Array) -> Array:
         return self.observes.difference(x, self.centre) / self.size

@@ -35,6 +35,7 @@ class BoxVelocity(MotionModel):
     """
 
     kind: ClassVar[str] = "box_velocity"
+    state: ClassVar[Space] = _STATE
 
     sigma_accel: float = fields.quantity(
         "1/s^1.5", "standard deviation of the velocity gained in 1 s, in heights", default=0.5, above=0
@@ -42,10 +43,6 @@ class BoxVelocity(MotionModel):
     sigma_growth: float = fields.quantity(
         "1/s^0.5", "standard deviation of a side's change in 1 s, as a part of it", default=0.2, above=0
     )
-
-    @property
-    def state(self) -> Space:
-        return _STATE
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the box `dt` later: (*b, 6) -> (*b, 6)."""

@@ -49,6 +49,8 @@ class Box(Sensor):
     """
 
     kind: ClassVar[str] = "box"
+    observes: ClassVar[Space] = BOX
+    measurement: ClassVar[Space] = BOX
 
     sigma_place: float = fields.quantity(
         "1", "standard deviation of the middle, as a part of the side along it", default=0.05, above=0, at_most=1
@@ -63,14 +65,6 @@ class Box(Sensor):
     sizes: Array = fields.array(
         "px", "least and greatest side of a box that the detector gives", ndim=1, default=(10.0, 1000.0), check=_range
     )
-
-    @property
-    def observes(self) -> Space:
-        return BOX
-
-    @property
-    def measurement(self) -> Space:
-        return BOX
 
     def measure(self, x: Array) -> Array:
         """Return the box itself: (*b, 4) -> (*b, 4)."""

@@ -55,6 +55,7 @@ class Cfar(Preprocessor):
     """
 
     kind: ClassVar[str] = "cfar"
+    measurement: ClassVar[Space] = POSITION
 
     sensors: dict[str, RadarScreen] = fields.part("the one receiver, under the name that its scans bear")
     cell: float = fields.quantity("m", "length of a range cell", above=0)
@@ -83,10 +84,6 @@ class Cfar(Preprocessor):
     def place_in_order(self) -> int:
         """OS: k of N, counted from 1."""
         return max(1, math.ceil(self.rank * self.window - 1e-9))
-
-    @property
-    def measurement(self) -> Space:
-        return POSITION
 
     def echoes(self, power: Array) -> Mask:
         """Return the cells (*b, n) that exceed their threshold; cells at the ends, without a full window, never do."""

@@ -50,6 +50,7 @@ class RadarPicture(Preprocessor):
     """
 
     kind: ClassVar[str] = "radar_picture"
+    measurement: ClassVar[Space] = POSITION
 
     sensors: dict[str, RadarScreen] = fields.part("the one screen, under the name that its scans bear")
     chain: Chain = fields.part("how returns are found", default=Chain())
@@ -62,10 +63,6 @@ class RadarPicture(Preprocessor):
     def __attrs_post_init__(self) -> None:
         if len(self.sensors) != 1:
             raise ValueError(f"sensors: must hold one screen, got {len(self.sensors)}")
-
-    @property
-    def measurement(self) -> Space:
-        return POSITION
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Map a picture (h, w) or (3, h, w) to (k, 2) of east and north, noise and evidence; none without a picture."""

@@ -32,10 +32,7 @@ class GlobalNearest(Associator):
     by_cluster: ClassVar[bool] = True
     decides: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
-
-    @property
-    def solves(self) -> str:
-        return "best"
+    solves: ClassVar[str] = "best"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k), one 1 in each row."""

@@ -47,6 +47,8 @@ class Jpda(Associator):
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
     takes_merged: ClassVar[bool] = True
+    approximates: ClassVar[bool] = True
+    """Whether it approximates: clusters that are too wide are solved by belief propagation."""
 
     exact: int = fields.integer(
         "most tracks, or else most returns, that exact sums keep apart at once: each takes twice the time",
@@ -59,11 +61,6 @@ class Jpda(Associator):
     @property
     def solves(self) -> str:
         return "marginals" if self.exact >= 4 else ""
-
-    @property
-    def approximates(self) -> bool:
-        """Whether it approximates: clusters that are too wide are solved by belief propagation."""
-        return True
 
     def approximated(self, scores: Array) -> Mask:
         """Return the tracks (*b, t) of clusters that are too wide for exact sums."""

@@ -40,13 +40,10 @@ class MBestJpda(Associator):
     by_cluster: ClassVar[bool] = True
     exclusive: ClassVar[bool] = True
     takes_merged: ClassVar[bool] = True
+    approximates: ClassVar[bool] = True
+    """Whether it approximates: associations beyond the `m` best are left out."""
 
     m: int = fields.integer("number of joint associations of a cluster", default=200, at_least=1)
-
-    @property
-    def approximates(self) -> bool:
-        """Whether it approximates: associations beyond the `m` best are left out."""
-        return True
 
     def approximated(self, scores: Array) -> Mask:
         """Return the tracks (*b, t) of clusters whose other associations are too probable."""

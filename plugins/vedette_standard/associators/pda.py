@@ -25,10 +25,7 @@ class Pda(Associator):
 
     kind: ClassVar[str] = "pda"
     by_cluster: ClassVar[bool] = True
-
-    @property
-    def solves(self) -> str:
-        return "marginals"
+    solves: ClassVar[str] = "marginals"
 
     def associate(self, scores: Array, evidence: Array | None) -> Array:
         """Return the association weights: (*b, t, 1+k) -> (*b, t, 1+k)."""

@@ -37,13 +37,10 @@ class Variational(Growing):
     """
 
     kind: ClassVar[str] = "variational"
+    merges: ClassVar[Literal["kept"]] = "kept"
+    """Leaves of all associations are merged into one a track."""
 
     hypotheses: int = fields.integer(
         "largest number of joint associations of a cluster that are computed", default=200, at_least=1
     )
     least: float = fields.probability("weight at or below which a joint association is dropped", default=1e-4, below=1)
-
-    @property
-    def merges(self) -> Literal["kept"]:
-        """Leaves of all associations are merged into one a track."""
-        return "kept"

@@ -38,10 +38,7 @@ class CubatureKalman(PointFilter):
 
     kind: ClassVar[str] = "ckf"
     declares: ClassVar[Traits] = Traits(exact_when_linear=True, bounded=True)
+    kappa: ClassVar[float] = 0.0
+    """0: no central point."""
 
     motion: MotionModel = fields.part("how the target moves")
-
-    @property
-    def kappa(self) -> float:
-        """0: no central point."""
-        return 0.0

@@ -9,7 +9,7 @@ from attrs import Factory, field, frozen
 
 from vedette import Array, MotionModel, Space, fields, kernels
 
-POSITION_VELOCITY = Space.of(x="m", y="m", vx="m/s", vy="m/s")
+POSITION_VELOCITY: Space = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 
 _DERIVATIVES = (("", "m"), ("v", "m/s"), ("a", "m/s^2"))
 

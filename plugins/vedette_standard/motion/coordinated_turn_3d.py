@@ -74,15 +74,12 @@ class CoordinatedTurn3d(MotionModel):
     """
 
     kind: ClassVar[str] = "coordinated_turn_3d"
+    state: ClassVar[Space] = _STATE
 
     sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
     sigma_turn_rate: float = fields.quantity(
         "rad/s^1.5", "standard deviation of the turn rate gained in 1 s, per axis", above=0
     )
-
-    @property
-    def state(self) -> Space:
-        return _STATE
 
     @property
     def twin(self) -> Twin | None:

@@ -93,15 +93,12 @@ class Curvilinear(MotionModel):
     """
 
     kind: ClassVar[str] = "curvilinear"
+    state: ClassVar[Space] = _STATE
 
     sigma_tangential: float = fields.quantity(
         "m/s^2.5", "deviation of the acceleration gained along the path in 1 s", above=0
     )
     sigma_normal: float = fields.quantity("m/s^2.5", "deviation of that gained to the left of it in 1 s", above=0)
-
-    @property
-    def state(self) -> Space:
-        return _STATE
 
     @property
     def twin(self) -> Twin | None:

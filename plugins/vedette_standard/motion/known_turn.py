@@ -37,13 +37,10 @@ class KnownTurn(MotionModel):
     kind: ClassVar[str] = "known_turn"
     divisible: ClassVar[bool] = True
     linear: ClassVar[bool] = True
+    state: ClassVar[Space] = POSITION_VELOCITY
 
     turn_rate: float = fields.quantity("rad/s", "rate of turn, positive from x towards y")
     sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
-
-    @property
-    def state(self) -> Space:
-        return POSITION_VELOCITY
 
     def move(self, x: Array, dt: float) -> Array:
         """Return the state `dt` s later: (*b, 4) -> (*b, 4)."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from typing import ClassVar
 
 import numpy as np
 from attrs import frozen
@@ -21,15 +22,13 @@ class PolarConversion(Preprocessor):
     rotation to the line of sight and cross = r cov(r, b).
     """
 
+    measurement: ClassVar[Space] = POSITION
+
     sensors: dict[str, RangeBearing] = fields.part("the one radar, under the name that its scans bear")
 
     def __attrs_post_init__(self) -> None:
         if len(self.sensors) != 1:
             raise ValueError(f"sensors: must hold one radar, got {len(self.sensors)}")
-
-    @property
-    def measurement(self) -> Space:
-        return POSITION
 
     @abstractmethod
     def moments(self, r: Array, range_variance: Array, bearing_variance: Array) -> tuple[Array, Array, Array]:

@@ -34,16 +34,10 @@ class BearingOnly(PlacedSensor):
     """
 
     kind: ClassVar[str] = "bearing_only"
+    observes: ClassVar[Space] = POSITION
+    measurement: ClassVar[Space] = _BEARING
 
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
-
-    @property
-    def measurement(self) -> Space:
-        return _BEARING
 
     def _unbounded(self) -> str:
         return ""

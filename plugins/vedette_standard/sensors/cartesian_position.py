@@ -37,14 +37,11 @@ class CartesianPosition(ViewedSensor):
 
     kind: ClassVar[str] = "cartesian_position"
     abbreviations: ClassVar[tuple[str, ...]] = ("position",)
+    observes: ClassVar[Space] = POSITION
 
     sigma: float = fields.quantity("m", "standard deviation per axis", above=0)
     detection_probability: float = fields.probability("probability that a target in view gives a return", default=1.0)
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
 
     def noise(self, x: Array) -> Array:
         """Return R (2, 2)."""

@@ -49,6 +49,7 @@ class PolarPosition(RangingSensor, DirectSensor):
     """
 
     kind: ClassVar[str] = "polar_position"
+    observes: ClassVar[Space] = POSITION
 
     sigma_range: float = fields.quantity("m", "standard deviation along the line of sight", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -67,10 +68,6 @@ class PolarPosition(RangingSensor, DirectSensor):
         super().__attrs_post_init__()
         if self.clutter_per_scan > 0 and self.clutter_uniform_over == "range" and self.min_range == 0:
             raise ValueError("clutter_uniform_over: 'range' needs min_range > 0, as the density per area is infinite at 0 m")
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
 
     @property
     def twin(self) -> Twin | None:

@@ -35,6 +35,7 @@ class PositionVelocity(ViewedSensor):
     """
 
     kind: ClassVar[str] = "position_velocity"
+    observes: ClassVar[Space] = _STATE
 
     sigma: float = fields.quantity("m", "standard deviation of the position per axis", above=0)
     sigma_speed: float = fields.quantity("m/s", "standard deviation of the velocity per axis", above=0)
@@ -42,10 +43,6 @@ class PositionVelocity(ViewedSensor):
     clutter_density: float = fields.quantity(
         "s^2/m^4", "false returns per scan, area and area of velocities", default=0.0, at_least=0
     )
-
-    @property
-    def observes(self) -> Space:
-        return _STATE
 
     def noise(self, x: Array) -> Array:
         """Return R (4, 4)."""

@@ -63,6 +63,8 @@ class RangeBearing(RangingSensor):
 
     kind: ClassVar[str] = "range_bearing"
     abbreviations: ClassVar[tuple[str, ...]] = ("radar",)
+    observes: ClassVar[Space] = POSITION
+    measurement: ClassVar[Space] = _POLAR
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -70,14 +72,6 @@ class RangeBearing(RangingSensor):
     sigma_extent: float = fields.quantity(
         "m", "standard deviation per axis of where on the target it is seen", default=0.0, at_least=0
     )
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
-
-    @property
-    def measurement(self) -> Space:
-        return _POLAR
 
     @property
     def twin(self) -> Twin | None:

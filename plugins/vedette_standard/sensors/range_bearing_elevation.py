@@ -56,20 +56,14 @@ class RangeBearingElevation(RangingSensor):
     """
 
     kind: ClassVar[str] = "range_bearing_elevation"
+    observes: ClassVar[Space] = _STATE
+    measurement: ClassVar[Space] = _SPHERICAL
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
     sigma_elevation: float = fields.quantity("rad", "standard deviation of the elevation", above=0, at_most=1)
     z: float = fields.quantity("m", "height at which the radar stands", default=0.0)
     clutter_density: float = fields.quantity("1/m^3", "false returns per scan and volume", default=0.0, at_least=0)
-
-    @property
-    def observes(self) -> Space:
-        return _STATE
-
-    @property
-    def measurement(self) -> Space:
-        return _SPHERICAL
 
     def _height(self, axes: int) -> Array:
         position = self._pose.position

@@ -49,6 +49,8 @@ class RangeBearingRate(RangingSensor):
     """
 
     kind: ClassVar[str] = "range_bearing_rate"
+    observes: ClassVar[Space] = _STATE
+    measurement: ClassVar[Space] = _DOPPLER
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     sigma_bearing: float = fields.quantity("rad", "standard deviation of the bearing", above=0, at_most=1)
@@ -59,14 +61,6 @@ class RangeBearingRate(RangingSensor):
         default=10.0, above=0,
     )  # fmt: skip
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
-
-    @property
-    def observes(self) -> Space:
-        return _STATE
-
-    @property
-    def measurement(self) -> Space:
-        return _DOPPLER
 
     def __attrs_post_init__(self) -> None:
         super().__attrs_post_init__()

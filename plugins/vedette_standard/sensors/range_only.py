@@ -45,17 +45,11 @@ class RangeOnly(RangingSensor):
     """
 
     kind: ClassVar[str] = "range_only"
+    observes: ClassVar[Space] = POSITION
+    measurement: ClassVar[Space] = _RANGE
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
-
-    @property
-    def observes(self) -> Space:
-        return POSITION
-
-    @property
-    def measurement(self) -> Space:
-        return _RANGE
 
     @property
     def twin(self) -> Twin | None:

@@ -34,13 +34,10 @@ class Picture(ImagingSensor):
 
     kind: ClassVar[str] = "kit_picture"
     linear: ClassVar[bool] = True
+    measurement: ClassVar[Space] = Space.of(x="px", y="px")
 
     observes: Space = fields.part("x and y")
     reach: float = fields.quantity("px", "columns from the middle of the target to its ends", at_least=0)
-
-    @property
-    def measurement(self) -> Space:
-        return Space.of(x="px", y="px")
 
     def measure(self, x: Array) -> Array:
         return x

@@ -35,12 +35,9 @@ class Spin(MotionModel):
     kind: ClassVar[str] = "kit_spin"
     divisible: ClassVar[bool] = True
     linear: ClassVar[bool] = True
+    state: ClassVar[Space] = STATE
 
     density: float = fields.quantity("rad^2/s^3", "spectral density of the noise", above=0)
-
-    @property
-    def state(self) -> Space:
-        return STATE
 
     def move(self, x: Array, dt: float) -> Array:
         return x @ self.jacobian(x, dt).T  # not wrapped: that is the estimator's to do
@@ -61,16 +58,10 @@ class Marked(MotionModel):
     divisible: ClassVar[bool] = True
     linear: ClassVar[bool] = True
     reframes: ClassVar[bool] = True
+    state: ClassVar[Space] = MARKED
+    zero_variance: ClassVar[Space] = Space.of(mark="m")
 
     density: float = fields.quantity("m^2/s^3", "spectral density of the noise", above=0)
-
-    @property
-    def state(self) -> Space:
-        return MARKED
-
-    @property
-    def zero_variance(self) -> Space:
-        return Space.of(mark="m")
 
     def move(self, x: Array, dt: float) -> Array:
         return x @ self.jacobian(x, dt).T
