@@ -29,7 +29,7 @@ from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
-from vedette_tools.drafting.trial import Trial, tried
+from vedette_tools.drafting.trial import Trial, at_the_end, tried
 from vedette_tools.drafting.wishes import Wishes
 
 UNREAD = 0.5
@@ -162,7 +162,10 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     lost = lost or best.table.unknown or _held(best) or _cut(best) or _too_fast(best.table, speed)
     if not (lost or proof.failure or proof.trial is None or first.sure or table.third == "range_rate"):
         lost = doubt(text(proof.design), some)
-    odd = tuple(f"looks wrong: {said}" for said in best.recording.warnings)
+    later = ""
+    if proof.trial is not None and len(some) < len(best.recording.scans) and not (lost or proof.failure):
+        later = at_the_end(text(proof.design), (proof.trial, len(some)), _some(best.recording.scans[::-1])[::-1])
+    odd = tuple(f"looks wrong: {said}" for said in (*best.recording.warnings, later) if said)
     return Draft(text(proof.design, (*((lost,) if lost else ()), *odd, *proof.said)), lost or proof.failure)
 
 
@@ -255,6 +258,7 @@ def _facts(best: Reading, name: str, reported: bool) -> Facts:
         area=float(np.prod(np.maximum(high - low, 10 * sigmas[0]))),
         period=seen.period,
         scans=len(seen.times),
+        of=len(scans),
         chains=len(seen.chains),
         third=third,
         fastest=float(farthest[-1]),

@@ -36,9 +36,11 @@ _GUESS = "a guess: no track was found in the data"
 
 @frozen(eq=False)
 class Facts:
-    """What a config says of one sensor; `third` is the noise of what it measures beside a position, up to `fastest` or over
-    a `height`; `in_turn`: its targets report in turn, and how seldom is told where they are `named`; `exact`: without noise;
-    `longest`: the s that a name waits at most; `view`: the corners (2,) of the box in which alone it sees.
+    """What a config says of one sensor, by the first `scans` of all.
+
+    `third` is the noise of what it measures beside a position, up to `fastest` or over a `height`; `in_turn`: its targets
+    report in turn, and how seldom is told where they are `named`; `exact`: without noise; `longest`: the s that a name waits
+    at most; `view`: the corners (2,) of the box in which alone it sees.
     """
 
     sigmas: tuple[float, ...]
@@ -48,6 +50,7 @@ class Facts:
     area: float
     period: float
     scans: int
+    of: int
     chains: int
     third: float = 0.0
     fastest: float = 0.0
@@ -234,7 +237,8 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
     apart = f", usually {facts.period:.3g} s apart" if facts.scans > 1 and not facts.in_turn else ""
     if facts.in_turn:
         yield f"# targets report one by one, usually every {facts.period:.3g} s: a scan without a report tells little"
-    yield f"# {_count(facts.scans, 'scan')}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
+    few = f"the first {facts.scans} of {facts.of} scans" if facts.scans < facts.of else _count(facts.scans, "scan")
+    yield f"# {few}{apart}; {_count(facts.chains, 'stretch', 'stretches')} of tracks found"
     if facts.exact:
         yield "# these positions hold no errors: are they the truth of a simulation? A filter has nothing to do there"
     elif table.reported and facts.sigmas[0] < RECEIVER:

@@ -19,6 +19,11 @@ from vedette_tools.tuning.likelihood import Predictive
 SHORT = 5
 """A track of fewer scans with a return of its own is short."""
 
+LOOSE, LOOSER = 0.2, 3.0
+"""Targets are not as the first were where such a part of the returns are of no track, and so many times as many a scan as
+among the first. By hand.
+"""
+
 
 @frozen(eq=False)
 class Trial:
@@ -108,6 +113,18 @@ def tried(text: str, scans: Sequence[Scan], *, clean: bool = True) -> Trial | No
         len(given) + sum(track.identity is None or not np.any(track.identity >= 0) for track in tracks),
         _at_once(tracks),
     )  # fmt: skip
+
+
+def at_the_end(text: str, first: tuple[Trial, int], scans: Sequence[Scan]) -> str:
+    """Say that a config, as TOML, which fits so many first scans, does not fit these later ones; or return ""."""
+    begin, looked = first
+    if (end := tried(text, scans)) is None:
+        return ""
+    before, loose = ((one.returns - one.explained) / count for one, count in ((begin, looked), (end, len(scans))))
+    if end.share > 1 - LOOSE or loose < LOOSER * before:
+        return ""
+    told = f"of the returns in the last {len(scans):,} scans its tracks explain {end.share:.2g}"
+    return f"{told}, of those by which it was drafted {begin.share:.2g}: draft these rows by themselves, and compare"
 
 
 def _names(tracks: Sequence[Track], given: Mapping[int, int]) -> tuple[int, int, int]:

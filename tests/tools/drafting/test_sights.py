@@ -1,4 +1,4 @@
-"""How far drafts let sensors see: as far as all of their returns lie, and no farther where others show it."""
+"""How far drafts let sensors see, and whether targets stay as the first were: what later scans and others show."""
 
 import math
 import tomllib
@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette_tools.drafting import reading
+from vedette_tools.drafting import config, reading
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.sights import view_of
@@ -73,3 +73,21 @@ def test_a_sensor_of_short_range_loses_no_target_of_the_others(tmp_path):
     assert config["sensors"]["lidar"]["view"]["x"]["low"] < -150
     assert config["lifecycle"]["max_out_of_coverage"] == "600 s"
     assert len(vedette.load(config).run().tracks) == 2
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(("speed", "said"), [(12.0, True), (0.0, False)])
+def test_targets_that_are_not_as_the_first_were_are_told(tmp_path, monkeypatch, speed, said):
+    """Boats that come after hours in which only buoys lay there make no tracks, and nothing said so."""
+    monkeypatch.setattr(config, "LOOKS", 100)
+    monkeypatch.setattr(reading, "MOST_SCANS", 100)
+    rng, rows = np.random.default_rng(2), []
+    for time in range(400):
+        spots = [(200.0, 300.0), (-500.0, 700.0)]
+        if time > 150:
+            spots += [(-2000 + speed * time, 400.0), (900.0, 2000 - speed * time)]
+        rows += [f"{time},{x + rng.normal(0, 2):.2f},{y + rng.normal(0, 2):.2f}" for x, y in spots if rng.random() < 0.9]
+    (tmp_path / "d.csv").write_text("\n".join(["time_s,x_m,y_m", *rows]) + "\n")
+    text = drafted(tmp_path / "d.csv").text
+    assert ("in the last 100 scans" in text) == said
+    assert "# the first 100 of " in text
