@@ -90,7 +90,8 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
         alike(estimator, pytrees.join(old, new, 1), apart, 1e-9, "where new tracks join: ")
     after = estimator.moments(updated)
     for own, axis in product(map(np.array, ([0], [1], [1, 0], [1, 0, 1])), (0, 1)):
-        taken = estimator.update(*(pytrees.take(one, own, axis) for one in (belief, innovation, weights)))
+        of_some: Any = (pytrees.take(one, own, axis) for one in (belief, innovation, weights))
+        taken = estimator.update(*of_some)
         if not estimator.traits.draws:  # what it draws in an update may depend on which tracks there are
             alike(estimator, taken, pytrees.take(after, own, axis), 1e-9)
     taking = cases.sure(weights, 1)
