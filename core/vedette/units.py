@@ -33,7 +33,7 @@ _SI = {
 gains in 1 s, which has the same number, may be written in its stead: older configs do.
 """
 
-_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\W\d_].*)?$")
+_NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![eE][-+]?\d))\s*([^\W\d_].*)?$")
 
 
 def spellings(unit: str) -> tuple[str, ...]:

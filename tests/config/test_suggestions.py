@@ -68,6 +68,13 @@ def test_a_unit_may_follow_without_a_space_also_in_the_schema(given, unit):
     assert fields.quantity("rad", "an angle").metadata["read"]("0.6deg") == in_unit("0.6 deg", "rad")
 
 
+@pytest.mark.parametrize("number", ["1e-6", "1E+3", "-2.5e-07", "20", ".5"])
+@pytest.mark.parametrize("unit", ["1/m^2", "1/s", "1", "m", "m/s^1.5"])
+def test_a_number_with_an_exponent_takes_any_unit(number, unit):
+    """A density of "1e-6 1/m^2" was refused as no number in 1/m^2: the exponent was read as the unit's beginning."""
+    assert in_unit(f"{number} {unit}", unit) == float(number)
+
+
 @pytest.mark.parametrize("given", ["deg", "5kg", "5 deg deg", "1e400deg", "0.6 d eg", "--5deg"])
 def test_what_is_no_number_with_a_unit_is_still_refused(given):
     with pytest.raises(ValueError, match=r"must be"):
