@@ -60,7 +60,7 @@ def as_before(cells: Any, times: Array, columns: Columns) -> Any:
     pd = needed("pandas", "tables need pandas", "data")
     if not dated(cells) and cells.dtype.kind != "m":
         return times / columns.time.factor
-    when = pd.to_datetime(np.rint(times * 1e6).astype("int64"), unit="us", utc=True)
+    when = pd.DatetimeIndex(np.rint(times * 1e6).astype("datetime64[us]"), tz="UTC")
     if cells.dtype.kind == "m":
         return pd.to_timedelta(times, unit="s")
     if columns.dates:
