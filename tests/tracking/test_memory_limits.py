@@ -15,7 +15,7 @@ from vedette.tracking.position_spread import check_spread
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 ESTIMATORS = {
-    0: {**KALMAN, "kind": "ukf"},
+    0: {**KALMAN, "kind": "iekf"},
     1: KALMAN,
     3: {"kind": "imm", "modes": [KALMAN] * 3, "transition": (np.full((3, 3), 0.05) + 0.85 * np.eye(3)).tolist()},
 }
