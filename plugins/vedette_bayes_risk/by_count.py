@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, fields
 from vedette_bayes_risk.fusion import DistributedDetection
-from vedette_bayes_risk.risk import Costs, tails
+from vedette_bayes_risk.risk import NO_RATIO, Costs, tails
 
 
 @final
@@ -43,9 +43,7 @@ class BayesRiskByCount(DistributedDetection):
     """
 
     kind: ClassVar[str] = "bayes_risk_by_count"
-    known_failures: ClassVar[Mapping[str, str]] = {
-        "evidence_is_a_likelihood_ratio": "it is a weight of Bayes risk, for the associator `bayes_risk`"
-    }
+    known_failures: ClassVar[Mapping[str, str]] = NO_RATIO
 
     costs: Costs = fields.part("what each decision costs", default=Costs())
 

@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, fields
 from vedette_bayes_risk.fusion import DistributedDetection
-from vedette_bayes_risk.risk import Costs
+from vedette_bayes_risk.risk import NO_RATIO, Costs
 
 
 @final
@@ -38,9 +38,7 @@ class BayesRiskPrinted(DistributedDetection):
 
     kind: ClassVar[str] = "bayes_risk_printed"
     misprint: ClassVar[str] = "equations 2 and 4: summed from below, they decide for a target where few sensors confirm"
-    known_failures: ClassVar[Mapping[str, str]] = {
-        "evidence_is_a_likelihood_ratio": "it is a weight of Bayes risk, for the associator `bayes_risk`"
-    }
+    known_failures: ClassVar[Mapping[str, str]] = NO_RATIO
 
     costs: Costs = fields.part("what each decision costs", default=Costs())
 

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, fields
 from vedette_bayes_risk.counting import Confirmation
+
+NO_RATIO: Mapping[str, str] = {
+    "evidence_is_a_likelihood_ratio": "it is a weight of Bayes risk, for the associator `bayes_risk`"
+}
+"""The law that evidence by Bayes risk breaks, and why."""
 
 
 @frozen

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.metrics import Figure
-from vedette.space import Array, Indices, Space
+from vedette.space import Array, Indices
 from vedette_boxes.rows import Rows, overlap
 from vedette_boxes.sensors.box import BOX
 from vedette_standard.whole_tracks import hota, idf1
@@ -114,7 +114,7 @@ class OfRun:
     def add(self, block: Any) -> None:
         """Take some more scans."""
         match = block.found
-        if not _boxed(match.truth.space):
+        if not set(BOX.axes) <= set(match.truth.space.axes):
             return
         where = match.truth.space.locate(BOX)
         for i, rows in enumerate(match.rows):
@@ -127,10 +127,6 @@ class OfRun:
     def value(self) -> float | None:
         """Return the figure of all scans so far."""
         return judged(self._frames).get(self._name)
-
-
-def _boxed(space: Space) -> bool:
-    return set(BOX.axes) <= set(space.axes)
 
 
 TOLD: Mapping[str, str] = {

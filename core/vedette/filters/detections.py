@@ -35,7 +35,8 @@ class Prepared:
 
     def residuals_from(self, expected: Array) -> Array:
         """Return the residuals (*b, t, k, m) from what each track expects of each detection separately (*b, t, k, m)."""
-        return self._known(self.sensor.measurement.difference(self.z, expected))
+        residuals = self.sensor.measurement.difference(self.z, expected)
+        return residuals if self.present is None else np.where(self.present, residuals, 0.0)
 
     def rows(self, slope: Array) -> Array:
         """Return derivatives (*b, t, 1|k, m, n) with 0 in the rows of missing components."""
@@ -44,9 +45,6 @@ class Prepared:
     def columns(self, deviations: Array) -> Array:
         """Return deviations of points (*b, t, 1, p, m) with 0 in missing components: (*b, t, 1|k, p, m)."""
         return deviations if self.present is None else deviations * self.present[..., None, :]
-
-    def _known(self, residuals: Array) -> Array:
-        return residuals if self.present is None else np.where(self.present, residuals, 0.0)
 
 
 def prepare(sensor: Sensor, detections: Detections, expected: Array, noise: Array, points: bool = False) -> Prepared:

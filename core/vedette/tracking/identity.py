@@ -12,6 +12,7 @@ from attrs import Factory, evolve, field, frozen
 
 from vedette import fields
 from vedette.space import Array, Indices, Mask
+from vedette.tracking import pytrees
 from vedette.tracking.classes import class_evidence, confusion_fault, given_classes, shares_fault
 from vedette.types import Detections, Frame, Newborn
 
@@ -198,13 +199,7 @@ def without_second(
     if names is not None:
         bearing = names.borne if how.wrong == 0 else names.borne[names.stray < STRAY]
         keep &= ~np.isin(code, bearing[bearing >= 0])
-    return begin if keep.all() else kept(begin, keep)
-
-
-def kept(begin: Newborn, keep: Mask) -> Newborn:
-    """Return some of the tracks that begin."""
-    prior = evolve(begin.prior, mean=begin.prior.mean[keep], cov=begin.prior.cov[keep])
-    return Newborn(begin.returns[keep], prior, begin.existence[keep])
+    return begin if keep.all() else pytrees.take(begin, keep, 0)
 
 
 def begun(how: Identity, observed: Detections | Frame, returns: Indices) -> Names:

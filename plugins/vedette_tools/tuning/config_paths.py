@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+from collections.abc import Hashable, Iterator, Mapping
 from functools import cache
 from typing import Any, cast
 
@@ -43,12 +43,9 @@ def find(experiment: Experiment, written: str) -> Place:
     if path[0] not in TUNED:
         known = did_you_mean(str(path[0]), TUNED)
         raise ValueError(f"is not in what can be tuned;{known} that is {', '.join(TUNED)}")
-    value, parameter, here = getattr(experiment.tracker, str(path[0])), None, str(path[0])
-    for depth, step in enumerate(path[1:], 1):
-        if isinstance(value, np.ndarray) or (parameter is not None and _is_pair(value)):
+    for depth, (value, parameter, here) in enumerate(_way(experiment, path), 1):
+        if depth < len(path) and (isinstance(value, np.ndarray) or (parameter is not None and _is_pair(value))):
             return _in_array(np.asarray(value), parameter, path, depth, here)
-        value, parameter = _below(value, parameter, step, here)
-        here = below(here, step) if isinstance(step, str) else f"{here}[{step}]"
     return _number(value, parameter, path, here)
 
 
@@ -57,11 +54,18 @@ def at(experiment: Experiment, written: str) -> Any:
     path = path_of(written)
     if not path or path[0] not in TUNED:
         raise ValueError(f"must begin with one of {', '.join(TUNED)}")
+    *_, (value, _, _) = _way(experiment, path)
+    return value
+
+
+def _way(experiment: Experiment, path: KeyPath) -> Iterator[tuple[Any, Parameter | None, str]]:
+    """Yield what is along a path, the parameter that declares it, and where that is; ValueError where nothing is."""
     value, parameter, here = getattr(experiment.tracker, str(path[0])), None, str(path[0])
+    yield value, parameter, here
     for step in path[1:]:
         value, parameter = _below(value, parameter, step, here)
         here = below(here, step) if isinstance(step, str) else f"{here}[{step}]"
-    return value
+        yield value, parameter, here
 
 
 def changed(experiment: Experiment, path: KeyPath, value: Any) -> Experiment:

@@ -124,10 +124,7 @@ def changes(experiment: Experiment, free: Sequence[Free], values: Sequence[float
 
 def _free(experiment: Experiment, path: str, place: Place, bounds: str) -> Free:
     probable = place.unit == "1" and "at_most" in place.limits and place.limits["at_most"] <= 1
-    if place.inside:
-        kept = _kept(experiment, path, place)
-    else:
-        kept = ""
+    kept = _kept(experiment, path, place) if place.inside else ""
     low, high = _range(bounds, place, probable or kept == "row")
     positive = any(place.limits.get(name, -1.0) >= 0 for name in ("above", "at_least"))
     if (probable and positive) or (
