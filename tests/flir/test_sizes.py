@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 
 import vedette
+from support.infrared import steps
 from support.paths import EXAMPLES, recording
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.sizes import DOUBT, grown, spread_of
+from vedette_flir.estimators import template
+from vedette_flir.sizes import DOUBT, grown, larger_than, redrawn, spread_of
 
 
 def frame(k, at, sigma, peak=90.0):
@@ -39,6 +41,78 @@ def test_growth_settles_at_part_of_the_logarithm_of_the_spread():
         growth = grown(growth, 3.0, 1.5, 0.05)
     assert growth == pytest.approx(0.7 * np.log(2.0))
     assert grown(0.0, 100.0, 1.0, 0.05) == pytest.approx(0.05 * 0.3)
+
+
+def liner(x, y, at, size):
+    """The light of an airliner of so many px: a long body, and a brighter fin at its left end."""
+    u, v = (x - at[0]) / size, (y - at[1]) / size
+    return 120.0 * np.exp(-((u / 0.35) ** 2) - (v / 0.08) ** 2) + 120.0 * np.exp(
+        -(((u + 0.3) / 0.1) ** 2) - ((v + 0.1) / 0.1) ** 2
+    )
+
+
+@pytest.mark.parametrize("grows", [-0.08, -0.03, 0.0, 0.03, 0.08])
+def test_how_much_larger_a_thing_is_than_its_template_does_not_depend_on_shift_gain_or_level(grows):
+    y, x = np.mgrid[:36, :36]
+    mask = np.exp(-(((x - 17.5) / 14.0) ** 4) - ((y - 17.5) / 14.0) ** 4)
+    plain = liner(x, y, (17.5, 17.5), 22.0) / 150.0
+    shown = 0.2 + 1.1 * liner(x, y, (17.9, 17.2), 22.0 * np.exp(grows)) / 150.0
+    larger, deviation = larger_than(plain, shown, mask)
+    assert larger == pytest.approx(grows, abs=0.015)
+    back, _ = larger_than(shown, plain, mask)
+    assert back == pytest.approx(-grows, abs=0.015)
+    noise = 0.1 * np.random.default_rng(3).normal(size=shown.shape)
+    noisy, unsure = larger_than(plain, shown + noise, mask)
+    assert unsure > deviation
+    assert abs(noisy) < abs(larger) + 4.0 * unsure  # slopes of noise make it less
+
+
+def test_a_template_is_drawn_anew_by_what_growth_and_the_frame_both_say():
+    assert redrawn(90.0, 0.2, 0.08, 0.01) == pytest.approx(np.exp(0.08))
+    assert redrawn(90.0, -0.07, -0.2, 0.01) == pytest.approx(np.exp(-0.07))
+    assert redrawn(90.0, 0.2, -0.2, 0.01) == 1.0
+    assert redrawn(90.0, 0.2, 0.08, 0.05) == 1.0
+    assert redrawn(90.0, 0.2, 0.04, 0.001) == 1.0
+    assert redrawn(9.0, 0.2, 0.08, 0.01) == 1.0  # less than a px of it
+
+
+def airliner(growth, frames=60):
+    """Places (k, 2), true ones, and widths over true ones of an airliner that grows before a wood; no spread is known."""
+    y, x = np.mgrid[:256, :320]
+    wood = 70.0 * (y > 152.0 + 4.0 * np.sin(x / 7.0) + 3.0 * np.sin(x / 2.3))
+    sizes = 90.0 * np.exp(growth * np.arange(frames) / frames)
+    places = np.stack([70.0 + 2.5 * np.arange(frames), np.full(frames, 142.0)], axis=1)
+    shown = [
+        60.0 + np.maximum(wood, liner(x, y, at, size)) + np.random.default_rng(k).normal(0.0, 1.0, x.shape)
+        for k, (at, size) in enumerate(zip(places, sizes, strict=True))
+    ]
+    box = np.array([*places[0], 90.0, 40.0])
+    assert np.isnan(spread_of(shown[0], box[:2], box[2:], 1.0))
+    rows = np.array([estimate.mean[0] for _, estimate in steps(shown, [box])])
+    return rows[:, :2], places, rows[:, 4] / sizes
+
+
+@pytest.mark.parametrize("growth", [0.4, -0.4])
+def test_a_large_target_before_a_wood_is_followed_as_it_grows(growth, monkeypatch):
+    found, true, ratio = airliner(growth)
+    worst = np.hypot(*(found - true).T).max()
+    assert worst < 7.0
+    assert abs(np.log(ratio[-1])) < DOUBT
+    monkeypatch.setattr(template, "redrawn", lambda *_: 1.0)
+    monkeypatch.setattr(template, "grown_beside", lambda growth, *_: growth)
+    found, _, ratio = airliner(growth)
+    assert abs(np.log(ratio[-1])) > 0.35  # its box stays, and its place goes along with its fin
+    assert np.hypot(*(found - true).T).max() > 1.8 * worst
+
+
+@pytest.mark.parametrize("last", [0.5, 2.5])
+def test_the_template_of_a_small_target_grows_and_never_shrinks_onto_its_core(last):
+    spots = [frame(k, (30.0 + 0.5 * k, 40.0), 3.0 * last ** (min(k, 60) / 60)) for k in range(90)]
+    sizes = [np.max(state.belief.appearance.size) for state, _ in steps(spots, [[30.0, 40.0, 15.0, 12.0]])]
+    if last < 1.0:
+        assert sizes[-1] == sizes[0]
+    else:
+        assert sizes[-1] > 1.3 * sizes[0]
 
 
 def followed(resize):

@@ -24,6 +24,7 @@ from vedette_flir.patches import (
     similarity,
     without_large,
 )
+from vedette_flir.sizes import larger_than
 
 WIDE = 1.6
 """Side of the template over that of the target, at least, where it says whether the target is there, or where a lost one is:
@@ -126,8 +127,19 @@ class Matcher:
         The first template counts the less, the less the target still looks like it. `masks` (m, p, p) weigh the cells.
         """
         both = similarity(image, patches, masks[:, None])
-        anchor = self.anchor * np.maximum(similarity(patches[0], patches[1], masks), 0.0)
+        anchor = self._anchor(patches, masks)
         return (both[:, 0] + anchor * both[:, 1]) / (1.0 + anchor), both[:, 1]
+
+    def _anchor(self, patches: Array, masks: Array) -> Array:
+        """Return the weight (m, 1, 1) of the first template beside the smoothed one."""
+        return self.anchor * np.maximum(similarity(patches[0], patches[1], masks), 0.0)
+
+    def larger(self, appearance: TemplateAppearance, shown: Array) -> tuple[float, float]:
+        """Return the logarithm of how much larger what is `shown` is than both templates, and its standard deviation."""
+        mask, both = self.mask(appearance.size), np.stack([appearance.patch, appearance.first_patch])
+        anchor = float(self._anchor(both, mask[None])[0, 0, 0])
+        template = (both[0] + anchor * both[1]) / (1.0 + anchor)
+        return larger_than(template, kept(shown, float(appearance.amplitude)), mask)
 
     def look(
         self,
