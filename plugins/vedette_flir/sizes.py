@@ -31,8 +31,8 @@ hand, on an airliner that nears before a wood.
 
 REDRAWN = (0.05, 2.0, 1.0)
 """Growth from which on a template is drawn anew: in logarithms, in standard deviations, and in px of the longer side. By
-hand, on clips of both halves that were made to near and to zoom: with 3 deviations a drone is held in .90 of its frames,
-with 4 in .48, with 2 in all.
+hand, on `ir_clips` and the odd clips made to near and to zoom: with 3 deviations a drone is held in .90 of its frames, with
+4 in .48, with 2 in all.
 """
 
 DOUBT = 0.17
