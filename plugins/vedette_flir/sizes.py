@@ -95,10 +95,10 @@ def larger_than(template: Array, shown: Array, mask: Array) -> tuple[float, floa
     slopes = np.stack([-across * steps - down * steps[:, None], across, down, template, np.ones_like(template)])
     root = np.sqrt(mask.ravel())
     A, b = (slopes.reshape(5, -1) * root).T, (shown - template).ravel() * root
-    energy = A.T @ A + 1e-9 * np.eye(5)
-    found = np.linalg.solve(energy, A.T @ b)
+    inverse = np.linalg.inv(A.T @ A + 1e-9 * np.eye(5))
+    found = inverse @ (A.T @ b)
     rest = float(np.sum((b - A @ found) ** 2) / mask.sum())
-    return float(found[0]), float(np.sqrt(rest * np.linalg.inv(energy)[0, 0]))
+    return float(found[0]), float(np.sqrt(rest * inverse[0, 0]))
 
 
 def redrawn(size: float, ahead: float, larger: float, deviation: float) -> float:

@@ -7,7 +7,7 @@ import vedette
 from support.infrared import steps
 from support.paths import EXAMPLES, recording
 from vedette import Frame, Gaussian, Scan
-from vedette_flir.estimators import template
+from vedette_flir.estimators import growth as growths
 from vedette_flir.sizes import DOUBT, grown, larger_than, redrawn, spread_of
 
 
@@ -98,8 +98,8 @@ def test_a_large_target_before_a_wood_is_followed_as_it_grows(growth, monkeypatc
     worst = np.hypot(*(found - true).T).max()
     assert worst < 7.0
     assert abs(np.log(ratio[-1])) < DOUBT
-    monkeypatch.setattr(template, "redrawn", lambda *_: 1.0)
-    monkeypatch.setattr(template, "grown_beside", lambda growth, *_: growth)
+    monkeypatch.setattr(growths, "redrawn", lambda *_: 1.0)
+    monkeypatch.setattr(growths, "grown_beside", lambda growth, *_: growth)
     found, _, ratio = airliner(growth)
     assert abs(np.log(ratio[-1])) > 0.35  # its box stays, and its place goes along with its fin
     assert np.hypot(*(found - true).T).max() > 1.8 * worst

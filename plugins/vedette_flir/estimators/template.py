@@ -11,6 +11,7 @@ from attrs import evolve, frozen
 from vedette import Array, Gaussian, fields
 from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilter
 from vedette_flir.estimators.earlier import SURELY, Elsewhere, kept_frame, nothing_kept
+from vedette_flir.estimators.growth import resized
 from vedette_flir.estimators.hints import forgotten, hinted
 from vedette_flir.estimators.judged import LIKELY, in_negative, judged, likelier_of
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
@@ -24,7 +25,7 @@ from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
 from vedette_flir.patches import centroid, contrast, kept, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
-from vedette_flir.sizes import DOUBT, FOLLOWED, FOLLOWS, grown, grown_beside, redrawn, spread_of
+from vedette_flir.sizes import DOUBT, FOLLOWS
 
 LATEST = 0.3
 """Part of how a target looked of late that each frame renews. By hand: from .15 to .6 as many turning targets are held."""
@@ -223,7 +224,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         renewed = evolve(renewed, negative=np.asarray(it.negative * (best is here)))
         presence = presence_ratio(ratio, existence, cut=cut and not new, anew=anew)
         if presence > 0 and not best.negative:
-            renewed = self._resized(renewed, pixels, place, box, best.shown)
+            renewed = resized(self._matcher, renewed, pixels, place, box, best.shown, self.resize or FOLLOWS)
         renewed = kept_frame(pixels, renewed, place, held=min(existence - SURELY, ratio) > 0 and not (anew or best.negative))
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
@@ -267,22 +268,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         known = belief.appearance.known[..., None] > 0
         cov[..., sides, sides] = np.where(known, (DOUBT * mean[..., sides]) ** 2, cov[..., sides, sides])
         return Gaussian(mean, cov)
-
-    def _resized(
-        self, appearance: TemplateAppearance, pixels: Array, place: Array, box: Array, shown: Array
-    ) -> TemplateAppearance:
-        """Return the appearance with the growth that this frame speaks for, and templates as large as the target."""
-        growth, first, scale = (float(each) for each in (appearance.growth, appearance.first_spread, appearance.scale))
-        larger, deviation = self._matcher.larger(appearance, shown)
-        size = float(np.max(appearance.size))
-        least = 0.0 if size <= self.small else -np.inf  # the template of a small one would shrink onto its core
-        if size > self.small:
-            growth = grown_beside(growth, scale, larger, deviation)
-        elif (spread := spread_of(pixels, place, box * np.exp(growth), float(np.sign(appearance.amplitude)))) > 0:
-            first = first or spread * float(np.exp(-growth / FOLLOWED))
-            growth = grown(growth, spread, first, self.resize or FOLLOWS)
-        known = self._matcher.scaled(appearance, redrawn(size, max(growth, least) - scale, larger, deviation))
-        return evolve(known, first_spread=np.asarray(first), growth=np.asarray(growth))
 
     def _with_scene(self, appearance: TemplateAppearance, pixels: Array) -> tuple[TemplateAppearance, bool]:
         """Return the appearance with the outline of this frame, and whether that shows another scene."""
