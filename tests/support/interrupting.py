@@ -4,11 +4,13 @@ Prints for each a line of JSON: its exit code, and what it left in `out-N`.
 """
 
 import json
+import math
 import random
 import signal
 import sys
 from contextlib import redirect_stdout
 from pathlib import Path
+from time import monotonic
 
 from support.killing import killed
 from vedette.cli import main
@@ -36,7 +38,10 @@ if __name__ == "__main__":
     series.SCANS, growing.BLOCKS = 4, 2
     with redirect_stdout(sys.stderr):
         main([*command, "warm"])  # all is loaded before it forks
+    begin = monotonic()
+    killed(math.inf, [*command, "whole"])
+    seconds = monotonic() - begin
     for i in range(runs):
         place = Path(f"out-{i}")
-        code = killed(chance.uniform(0.02, 1.0 if "--stream" in command else 0.5), [*command, str(place)], signal.SIGINT)
+        code = killed(chance.uniform(0.0, seconds), [*command, str(place)], signal.SIGINT)
         print(json.dumps({"code": code, "left": left(place)}), flush=True)

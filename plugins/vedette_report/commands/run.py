@@ -74,13 +74,18 @@ def run(arguments: Namespace) -> int:
             written = write_files(results.place, experiment, recorded, numbers, text)
             if smoothed is not None:
                 written += write_smoothed(results.place, experiment, result, smoothed)
-            if pictures.possible():
-                written += pictures.of_run(evolve(result, judged=judged), results.place)
+            try:
+                written += pictures.of_run(evolve(result, judged=judged), results.place) if pictures.possible() else []
+                code = INTERRUPTED if result.interrupted else DONE
+            except KeyboardInterrupt:
+                print("vedette: interrupted while pictures were drawn: all else of the run is kept", file=sys.stderr)
+                code = INTERRUPTED
             further, problems = write_of_plugins(results.place, experiment, result)
     written += [*([_page(folder)] if arguments.report else []), *further]
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
-    return _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
+    _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
+    return code
 
 
 def _go_on(arguments: Namespace) -> int:
@@ -132,9 +137,9 @@ def _stream(
     for problem in done.problems:
         print(f"vedette: {problem}", file=sys.stderr)
     written = [*done.files, *([_page(folder)] if arguments.report else [])]
-    return _tell(
-        arguments, done.result, done.text if arguments.all else done.brief, done.figures, f"{folder}: {', '.join(written)}"
-    )
+    text = done.text if arguments.all else done.brief
+    _tell(arguments, done.result, text, done.figures, f"{folder}: {', '.join(written)}")
+    return INTERRUPTED if done.result.interrupted else DONE
 
 
 def _page(folder: Path) -> str:
@@ -145,8 +150,8 @@ def _page(folder: Path) -> str:
     return "report.html"
 
 
-def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str) -> int:
-    """Print the result of a run; return the exit code."""
+def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str) -> None:
+    """Print the result of a run."""
     took = timings(result)
     print(text if arguments.all else f"{text}\nsummary.txt has more, and --all prints it")
     if took["seconds_per_scan"] is not None:
@@ -154,4 +159,3 @@ def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, An
     print(written)
     if arguments.json:
         print(json.dumps(numbers | took))
-    return INTERRUPTED if result.interrupted else DONE
