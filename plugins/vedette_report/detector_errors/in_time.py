@@ -265,26 +265,29 @@ class Pieces:
 
 def _fitted(pieces: Pieces, correlated: bool) -> Fit:
     """Return the likeliest errors of one kind."""
-    best, height = None, -np.inf
-    for part in PARTS if correlated else (np.inf,):
-        fit, reached = _climbed(pieces, part)
-        if best is None or reached > height + CLEARLY:
-            best, height = fit, reached
-    assert best is not None
-    return best
+    fits, heights = _climbed(pieces, np.array(PARTS if correlated else (np.inf,)))
+    best = 0
+    for i in range(1, len(fits)):
+        if heights[i] > heights[best] + CLEARLY:
+            best = i
+    return fits[best]
 
 
-def _climbed(pieces: Pieces, part: float) -> tuple[Fit, float]:
+def _climbed(pieces: Pieces, parts: Array) -> tuple[list[Fit], Array]:
+    """Return the likeliest errors (p,) with each white part, and their log-likelihoods (p,)."""
     low, high = np.array([-1.2, -12.0]), np.array([4.0, 4.0])
-    if np.isinf(part):
+    if np.isinf(parts[0]):
         low[0] = high[0] = 0.0
-    centre, reach = 0.5 * (low + high), 0.5 * (high - low)
+    centre, reach = np.tile(0.5 * (low + high), (len(parts), 1)), 0.5 * (high - low)
     for _ in range(PASSES):
-        sides = [np.unique(np.clip(centre[i] + reach[i] * np.linspace(-1, 1, POINTS), low[i], high[i])) for i in (0, 1)]
-        tau, accel = (side.ravel() for side in np.meshgrid(*sides))
-        heights = pieces.loglik(tau, accel, np.full(len(tau), part))
-        top = int(np.argmax(heights))
-        centre, reach = np.array([tau[top], accel[top]]), reach * 2.2 / (POINTS - 1)
-    squares, _ = pieces.sums(centre[:1], centre[1:], np.array([part]))
-    scale = float(np.sqrt(max(squares[0], TINY) / pieces.count))
-    return Fit(float(centre[0]), float(centre[1]), part, scale), float(heights[top])
+        sides = [np.unique(reach[i] * np.linspace(-1, 1, POINTS)) for i in (0, 1)]
+        grid = np.stack([side.ravel() for side in np.meshgrid(*sides)], axis=-1)
+        points = np.clip(centre[:, None] + grid, low, high)
+        of_part = np.repeat(parts, len(grid))
+        heights = pieces.loglik(points[..., 0].ravel(), points[..., 1].ravel(), of_part).reshape(len(parts), -1)
+        top = np.argmax(heights, axis=1)
+        centre, reach = points[np.arange(len(parts)), top], reach * 2.2 / (POINTS - 1)
+    squares, _ = pieces.sums(centre[:, 0], centre[:, 1], parts)
+    scales = np.sqrt(np.maximum(squares, TINY) / pieces.count)
+    found = zip(centre.tolist(), parts.tolist(), scales.tolist(), strict=True)
+    return [Fit(tau, accel, part, scale) for (tau, accel), part, scale in found], np.max(heights, axis=1)
