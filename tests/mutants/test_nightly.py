@@ -19,10 +19,12 @@ from bayes_risk import test_association as weights
 from flir import test_sizes, test_template
 from marine import test_cfar as rates
 from marine import test_chain as chain
+from mutants.test_cures import CURES
 from support.paths import ROOT
 from testing import test_assert_consistent as consistent
+from tools.tuning.test_mutants import MUTANTS
 from vedette_bayes_risk.parallel import ParallelKalmanPrinted
-from vedette_flir.estimators import template
+from vedette_flir.estimators import growth, template
 from vedette_marine.picture.evidence import Evidence
 from vedette_report.consistency import chi_square_verdict
 from vedette_report.whole_trackers import verdicts
@@ -138,7 +140,7 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "report/test_resuming.py::test_what_comes_out_is_what_an_undisturbed_run_leaves",
     ),
     "tracking/test_horizons.py::test_horizons_on_the_crossing": ("tracking/test_retelling.py",),
-    "tracking/test_horizons.py::test_the_figures_of_the_crossing_are_those_of_the_page": (
+    "tracking/test_horizons.py::test_the_crossing_errs_as_it_did_when_its_page_was_measured": (
         "tracking/test_clusters_of_hypotheses.py",
         "standard/associators/test_hypotheses.py",
     ),
@@ -300,7 +302,7 @@ FAULTS: dict[str, Fault] = {
         template, "match_ratio", lambda *given: 60.0, test_template.test_a_target_that_fades_is_missed_and_found_again,
     ),
     "labels of clips: a size that stays": (
-        template, "grown", lambda growth, *given: growth,
+        growth, "grown", lambda size, *given: size,
         test_sizes.test_the_box_follows_a_target_that_grows_and_states_its_doubt,
     ),
     "returns that compete: the spread of the means is kept": (
@@ -320,6 +322,11 @@ FAULTS: dict[str, Fault] = {
     ),
 }  # fmt: skip
 template_centroid, cfar_factor = template.centroid, rates.factor
+
+
+def test_what_a_fault_replaces_is_there() -> None:
+    """All of them, as one is put in by day."""
+    assert not [name for name, (where, attribute, *_) in (FAULTS | CURES | MUTANTS).items() if not hasattr(where, attribute)]
 
 
 @pytest.mark.parametrize("name", FAULTS)

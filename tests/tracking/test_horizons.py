@@ -33,11 +33,13 @@ def test_horizons_on_the_crossing():
         assert max(abs(row[3]) for row in rows) < LIMIT, (horizon, rows)
 
 
-@pytest.mark.nightly("a hundred runs of the crossing: minutes")
-def test_the_figures_of_the_crossing_are_those_of_the_page():
+@pytest.mark.nightly("ten runs of the crossing by all associators: 40 s of CPU")
+def test_the_crossing_errs_as_it_did_when_its_page_was_measured():
+    """In the first ten of the page's hundred runs. What changes these changes the page: `python -m benchmarks.crossing`."""
     recording("mtt")
-    runs = [crossing.judged(2018, run) for run in range(100)]
-    told = {"k_best, 200": 2.912, "k_best, 20": 2.928, "n_scan, 3 scans": 2.944, "variational": 2.899, "lmb": 3.022}
-    told |= {"jpda": 3.210, "m_best_jpda, 200": 3.210, "gnn": 3.282}
+    runs = [crossing.judged(2018, run) for run in range(10)]
+    told = {"k_best, 200": 2.957, "k_best, 200, mean shown": 2.930, "k_best, 20": 3.014, "n_scan, 3 scans": 2.961}
+    told |= {"variational": 2.910, "lmb": 2.993, "jpda": 3.277, "m_best_jpda, 200": 3.277, "gnn": 3.198}
+    assert told.keys() == crossing.TRACKERS.keys()
     for name, rms in told.items():
         assert math.sqrt(np.mean([run[name][0] for run in runs])) == pytest.approx(rms, abs=6e-4), name
