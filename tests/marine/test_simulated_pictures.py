@@ -41,14 +41,14 @@ def tracked_from_pictures(name, runs, seed):
 
 @pytest.mark.costly
 def test_boats_are_tracked_from_simulated_pictures(pytestconfig, monkeypatch):
-    """Against AIS at most 12 m in the mean of 20 runs of the whole scene and none lost, at night; IMM-PDAF errs least.
+    """Against AIS at most 12 m in the mean of two runs of the whole scene and none lost, at night; IMM-PDAF errs least.
 
     Else one run of 20 s, in which the error of the AIS itself and of the start do not average out: at most 20 m.
     """
     night = pytestconfig.getoption("vedette_profile") == "nightly"
     if not night:
         monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 30))
-    for records in tracked_from_pictures("MANV-like", 20 if night else 1, 2026).values():
+    for records in tracked_from_pictures("MANV-like", 2 if night else 1, 2026).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= (12.0 if night else 20.0)
         if night:
@@ -76,21 +76,22 @@ def test_evidence_of_the_picture_keeps_spikes_from_becoming_tracks():
     assert informed.coverage >= plain.coverage
 
 
-@pytest.mark.nightly("four runs of pictures: minutes")
+@pytest.mark.nightly("a run of pictures: a minute of CPU")
 def test_boats_are_kept_in_a_rough_sea(monkeypatch):
-    """Announced boats, whose tracks need the gate alone: no worse than in the scene's own sea."""
-    monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 1000, sea=ROUGH))
-    for records in tracked_from_pictures("MANV-like", 4, 2027).values():
+    """Announced boats, whose tracks need the gate alone, over a turn of both: no worse than in the scene's own sea."""
+    monkeypatch.setattr(picture_runs, "SCENES", short("MANV-like", 400, sea=ROUGH))
+    for records in tracked_from_pictures("MANV-like", 1, 2027).values():
         assert not any(each.lost.any() for each in records.values())
         assert outcome.rms(records["IMM-PDAF"], "ais") <= 12.0
 
 
-@pytest.mark.nightly("four runs of pictures: minutes")
-def test_the_large_ship_is_tracked_from_simulated_pictures():
+@pytest.mark.nightly("a run of pictures: half a minute of CPU")
+def test_the_large_ship_is_tracked_from_simulated_pictures(monkeypatch):
     """A beacon sends every 45 s. What is seen is the hull; the antenna that AIS tells of stands 65 m aft of its middle."""
-    (records,) = tracked_from_pictures("DARC-like", 4, 2026).values()
+    monkeypatch.setattr(picture_runs, "SCENES", short("DARC-like", 240))
+    (records,) = tracked_from_pictures("DARC-like", 1, 2026).values()
     assert not any(each.lost.any() for each in records.values())
-    assert outcome.rms(records["IMM-PDAF"], "centre") <= 30.0
+    assert outcome.rms(records["IMM-PDAF"], "centre") <= 15.0
     assert 40.0 < outcome.rms(records["IMM-PDAF"], "ais") < 90.0
     assert outcome.ratio(records, "CV-PDAF", "ais").measured == pytest.approx(1.0, abs=0.02)
 
