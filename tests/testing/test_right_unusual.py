@@ -10,6 +10,7 @@ from vedette import (
     Detections,
     Gaussian,
     ImagingSensor,
+    MotionModel,
     Preprocessor,
     Recording,
     Scan,
@@ -179,6 +180,49 @@ class Compass(Sensor):
         return np.array(0.01)
 
 
+def turned(x, angle):
+    return x @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+
+
+@frozen
+class Clock(MotionModel):
+    """A hand that turns steadily and surely; linear, and states no Jacobian."""
+
+    kind = "test_clock"
+    linear = True
+    rate: float = fields.quantity("rad/s", "turn", at_least=-1, at_most=1)
+    state = Space.of(a="m", b="m")
+
+    def move(self, x, dt):
+        return turned(x, self.rate * dt)
+
+    def noise(self, x, dt):
+        return np.zeros((2, 2))
+
+
+@frozen
+class Askew(Sensor):
+    """A position in a frame that is turned; linear, and states no Jacobian."""
+
+    kind = "test_askew"
+    linear = True
+    observes = Space.of(x="m", y="m")
+    measurement = Space.of(a="m", b="m")
+    angle: float = fields.quantity("rad", "of the frame", at_least=-3, at_most=3)
+
+    def measure(self, x):
+        return turned(x, -self.angle)
+
+    def noise(self, x):
+        return np.eye(2)
+
+    def detects(self, x):
+        return np.array(0.9)
+
+    def clutter(self, z):
+        return np.array(1e-6)
+
+
 def outcomes(cls, seed=0, **given):
     return [examine(cls, law, components(cls, given), evolve(FAST, shrink=False, seed=seed)) for law in laws_of(cls)]
 
@@ -189,6 +233,8 @@ SHAPES = [
                  id="a preprocessor of two kinds of return"),
     pytest.param(Flight, {"duration": st.floats(5.0, 20.0)}, 10, id="a source in space, with velocities"),
     pytest.param(Ring, {}, 12, id="a period of 10 km"),
+    pytest.param(Clock, {}, 12, id="a linear motion without a Jacobian"),
+    pytest.param(Askew, {}, 12, id="a linear sensor without a Jacobian"),
     pytest.param(Compass, {"wraps": st.just(True)}, 12, id="a heading"),
     pytest.param(ExtendedKalman, {"motion": st.just(ConstantVelocity(0.5, axes=("y", "x")))}, 30, id="y before x"),
 ]  # fmt: skip
