@@ -35,6 +35,7 @@ CASES = [(birth, by, "existence") for birth in BIRTHS for by in ASSOCIATORS]
 CASES += [(birth, "jpda", life) for birth in BIRTHS for life in LIVES[1:]]
 CASES = [(*case, seed) for case in CASES for seed in (1, 2)]
 CASES += [("from_returns", "n_scan", "existence", seed) for seed in (5, 7, 14, 18, 19)]
+SLOW = [(birth, "jpda", "existence", 1, 40) for birth in BIRTHS]
 
 
 def tracker(birth, by="jpda", life="existence", **sensors):
@@ -67,17 +68,17 @@ def states(made, scans):
     return after
 
 
-@pytest.mark.parametrize(("birth", "by", "life", "seed"), CASES)
+@pytest.mark.parametrize(("birth", "by", "life", "seed", "between"), [(*case, 1) for case in CASES] + SLOW)
 @pytest.mark.by_turns
-def test_scans_of_other_places_change_no_track(birth, by, life, seed):
-    """Between two scans, and at their very time."""
+def test_scans_of_other_places_change_no_track(birth, by, life, seed, between):
+    """Between two scans, and at their very time; and where another radar looks forty times as often."""
     two = {"west": RADAR, "far": {**RADAR, "view": ELSEWHERE}}
     made, alone, beside = tracker(birth, by, life, **two), list(scene(seed)), []
     for k, scan in enumerate(alone):
         beside.append(scan)
         if k + 1 < len(alone):
-            when = scan.time if k % 3 == 0 else 0.5 * (scan.time + alone[k + 1].time)
-            beside.append(Scan(when, "far", Detections.of([], 2)))
+            gap = 0.0 if k % 3 == 0 else (alone[k + 1].time - scan.time) / (between + 1)
+            beside += [Scan(scan.time + gap * (i + 1), "far", Detections.of([], 2)) for i in range(between)]
     confirmed = 0
     own = [each for each in states(made, beside) if each[0] == "west"]
     for (_, state, estimate), (_, other, same) in zip(states(made, alone), own, strict=True):
@@ -116,17 +117,18 @@ def test_what_gives_no_position_stands_beside_what_does(birth):
 
 
 @pytest.mark.parametrize("birth", ["two_point", "three_point"])
+@pytest.mark.parametrize(("apart", "most"), [(1.0, following.KEPT), (2.0, 600)])
 @pytest.mark.by_turns
-def test_what_nobody_looks_at_again_is_forgotten(birth):
-    """A ship that sails on for 400 scans remembers the returns of sixteen."""
+def test_what_nobody_looks_at_again_is_forgotten(apart, most, birth):
+    """A ship that sails on for 700 scans remembers the newest returns, or those of ten minutes."""
     made = tracker(birth, radar={"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01, "max_range": 100.0})
     state, largest = made.start(seed=1), 0
-    for k in range(400):
+    for k in range(700):
         pose = vedette.Pose([300.0 * k, 0.0])
-        state = made.step(state, Scan(float(k), "radar", Detections.of([[50.0, 1.0], [60.0, 2.0]]), pose))
+        state = made.step(state, Scan(apart * k, "radar", Detections.of([[50.0, 1.0], [60.0, 2.0]]), pose))
         (memory,) = state.unseen.values()
         largest = max(largest, len(getattr(memory, "last", memory).mean))
-    assert largest == 2 * (1 + following.WAITS)
+    assert largest == 2 + most
     assert state.born == 0
 
 
@@ -134,7 +136,7 @@ def test_decisions_after_so_many_scans_of_any_place_break_the_law(monkeypatch):
     monkeypatch.setattr(growing, "UNSEEN", -np.inf)
     for birth in ("uniform", "poisson"):
         with pytest.raises(AssertionError):
-            test_scans_of_other_places_change_no_track(birth, "n_scan", "existence", 1)
+            test_scans_of_other_places_change_no_track(birth, "n_scan", "existence", 1, 1)
 
 
 @pytest.mark.costly
@@ -142,18 +144,18 @@ def test_scans_that_end_what_they_cannot_see_break_the_law(monkeypatch):
     monkeypatch.setattr(limited, "UNSEEN", -1.0)
     for seed in (1, 5, 7, 14, 18, 19):
         with pytest.raises(AssertionError):
-            test_scans_of_other_places_change_no_track("from_returns", "n_scan", "existence", seed)
+            test_scans_of_other_places_change_no_track("from_returns", "n_scan", "existence", seed, 1)
 
 
 def test_decisions_made_twice_break_the_law(monkeypatch):
     decided = growing._decided
     monkeypatch.setattr(growing, "_decided", lambda found: attrs.evolve(decided(found), past=found.past))
     with pytest.raises(AssertionError):
-        test_scans_of_other_places_change_no_track("three_point", "n_scan", "existence", 2)
+        test_scans_of_other_places_change_no_track("three_point", "n_scan", "existence", 2, 1)
 
 
 def test_births_that_forget_at_each_scan_break_the_law(monkeypatch):
     monkeypatch.setattr(Waiting, "outlasting", lambda self, sensor: self.of(slice(0)))
     for birth in ("two_point", "three_point"):
         with pytest.raises(AssertionError):
-            test_scans_of_other_places_change_no_track(birth, "jpda", "existence", 1)
+            test_scans_of_other_places_change_no_track(birth, "jpda", "existence", 1, 1)

@@ -17,15 +17,16 @@ from vedette_standard.regions import Polygon
 SEEN = 0.1
 """A place that a sensor looks at: a target there is detected with this probability or more; as `m_of_n` counts a look."""
 
-WAITS = 16
-"""Scans of other places through which a return waits for one that can follow it."""
+WAITS, KEPT, LONGEST, NEVER = 16, 1000, 600.0, -(2**62)
+"""Scans of other places through which a return surely waits for one that can follow it; how many of the newest wait on, and
+for how many s, as one sensor looks once a minute beside another that does every second; `left` of what does not wait."""
 
 
 @frozen(eq=False)
 class Waiting:
     """What waits for a return that follows: k positions, maybe with velocities, (k, p) and (k, p, p), `ago` (k,) s before.
 
-    left (k,): the scans of other places that it outlasts.
+    left (k,): the scans of other places that it surely outlasts.
     """
 
     mean: Array
@@ -36,7 +37,7 @@ class Waiting:
     @classmethod
     def now(cls, found: Gaussian, seen: Mask) -> Waiting:
         """Return what waits from now on; what its own sensor should not have `seen` (k,) outlasts nothing."""
-        return cls(found.mean, found.cov, np.zeros(len(found.mean)), np.where(seen, WAITS, 0))
+        return cls(found.mean, found.cov, np.zeros(len(found.mean)), np.where(seen, WAITS, NEVER))
 
     def later(self, dt: float) -> Waiting:
         """Return the same, `dt` longer ago."""
@@ -56,7 +57,8 @@ class Waiting:
         """Return what a scan leaves to wait, as its sensor does not look there."""
         if not len(self.mean):
             return self
-        some = (self.left > 0) & ~seen(sensor, self.mean[:, : len(position_of(sensor))])
+        longer = (self.left > NEVER) & (np.arange(len(self.left), 0, -1) <= KEPT) & (self.ago <= LONGEST)
+        some = ((self.left > 0) | longer) & ~seen(sensor, self.mean[:, : len(position_of(sensor))])
         kept = self.of(some if some.any() else slice(0))
         return Waiting(kept.mean, kept.cov, kept.ago, kept.left - 1)
 

@@ -31,13 +31,13 @@ class ThreePoint(Following):
 
     The first two give position and velocity by two-point differencing. That is moved to the third, with the covariance
     (a dt^2 / 2)^2 of what an acceleration a = `max_acceleration` does to the position, and (a dt)^2 to the velocity; the
-    return lies within `deviations` of it and updates it. No three belong to tracks; the nearest counts. False returns start
-    fewer tracks than by two scans, and real ones start a scan later.
+    return lies within `deviations` of it and updates it. None of the three belongs to a track; the likeliest counts. False
+    returns start fewer tracks than by two scans, and real ones start a scan later.
     Blackman, Popoli, Design and Analysis of Modern Tracking Systems, 1999, section 6.3.
 
     >>> from vedette import Detections
     >>> from vedette_standard import CartesianPosition, ConstantVelocity, Kalman
-    >>> birth = ThreePoint(max_speed=12.0, max_acceleration=2.0, deviations=2.0, claimed=0.4, initial=0.3)
+    >>> birth = ThreePoint(max_speed=18.0, max_acceleration=2.0, deviations=2.0, claimed=0.4, initial=0.3)
     >>> sensor, estimator, memory = CartesianPosition(3.0), Kalman(ConstantVelocity(0.1)), None
     >>> for seen, dt in ([[0.0, 0.0], [0.0, 900.0]], 2.0), ([[20.0, 0.0], [0.0, 880.0], [60.0, 0.0]], 3.0):
     ...     claimed = np.array([0.0, 0.4, 0.0][: len(seen)])
@@ -75,9 +75,12 @@ class ThreePoint(Following):
         chain, row = kernels.pairs_in_boxes(mean[:, :d] - half, mean[:, :d] + half, now.mean, (), len(mean) * len(now.mean))
         S, off = cov[chain, :d, :d] + now.cov[row], now.mean[row] - mean[chain, :d]
         distance = np.sum(off * np.linalg.solve(S, off[..., None])[..., 0], axis=-1)
-        order = np.lexsort((distance, row))
+        moved = np.linalg.norm(now.mean[row] - ends.mean[chain, :d], axis=-1)
+        noise = np.sqrt(np.linalg.eigvalsh(now.cov[row] + ends.cov[chain, :d, :d])[..., -1])
+        reached = moved <= limit[row] * ends.ago[chain] + self.deviations * noise
+        within = np.flatnonzero((distance <= self.deviations**2) & reached)
+        order = within[np.lexsort((distance[within] + np.linalg.slogdet(S[within])[1], row[within]))]
         best = order[firsts(row[order])]
-        best = best[distance[best] <= self.deviations**2]
         chain, near, S, off = chain[best], row[best], S[best], off[best]
         gain = cov[chain][..., :d] @ np.linalg.inv(S)
         after = mean[chain] + (gain @ off[..., None])[..., 0]

@@ -6,7 +6,8 @@ import pytest
 import vedette
 from vedette import Detections, Scan
 from vedette_standard import CartesianPosition, ConstantVelocity, Jpda, Kalman, MOfN, ThreePoint, TwoPoint
-from vedette_standard.births.following import Following
+from vedette_standard.births.following import Following, Waiting
+from vedette_standard.births.three_point import Chains
 
 SENSORS = {name: CartesianPosition(sigma=2.0, clutter_density=1e-6) for name in ("coastal", "air")}
 AXES = vedette.Space.of(x="m", y="m", vx="m/s", vy="m/s")
@@ -123,3 +124,23 @@ def test_a_third_return_after_any_time_leaves_a_covariance(gap):
         state = made.step(state, Scan(time, "coastal", Detections.of([[x, 0.0]])))
     assert len(state.ids) == 1
     assert np.linalg.eigvalsh(made.estimate(state).cov[0]).min() > 0
+
+
+@pytest.mark.parametrize("place", [-100.0, 5000.0, None])
+def test_a_chain_of_long_ago_which_may_be_anywhere_takes_no_return_of_a_fresh_one(place):
+    """By distances in deviations alone the widest won: beside a radar that looked forty times as often, tracks began so."""
+    noise = np.diag([4.0, 4.0, 4.0, 4.0])
+    fresh, old = [20.0, 0.0, 10.0, 0.0], [] if place is None else [[place, 0.0, 0.0, 0.0]]
+    ends = [*old, fresh]
+    chains = Waiting(np.array(ends), np.array([noise] * len(ends)), np.array([300.0] * len(old) + [2.0]), np.ones(len(ends)))
+    now = vedette.Gaussian(np.array([[40.5, 0.0]]), noise[None, :2, :2])
+    rows, found = BIRTHS[3]().followers(now, Chains(chains, chains), np.array([20.0]))
+    assert rows.tolist() == [0]
+    assert found.mean[:, 2] == pytest.approx([10.0], abs=1.0)
+
+
+def test_no_chain_goes_on_farther_than_targets_move():
+    noise = np.eye(4)[None]
+    chains = Waiting(np.array([[9000.0, 0.0, 0.0, 0.0]]), noise, np.array([300.0]), np.ones(1))
+    now = vedette.Gaussian(np.array([[0.0, 0.0], [3100.0, 0.0]]), np.array([np.eye(2)] * 2))
+    assert BIRTHS[3]().followers(now, Chains(chains, chains), np.full(2, 20.0))[0].tolist() == [1]
