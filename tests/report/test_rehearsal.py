@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from vedette import Detections, Scan, Track
 from vedette_report.warnings.coalescence import coalesced
-from vedette_report.warnings.rehearsal import rehearsed
+from vedette_report.warnings.rehearsal import rehearsed, unwatched
 
 MOTION = {"kind": "constant_velocity", "sigma_accel": 0.3}
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-6}
@@ -46,6 +46,25 @@ def test_nothing_is_said_of_a_tracker_that_can(associator):
 )  # fmt: skip
 def test_what_cannot_work_is_said_where_it_is(place, parts):
     assert said(**parts) == [place]
+
+
+@pytest.mark.parametrize("life", ["existence", "m_of_n", "score", "coast_limited"])
+@pytest.mark.by_turns
+def test_scans_of_elsewhere_that_end_a_slow_sensors_tracks_are_told(life):
+    """A satellite that looked every two minutes beside a radar that did every second had no track, and nothing was said."""
+
+    def told(every=120.0, low=5000.0, **limits):
+        near, far = ({axis: {"low": at, "high": at + 3000.0} for axis in "xy"} for at in (low, 0.0))
+        sensors = {"sat": {**RADAR, "view": far}, "radar": {**RADAR, "view": near}}
+        made = vedette.build(GOOD | {"sensors": sensors, "lifecycle": {"kind": life, **limits}})
+        rare = [evolve(scan, sensor="sat") for scan in scans(every)]
+        often = [Scan(float(t), "radar", Detections.of([[low + 10.0, low + 10.0]])) for t in range(40)]
+        return [(place, said.split(":")[0]) for place, said, _ in unwatched(made, [*often, *rare])]
+
+    assert told() == [("lifecycle", "sat")]
+    assert told(max_out_of_coverage=600.0) == []
+    assert told(every=50.0) == []
+    assert told(low=0.0) == []
 
 
 def track(number, y, count=30):

@@ -1,9 +1,12 @@
-"""What a tracker makes of a target as its own config describes it: whether its track is begun, confirmed, and kept."""
+"""What a tracker makes of a target as its own config describes it: whether its track is begun, confirmed, and kept.
+
+A track is kept, too, from one look of its sensor to the next, while others look elsewhere.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -14,6 +17,8 @@ from vedette.types import Detections, Scan
 
 SCANS, PLACES = 20, 10
 """Scans in which a target is played, and returns of the recording in whose places it is."""
+BETWEEN = 50
+"""Scans of other sensors that are played from one look to the next, at most."""
 OFTEN = 0.5
 """The probability of a loss, within SCANS, from which on it is told."""
 
@@ -28,16 +33,63 @@ def rehearsed(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, st
     if any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values()):
         return
     for name in sorted(tracker.starters):
-        of_sensor = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
-        gaps = np.diff([scan.time for scan in scans if scan.sensor == name])
-        if not of_sensor or not np.any(gaps > 0) or of_sensor[0].detections.noise is not None:
+        chosen, dt = _chosen(name, scans)
+        if not chosen:
             continue
-        dt = float(np.median(gaps[gaps > 0]))
-        chosen = [of_sensor[i] for i in np.unique(np.linspace(0, len(of_sensor) - 1, PLACES).astype(int))]
         try:
             yield from _of_sensor(tracker, name, [_played(tracker, scan, dt, scan.detections.z[:1]) for scan in chosen], dt)
         except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
             return  # another part of the run says what is wrong
+
+
+def unwatched(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, str, str]]:
+    """Yield each sensor whose tracks end before its next look, as others look elsewhere meanwhile: as `rehearsed` does."""
+    if len(tracker.sensors) < 2 or any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values()):
+        return
+    looks = {name: _chosen(name, scans) for name in tracker.sensors}
+    for name in sorted(tracker.starters):
+        chosen, dt = looks[name]
+        try:
+            ends = [other for scan in chosen if (other := _ends(tracker, scan, dt, looks))]
+        except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
+            continue
+        if chosen and len(ends) == len(chosen):
+            said = (
+                f"{name}: looks every {dt:.3g} s, and where {ends[0]} sees nothing a track of {name} ends before its next "
+                f"look, by the scans of {ends[0]}"
+            )
+            yield "lifecycle", said, f"a max_out_of_coverage of several looks, as {5 * dt:,.0f} s"
+
+
+def _ends(tracker: Tracker, scan: Scan, dt: float, looks: Mapping[str, tuple[list[Scan], float]]) -> str:
+    """Return the sensor whose scans end the tracks that begin in a scan, before the next one; "" if none does."""
+    again = Scan(dt, scan.sensor, Detections.of(scan.detections.z), scan.pose)
+    begun = tracker.step(tracker.start(), Scan(0.0, scan.sensor, again.detections, scan.pose))
+    mean = tracker.estimate(begun).mean
+    if not len(begun.ids) or not np.isin(begun.ids, tracker.step(begun, again).ids).any():
+        return ""
+    for name, sensor in tracker.sensors.items():
+        chosen, gap = looks[name]
+        if name == scan.sensor or not chosen or 2 * gap > dt:
+            continue
+        x, placed = mean[:, tracker.state.locate(sensor.observes)], sensor.placed(chosen[0].pose)
+        unseen = begun.ids[np.broadcast_to(placed.detects(x) == 0, len(x))]
+        state, nothing = begun, Detections.of([], len(sensor.measurement))
+        for time in np.linspace(0.0, dt, min(int(dt / gap), BETWEEN) + 1)[1:-1].tolist():
+            state = tracker.step(state, Scan(time, name, nothing, chosen[0].pose))
+        if len(unseen) and not np.isin(unseen, state.ids).any():
+            return name
+    return ""
+
+
+def _chosen(name: str, scans: Sequence[Scan]) -> tuple[list[Scan], float]:
+    """Return some scans of a sensor that hold returns, and the time from one look to the next; none if that is unknown."""
+    of_sensor = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
+    gaps = np.diff([scan.time for scan in scans if scan.sensor == name])
+    if not of_sensor or not np.any(gaps > 0) or of_sensor[0].detections.noise is not None:
+        return [], 0.0
+    chosen = [of_sensor[i] for i in np.unique(np.linspace(0, len(of_sensor) - 1, PLACES).astype(int))]
+    return chosen, float(np.median(gaps[gaps > 0]))
 
 
 def _played(tracker: Tracker, scan: Scan, dt: float, z: np.ndarray) -> list[State]:

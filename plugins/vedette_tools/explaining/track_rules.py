@@ -9,7 +9,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.types import Detections, LazyScans
 from vedette.units import say
-from vedette_report.warnings.rehearsal import rehearsed
+from vedette_report.warnings.rehearsal import rehearsed, unwatched
 from vedette_report.warnings.words import held
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
@@ -182,12 +182,13 @@ def confirmation(it: Situation) -> Iterator[Finding]:
 
 
 def rehearsal(it: Situation) -> Iterator[Finding]:
-    """Find births whose tracks are never confirmed, and confirmed tracks that their targets often lose."""
+    """Find births whose tracks are never confirmed, and tracks that their targets lose, often or by scans of elsewhere."""
     recording = it.opened.recording
     if recording is None or isinstance(recording.scans, LazyScans) or any(seen.lives is not None for seen in it.sensors):
         return
-    for place, text, better in rehearsed(it.experiment.tracker, recording.scans):
-        yield Finding(place, text, better)
+    for play in (rehearsed, unwatched):
+        for place, text, better in play(it.experiment.tracker, recording.scans):
+            yield Finding(place, text, better)
 
 
 def _false_starts(seen: Seen) -> float | None:
