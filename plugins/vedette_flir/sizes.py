@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import Array
-from vedette_flir.patches import blurred, sample
+from vedette_flir.patches import blurred, median, sample
+from vedette_flir.sources.images import one_thread
 
 LEVEL, LEAST = 0.3, 3.0
 """Part of a target's contrast that belongs to it, and the contrast in count below which its size is not looked at."""
@@ -45,20 +46,19 @@ def spread_of(pixels: Array, centre: Array, box: Array, sign: float) -> float:
     The target is the connected region above .3 of the contrast that holds the brightest place near `centre` (2,). It is
     unknown where that reaches the edge of what is looked at, `REACH` times the `box` (2,), as it is background then.
     """
-    from scipy import ndimage
-
     half = REACH * np.maximum(box, 4.0)
     step = max(1.0, 2.0 * float(half.max()) / CELLS)
     cells = int(np.ceil(2.0 * half.max() / step))
     image = sign * blurred(sample(pixels, centre, step, cells))
     u = step * (np.arange(cells) - 0.5 * (cells - 1))
     across, down = np.abs(u)[None, :], np.abs(u)[:, None]
-    level = float(np.median(image[(across > FAR * box[0]) | (down > FAR * box[1])]))
+    level = median(image[(across > FAR * box[0]) | (down > FAR * box[1])])
     core = np.where((across < NEAR * box[0] + 1.0) & (down < NEAR * box[1] + 1.0), image, -np.inf)
     top = float(core.max()) - level
     if top < LEAST:
         return float("nan")
-    labels, _ = ndimage.label(image > level + LEVEL * top)
+    with one_thread() as cv2:
+        _, labels = cv2.connectedComponents((image > level + LEVEL * top).view(np.uint8), connectivity=4)
     part = labels == labels.ravel()[np.argmax(core)]
     if part[[0, -1]].any() or part[:, [0, -1]].any():
         return float("nan")

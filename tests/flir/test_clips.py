@@ -5,13 +5,14 @@ import json
 import cv2
 import numpy as np
 import pytest
+from scipy import ndimage
 
 import vedette
 from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
 from vedette_flir.annotation import _enlarged
-from vedette_flir.patches import centroid, isolated, mask_of, peak, sample, similarity, without_large
+from vedette_flir.patches import alike, blurred, centroid, isolated, mask_of, median, peak, sample, similarity, without_large
 from vedette_flir.sources.boxes import centred
 from vedette_flir.sources.images import grey_of
 from vedette_flir.sources.video import BOX
@@ -237,7 +238,14 @@ def test_patches():
     centred_patch, centred_window = (a - np.sum(mask * a) / mask.sum() for a in (patch, window))
     parts = np.sum(mask * centred_patch**2) + np.sum(mask * centred_window**2)
     assert likeness[2, 3] == pytest.approx(2 * np.sum(mask * centred_patch * centred_window) / parts, abs=1e-9)
-    np.testing.assert_allclose(similarity(window, patch, mask), likeness[2:3, 3:4], atol=1e-12)  # of one place alone
+    assert alike(window, patch, mask) == pytest.approx(likeness[2, 3], abs=1e-12)
+    assert alike(patch, np.ones((8, 8)), mask) == 0.0
+    for values in (image, image[:19, :19]):
+        assert median(values) == np.median(values)
+    smooth = ndimage.correlate1d(
+        ndimage.correlate1d(image, [0.25, 0.5, 0.25], 0, mode="nearest"), [0.25, 0.5, 0.25], 1, mode="nearest"
+    )
+    np.testing.assert_allclose(blurred(image), smooth, atol=1e-12)
     assert likeness[5, 7] == pytest.approx(2 * 3 / (1 + 9), abs=1e-9)  # the same shape, three times as strong
     assert similarity(image, image[5:13, 7:15] + 2.0, mask)[5, 7] == pytest.approx(1.0, abs=1e-9)
     assert peak(likeness)[:2] == (5, 7)

@@ -10,7 +10,7 @@ from vedette_flir.estimators import matches, template_search
 from vedette_flir.estimators.matches import match_ratio
 from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.initial_box import target_in
-from vedette_flir.patches import blurred, contrast, isolated, kept, sample, similarity
+from vedette_flir.patches import alike, blurred, contrast, isolated, kept, sample, similarity
 
 TRACKER = {
     "estimator": {
@@ -228,13 +228,13 @@ def test_the_first_template_counts_less_once_the_target_looks_otherwise():
     """What looks as the target does now is it, and what looks as it did at first is not."""
     y, x = np.mgrid[:20, :20] - 9.5
     now, first = (np.exp(-0.5 * ((x / a) ** 2 + (y / b) ** 2)) for a, b in ((4.0, 1.2), (1.2, 4.0)))
-    by, patches, mask = Matcher(20, 1.0, 1.6, 2.5, 40.0), np.stack([now, first]), np.ones((1, 20, 20))
-    as_now, as_first = (float(by.likeness(image, patches, mask)[0][0, 0, 0]) for image in (now, first))
-    alike = float(similarity(now, first, mask)[0, 0, 0])
-    assert as_now == pytest.approx((1.0 + alike**2) / (1.0 + alike))
-    assert as_now > 0.5 * (1.0 + alike) + 0.05  # which it is if the first counts as much as ever
+    by, patches, mask = Matcher(20, 1.0, 1.6, 2.5, 40.0), np.stack([now, first]), np.ones((20, 20))
+    as_now, as_first = (float(by.likeness(image, patches, mask)[0][0, 0]) for image in (now, first))
+    both = alike(now, first, mask)
+    assert as_now == pytest.approx((1.0 + both**2) / (1.0 + both))
+    assert as_now > 0.5 * (1.0 + both) + 0.05  # which it is if the first counts as much as ever
     assert as_first < as_now - 0.15
-    assert by.likeness(now, np.stack([now, now]), mask)[0][0, 0, 0] == pytest.approx(1.0)
+    assert by.likeness(now, np.stack([now, now]), mask)[0][0, 0] == pytest.approx(1.0)
 
 
 def test_the_ratio_of_a_match():

@@ -10,7 +10,7 @@ from vedette_flir.estimators.surroundings import FEWEST, SURE, WIDE, Grid, by_sl
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Look, Matcher
 from vedette_flir.evidence import LAG, NEWNESS
-from vedette_flir.patches import HALO, mask_of, sample, similarity
+from vedette_flir.patches import HALO, alike, mask_of, median, sample
 
 SCENE = Grid(48, 6.0, 12.0, 1.0)
 """The grid over what is remembered around a target."""
@@ -153,16 +153,18 @@ def new_in(by: Matcher, look: Look, before: Array, part: Part, step: float, *, a
     change = sample(part.now, middle + now, 1.0, cells) - behind
     if not np.isfinite(change).all():
         return np.nan
-    fine, amplitude, over = by.grid(appearance.size)[0], float(appearance.amplitude), behind - np.nanmedian(before)
+    fine, amplitude = by.grid(appearance.size)[0], float(appearance.amplitude)
+    over = behind - median(before[np.isfinite(before)])
     centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
     beside, likeness = mask_of(np.full(2, float(cells)), cells) if apart else mask, []
+    changed = _spread(change, mask)
     for known in (appearance.patch, appearance.latest):
         patch = sample(known, centre, step / fine, cells)
         adds = patch * amplitude
-        itself = bool(similarity(over, adds, beside)[0, 0] > ITSELF[apart])
+        itself = alike(over, adds, beside) > ITSELF[apart]
         for expected in [adds] if itself else [adds, adds - np.minimum(patch, 1.0) * over]:
-            scale = np.clip(_spread(change, mask) / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
-            likeness.append(float(similarity(change, scale * expected, mask)[0, 0]))
+            scale = np.clip(changed / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
+            likeness.append(alike(change, scale * expected, mask))
     return max(likeness)
 
 

@@ -26,9 +26,9 @@ def stood(
     rule, and one that a camera follows stands in the frames while what is around it passes. A track that has taken a wisp of
     cloud goes where the cloud goes, however the camera turns. The least `likeness` is forgotten as the target moves.
     """
-    appearance = evolve(appearance, least=np.minimum(appearance.least, likeness))
+    least = np.minimum(appearance.least, likeness)
     if not np.isfinite(travelled):
-        return evolve(appearance, drift=np.asarray(np.nan)), False
+        return evolve(appearance, drift=np.asarray(np.nan), least=least), False
     drift, usual = float(appearance.drift), float(appearance.speed)
     in_scene = float(np.hypot(*(appearance.path[-1] - appearance.path[0])))
     known = bool(np.isfinite(in_scene))
@@ -37,5 +37,5 @@ def stood(
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
     stands = travelled < STILL < PART * usual or (known and drift + STILL < PART * usual)
-    least = appearance.least if stands else appearance.least + SLOW * (1.0 - appearance.least)
+    least = least if stands else least + SLOW * (1.0 - least)
     return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed), least=np.asarray(least)), stands

@@ -176,7 +176,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
         before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
         there = Elsewhere(appearance, pixels, where)
-        seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else by)
+        seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else None)
         judge = partial(
             judged, by, self._matcher, appearance, pixels, existence=existence, past=past[1], where=where, elsewhere=there
         )

@@ -66,6 +66,11 @@ class TemplateAppearance(Appearance):
     earlier_at: Array
 
     @property
+    def patches(self) -> Array:
+        """Return the smoothed and the first template of one target (2, p, p)."""
+        return np.stack([self.patch, self.first_patch])
+
+    @property
     def grown(self) -> Array:
         """Return its size (*b, t, 2) as it has grown since it was found, in px."""
         return self.size * np.exp(self.growth - self.scale)[..., None]

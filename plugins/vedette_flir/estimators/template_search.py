@@ -14,11 +14,13 @@ from vedette_flir.newcomers import ALIKE, AROUND
 from vedette_flir.patches import (
     BRIGHTEST,
     HALO,
+    alike,
     blurred,
     contrast,
     isolated,
     kept,
     mask_of,
+    median,
     peak,
     sample,
     similarity,
@@ -115,29 +117,29 @@ class Matcher:
         """
         image, side = blurred(sample(pixels, centre, step, cells)), float(np.max(size)) / step
         if np.max(size) > self.small:
-            return image - float(np.median(image))
+            return image - median(image)
         sign = float(np.sign(amplitude))
         image = isolated(sign * image, self.opening * side)
-        image -= float(np.median(image))
+        image -= median(image)
         return sign * without_large(image, BRIGHTEST * abs(amplitude), WIDE * side, (0.5 * WIDE + 1.0) * side + HALO)
 
-    def likeness(self, image: Array, patches: Array, masks: Array) -> tuple[Array, Array]:
-        """Return the likeness of each place of `image` to both `patches` (2, p, p), and to the second of them: (m, h, w).
+    def likeness(self, image: Array, patches: Array, mask: Array) -> tuple[Array, Array]:
+        """Return the likeness (h, w) of each place of `image` to both `patches` (2, p, p), and to the second of them.
 
-        The first template counts the less, the less the target still looks like it. `masks` (m, p, p) weigh the cells.
+        The first template counts the less, the less the target still looks like it. The `mask` (p, p) weighs the cells.
         """
-        both = similarity(image, patches, masks[:, None])
-        anchor = self._anchor(patches, masks)
-        return (both[:, 0] + anchor * both[:, 1]) / (1.0 + anchor), both[:, 1]
+        smoothed, first = similarity(image, patches, mask)
+        anchor = self._anchor(patches, mask)
+        return (smoothed + anchor * first) / (1.0 + anchor), first
 
-    def _anchor(self, patches: Array, masks: Array) -> Array:
-        """Return the weight (m, 1, 1) of the first template beside the smoothed one."""
-        return self.anchor * np.maximum(similarity(patches[0], patches[1], masks), 0.0)
+    def _anchor(self, patches: Array, mask: Array) -> float:
+        """Return the weight of the first template beside the smoothed one."""
+        return self.anchor * max(alike(patches[0], patches[1], mask), 0.0)
 
     def larger(self, appearance: TemplateAppearance, shown: Array) -> tuple[float, float]:
         """Return the logarithm of how much larger what is `shown` is than both templates, and its standard deviation."""
-        mask, both = self.mask(appearance.size), np.stack([appearance.patch, appearance.first_patch])
-        anchor = float(self._anchor(both, mask[None])[0, 0, 0])
+        mask, both = self.mask(appearance.size), appearance.patches
+        anchor = self._anchor(both, mask)
         template = (both[0] + anchor * both[1]) / (1.0 + anchor)
         return larger_than(template, kept(shown, float(appearance.amplitude)), mask)
 
@@ -158,25 +160,32 @@ class Matcher:
         """
         step, inner = self.grid(appearance.size)
         sign, reach = float(np.sign(appearance.amplitude)), max(near, int(np.ceil(BESIDE * np.max(inner))))
-        plain, alike, first = self.compared(pixels, centre, reach, appearance, close or self)
+        plain, shown, likeness, first = self.compared(pixels, centre, reach, appearance)
+        far = min(near + 1, reach)  # the best place is compared with those beside it
+        part, cut = np.s_[reach - far : reach + far + 1], np.s_[reach - far : reach + far + self.cells]
+        placed = likeness[part, part]
+        if close is not None:
+            placed = close.likeness(shown[cut, cut], appearance.patches, close.mask(appearance.size))[0]
         for k in (0, 1):  # what the edge shows is repeated beyond it
-            at = centre[k] + step * (np.arange(alike.shape[2 - k]) - reach)
-            np.moveaxis(alike, 2 - k, 0)[(at < -0.5) | (at > pixels.shape[1 - k] - 0.5)] = NOWHERE
-        likeness, placed = alike[0], alike[-1]
-        inside = slice(reach - near, reach + near + 1)
+            at = centre[k] + step * (np.arange(2 * reach + 1) - reach)
+            beyond = (at < -0.5) | (at > pixels.shape[1 - k] - 0.5)
+            for each, away in ((likeness, beyond), (placed, beyond[part])):
+                np.moveaxis(each, 1 - k, 0)[away] = NOWHERE
+        inside = np.s_[far - near : far + near + 1]
         score = placed[inside, inside]
         if where is not None and W is not None:
             off = step * np.arange(-near, near + 1)
             dx, dy = (off + centre[0] - where[0])[None, :], (off + centre[1] - where[1])[:, None]
             score = score - (W[0, 0] * dx * dx + 2.0 * W[0, 1] * dx * dy + W[1, 1] * dy * dy)
-        j, i = (k + reach - near for k in peak(score)[:2])
-        beside = np.s_[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2]
-        around = placed[beside]
+        j, i = peak(score)[:2]
+        around = placed[_beside(j + far - near, i + far - near)]
         fine = peak(around)[2] if around.shape == (3, 3) and np.argmax(around) == 4 else np.zeros(2)
+        j, i = j + reach - near, i + reach - near
+        beside = _beside(j, i)
         return Look(
             centre + step * (np.array([i, j]) - reach + fine),
             float(likeness[beside].max()),
-            float(first[0][beside].max()),
+            float(first[beside].max()),
             rival(likeness, j, i, inner),
             clearness(sign * plain, np.array([j, i]), self.cells, inner),
             plain[j : j + self.cells, i : i + self.cells],
@@ -184,17 +193,15 @@ class Matcher:
         )
 
     def compared(
-        self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance, close: Matcher
-    ) -> tuple[Array, Array, Array]:
-        """Return the contrast around `centre`, and the likeness of places within `reach` cells, to both and the first.
-
-        It is that by this mask, and by the one of `close` if that is another.
+        self, pixels: Array, centre: Array, reach: int, appearance: TemplateAppearance
+    ) -> tuple[Array, Array, Array, Array]:
+        """Return the contrast around `centre`, as it is and as parts of the target's, and the likeness of places within
+        `reach` cells, to both templates and to the first.
         """
         step, amplitude = self.grid(appearance.size)[0], float(appearance.amplitude)
         plain = self.apart(pixels, centre, appearance.size, step, self.cells + 2 * reach, amplitude)
-        masks = np.stack([each.mask(appearance.size) for each in ((self,) if close is self else (self, close))])
-        patches = np.stack([appearance.patch, appearance.first_patch])
-        return plain, *self.likeness(kept(plain, amplitude), patches, masks)
+        shown = kept(plain, amplitude)
+        return plain, shown, *self.likeness(shown, appearance.patches, self.mask(appearance.size))
 
     def of_late(self, look: Look) -> float:
         """Return the likeness of a place to the target as it looked in the last frames; 0 if it does not stand out as usual.
@@ -206,13 +213,13 @@ class Matcher:
             return 0.0
         bright, latest = (np.sqrt(np.sum(mask * each**2)) for each in (known.patch, known.latest))
         shown = kept(look.shown, float(known.amplitude))
-        return float(similarity(shown, known.latest * bright / max(float(latest), 1e-9), mask)[0, 0])
+        return alike(shown, known.latest * bright / max(float(latest), 1e-9), mask)
 
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""
         inner = self.grid(look.known.size)[1]
         reach = int(np.ceil(AROUND * np.max(inner)))
-        likeness = self.compared(pixels, look.place, reach, look.known, self)[1][0]
+        likeness = self.compared(pixels, look.place, reach, look.known)[2]
         own, others = float(likeness[reach - 1 : reach + 2, reach - 1 : reach + 2].max()), [0.0]
         x, y = (int(np.ceil(max(side, 3.0))) for side in inner)
         j = i = reach
@@ -233,9 +240,9 @@ class Matcher:
         even = 2 * half
         patches, weight = (
             each[..., :even, :even].reshape(*each.shape[:-2], half, 2, half, 2).mean(axis=(-1, -3))
-            for each in (np.stack([appearance.patch, appearance.first_patch]), self.mask(appearance.size)[None])
+            for each in (appearance.patches, self.mask(appearance.size))
         )
-        likeness, found = self.likeness(kept(plain, amplitude), patches, weight)[0][0], []
+        likeness, found = self.likeness(kept(plain, amplitude), patches, weight)[0], []
         y, x = (int(np.ceil(0.5 * max(side, 3.0))) for side in inner[::-1])
         for _ in range(CANDIDATES):
             j, i = (int(k) for k in np.unravel_index(np.argmax(likeness), likeness.shape))
@@ -281,3 +288,8 @@ class Matcher:
         more = {"growth": appearance.growth + np.log(scale), "scale": appearance.scale + np.log(scale)}
         known = evolve(appearance, patch=patch, first_patch=first, latest=latest, **more)
         return evolve(known, size=size, offset=scale * appearance.offset)
+
+
+def _beside(j: int, i: int) -> tuple[slice, slice]:
+    """Return the places next to a row and a column."""
+    return np.s_[max(j - 1, 0) : j + 2, max(i - 1, 0) : i + 2]
