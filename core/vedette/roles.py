@@ -139,6 +139,11 @@ class Sensor(Component):
         return False
 
     @property
+    def claims(self) -> bool:
+        """Whether its returns were found in frames that are tracked themselves: they start tracks, and tell no more."""
+        return False
+
+    @property
     def twin(self) -> Twin | None:
         """Its compiled twin, which gives what `measure`, `jacobian`, `noise` and `detects` give, all at once; None: none."""
         return None

@@ -84,6 +84,11 @@ class WrappedSensor(Sensor):
         return self.of.linear
 
     @property
+    def claims(self) -> bool:
+        """Whether the returns of `of` are claims."""
+        return self.of.claims
+
+    @property
     def observes(self) -> Space:
         return self.of.observes
 

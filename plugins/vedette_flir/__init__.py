@@ -57,7 +57,7 @@ def vedette_draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
 def vedette_warnings(intake: Intake, recording: vedette.Recording, sensors: Mapping[str, vedette.Sensor]) -> Iterable[str]:
     """Say what to change where a detector found nothing in any frame."""
     for name, came in intake.came.items():
-        if isinstance(sensors[name], DetectedBox) and came.scans >= MANY and not came.returns:
+        if sensors[name].claims and came.scans >= MANY and not came.returns:
             yield f'{name}: no spot stands out: for dark targets set polarity = "both", for dim ones a smaller `clear`'
 
 

@@ -93,6 +93,18 @@ def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
 
 
 @pytest.mark.costly
+def test_that_a_target_is_always_detected_is_no_fault(tmp_path, monkeypatch, capsys):
+    """What a detector finds in frames that are tracked themselves starts tracks; how often it does so tells nothing."""
+    folder_of(tmp_path / "clip", count=80)
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", "clip"]) == 0
+    told = capsys.readouterr().out
+    assert "1 confirmed" in told
+    assert "LOOKS WRONG" not in told
+    assert "a frame has no innovation of its own" in told
+
+
+@pytest.mark.costly
 def test_what_stands_in_the_scene_is_no_target_until_it_moves():
     """A lamp is as clear as the target; it starts to move in frame 45."""
     experiment = vedette.load(EXAMPLES / "flir_found.toml")

@@ -22,7 +22,6 @@ from vedette.filters import (
 from vedette_flir.estimators.matches import L, Match, known_pixels
 from vedette_flir.estimators.sharing import Expected, Sharing
 from vedette_flir.evidence import CORRELATED, LAG, LOST
-from vedette_flir.sensors.detected_box import DetectedBox
 
 CALMEST, SETTLING = 0.005, 0.2
 """Least share of the squared innovations that are expected, and the part of the way that it goes in a frame."""
@@ -141,7 +140,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         if not isinstance(observed, Frame):
             plain = evaluate_linearised(belief.position, self.state, sensor, observed, p_gate)
             own, one = belief.appearance, np.ones(belief.calm.shape)
-            if isinstance(sensor, DetectedBox):
+            if sensor.claims:
                 return self._claiming(plain, sensor, observed, belief)
             detail = AppearanceHypotheses(plain.detail, own, np.nan * one, belief.calm, one, belief.past)
             return evolve(plain, detail=detail)
@@ -180,9 +179,7 @@ class AppearanceFilter(OverMotion[AppearanceBelief[L]], Generic[L]):
         detail = AppearanceHypotheses(Hypotheses(shift, post), appearance, learned, calm, links, past)
         return evolve(made, loglik=columns, detail=detail)
 
-    def _claiming(
-        self, plain: Innovation, sensor: DetectedBox, observed: Detections, belief: AppearanceBelief[L]
-    ) -> Innovation:
+    def _claiming(self, plain: Innovation, sensor: Sensor, observed: Detections, belief: AppearanceBelief[L]) -> Innovation:
         """Return an innovation by which boxes of a frame are claimed, and say nothing more: the frame itself has said it."""
         scores = np.concatenate([plain.loglik[..., :1], plain.loglik[..., 1:] - np.log(sensor.clutter(observed.z))], axis=-1)
         scores[..., 1:] = np.where(observed.valid[..., None, :], scores[..., 1:], -np.inf)

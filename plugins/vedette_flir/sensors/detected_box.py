@@ -30,6 +30,7 @@ class DetectedBox(Sensor):
 
     kind: ClassVar[str] = "detected_box"
     linear: ClassVar[bool] = True
+    claims: ClassVar[bool] = True
 
     sigma: float = fields.quantity("px", "standard deviation of a place, per axis", default=3.0, above=0)
     sigma_size: float = fields.quantity("px", "standard deviation of width and height", default=20.0, above=0)

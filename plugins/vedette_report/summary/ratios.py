@@ -76,7 +76,7 @@ def _nees_in_words(ratio: float) -> str:
 
 def _nis_in_words(ratio: float, axes: float, experiment: Experiment) -> str:
     """Judge the NIS by the band of a correct linear filter whose returns are known to be its own."""
-    if all(isinstance(sensor, ImagingSensor) for sensor in experiment.tracker.sensors.values()):
+    if all(isinstance(sensor, ImagingSensor) or sensor.claims for sensor in experiment.tracker.sensors.values()):
         return "not judged: a frame has no innovation of its own; how well it fits is in the likelihood of its pixels"
     if ratio < _EXACT:
         return "not judged: the returns have next to no noise"

@@ -34,7 +34,7 @@ def otherwise(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) 
             continue
         own = [i for i, scan in enumerate(scans) if scan.sensor == name]
         told = _false(sensor, [scans[i] for i in own], taken[own]) if tracker.gate.clutter == "sensor" else ""
-        told = told or (_detected(*looks[name]) if name in looks else "")
+        told = told or (_detected(*looks[name]) if name in looks and not sensor.claims else "")
         if told:
             yield f"{name}: {told}"
 
