@@ -30,11 +30,11 @@ def otherwise(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) 
     scans = first_of(scans)
     looks, taken = _looks(tracker, scans, tracks)
     for name, sensor in tracker.sensors.items():
-        if isinstance(sensor, ImagingSensor):
+        if isinstance(sensor, ImagingSensor) or sensor.claims:
             continue
         own = [i for i, scan in enumerate(scans) if scan.sensor == name]
         told = _false(sensor, [scans[i] for i in own], taken[own]) if tracker.gate.clutter == "sensor" else ""
-        told = told or (_detected(*looks[name]) if name in looks and not sensor.claims else "")
+        told = told or (_detected(*looks[name]) if name in looks else "")
         if told:
             yield f"{name}: {told}"
 
