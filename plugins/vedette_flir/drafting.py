@@ -12,8 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from vedette import Array, ConfigError, Frame, Problem
+from vedette import Array, ConfigError, Frame, Problem, Scan
+from vedette_flir.preprocessors.spot_detector import SpotDetector
 from vedette_flir.registration import Registration
+from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sources.boxes import centred, within
 from vedette_flir.sources.images import Grey, frames_of
 from vedette_flir.sources.stored import IMAGES
@@ -49,15 +51,15 @@ kind = "detected_box"
 
 [preprocessors.spots]  # what is small and stands out in a frame starts a track
 kind = "spot_detector"
-clear = 8.0       # contrast over the spread of what is around; less finds dimmer targets, and more that are none
-polarity = "hot"  # or "dark", "both"
+clear = 8.0  # contrast over the spread of what is around; less finds dimmer targets, and more that are none
+polarity = {{polarity}}
 
 [preprocessors.spots.sensors.camera]
 {CAMERA}
 [birth]
 kind = "detected"
 sensors = ["spots"]
-spread = {{ vx = 100.0, vy = 100.0 }}
+spread = {{{{ vx = 100.0, vy = 100.0 }}}}
 
 [lifecycle]
 kind = "sought_target"  # confirmed by the frames that follow, kept for a while where it is lost
@@ -116,9 +118,10 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     frames = frames_of(path)
     first = next(frames)  # what cannot be read is refused before a config is written
     boxes = _picked(path.name, first) if wishes.get("pick") else _stated(wishes.get("box", ()), first.shape)
+    begin = GIVEN
     if not boxes:
-        steady = _shows_turns(chain([first], islice(frames, LOOKED - 1)))
-        start = AUTOMATIC.format(steady=str(steady).lower())
+        steady, some = _shows_turns(chain([first], islice(frames, LOOKED - 1)))
+        start, begin = AUTOMATIC.format(steady=str(steady).lower()), FOUND.format(polarity=_polarity(some))
         about = "targets are found where they stand out and move"
     elif len(boxes) == 1:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
@@ -132,7 +135,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         start=start,
         camera=CAMERA,
         centred="false" if boxes else "true",
-        begin=GIVEN if boxes else FOUND,
+        begin=begin,
     )
 
 
@@ -142,8 +145,22 @@ def _shows_images(path: Path) -> bool:
     return path.suffix.lower() in VIDEOS
 
 
-def _shows_turns(frames: Iterable[Grey]) -> bool:
-    """Return whether frames show by what to tell how the camera turns: noise would turn it."""
+def _polarity(frames: Sequence[Grey]) -> str:
+    """Return which targets count, and why: hot ones, but if frames show none of them, and most of them dark ones."""
+    hot, dark = (
+        [
+            len(SpotDetector({"": BoxCentroid()}, polarity=each).process({"": Scan.image(0.0, "", Frame(one))}).z)
+            for one in frames
+        ]
+        for each in ("hot", "dark")
+    )
+    if not any(hot) and statistics.median(dark) > 0:
+        return '"both"  # nothing hot stands out in its first frames, and dark things do; or "hot", "dark"'
+    return '"hot"  # or "dark", "both"'
+
+
+def _shows_turns(frames: Iterable[Grey]) -> tuple[bool, list[Grey]]:
+    """Return whether frames show by what to tell how the camera turns, as noise would turn it; and some of the frames."""
     motion, agreed, some = Registration(), [], list[tuple[Array, Grey]]()
     for k, pixels in enumerate(frames):
         at = motion.take(pixels)
@@ -153,7 +170,8 @@ def _shows_turns(frames: Iterable[Grey]) -> bool:
     unlike = np.sum(
         [np.zeros(2), *(_unlike(was, now, np.rint(b - a).astype(int)) for (a, was), (b, now) in pairwise(some))], 0
     )
-    return len(agreed) > 1 and bool(statistics.median(agreed[1:]) >= AGREED or unlike[1] < ALIKE * unlike[0])
+    steady = len(agreed) > 1 and bool(statistics.median(agreed[1:]) >= AGREED or unlike[1] < ALIKE * unlike[0])
+    return steady, [pixels for _, pixels in some]
 
 
 def _unlike(before: Grey, now: Grey, turned: Array) -> Array:

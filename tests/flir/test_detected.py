@@ -73,10 +73,11 @@ def test_false_alarms_and_detections_by_signal_to_noise():
     assert share[12.0] >= 0.95
 
 
-def folder_of(path, count=40, **options):
+def folder_of(path, count=40, snr=20.0, dark=False):
     path.mkdir()
     for k in range(count):
-        cv2.imwrite(str(path / f"{k:03d}.png"), picture(k, 20.0, **options)[0].clip(0, 255).astype(np.uint8))
+        pixels = picture(k, snr)[0]
+        cv2.imwrite(str(path / f"{k:03d}.png"), (200.0 - pixels if dark else pixels).clip(0, 255).astype(np.uint8))
     return path
 
 
@@ -90,6 +91,17 @@ def test_an_unmarked_target_is_found_confirmed_and_followed(tmp_path):
     assert track.times[0] <= 1.0
     again = experiment.run()
     np.testing.assert_array_equal(again.tracks[0].mean, track.mean)
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("dark", [False, True])
+def test_a_draft_looks_whether_targets_are_hot_or_dark(tmp_path, dark):
+    path = folder_of(tmp_path / "clip", dark=dark)
+    made = draft(path, {})
+    assert ('polarity = "both"' in made) == dark
+    result = vedette.load(tomllib.loads(made)).run()
+    np.testing.assert_allclose(result.tracks[0].mean[-1, :2], picture(39)[1], atol=1.0)
+    assert result.recording.notes["frames"].endswith("uint8, taken as 30 a second: set source.rate")
 
 
 @pytest.mark.costly
@@ -182,17 +194,16 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
 
 @pytest.mark.costly
 def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkeypatch, capsys, recwarn):
-    path = tmp_path / "dark"
-    path.mkdir()
-    for k in range(20):
-        cv2.imwrite(str(path / f"{k}.png"), (200.0 - picture(k, 20.0)[0]).clip(0, 255).astype(np.uint8))
+    folder_of(tmp_path / "dim", snr=5.0)
     monkeypatch.chdir(tmp_path)
-    assert main(["run", "dark"]) == 0
-    assert 'polarity = "both"' in capsys.readouterr().out
+    assert main(["run", "dim"]) == 0
+    told = capsys.readouterr().out
+    assert "for dim ones a smaller `clear`" in told
+    assert told.count("LOOKS WRONG") == 1
     assert not recwarn.list
-    main(["new", "config", "dark"])
-    (track,) = vedette.load("dark.toml", overrides=["preprocessors.spots.polarity=both"]).run().tracks
-    np.testing.assert_allclose(track.mean[-1, :2], picture(19)[1], atol=0.7)
+    main(["new", "config", "dim"])
+    (track,) = vedette.load("dim.toml", overrides=["preprocessors.spots.clear=4"]).run().tracks
+    np.testing.assert_allclose(track.mean[-1, :2], picture(39)[1], atol=1.0)
 
 
 @pytest.mark.costly

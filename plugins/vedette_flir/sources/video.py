@@ -148,7 +148,8 @@ class VideoSource(Source):
             Trajectory(f"box {i}", BOX, np.array([times[kept[0]]]), placed(box, kept[0])[None])
             for i, box in enumerate(starts)
         ]
-        notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}"}
+        told = "" if self.rate or clip.rate or clip.times is not None else f", taken as {rate:g} a second: set source.rate"
+        notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}{told}"}
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
         if labels:
