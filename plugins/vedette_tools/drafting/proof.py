@@ -10,7 +10,7 @@ from attrs import define, evolve, field, frozen
 
 from vedette.progress import Progress, silent
 from vedette_tools.drafting.text import GATE, WIDE, Design
-from vedette_tools.drafting.trial import Trial
+from vedette_tools.drafting.trial import SHORT, Trial
 
 WHOLE = 1.03
 """Of alternatives that break no more than so many times the tracks of the best, the likeliest is kept: by hand."""
@@ -47,6 +47,9 @@ CLEAN = 0.9
 FITS, LONE = 0.5, 0.5
 """A draft fits if its tracks explain such a part of the returns that steady motion explains, and of all where there is
 one at a time: by hand."""
+
+BITS = 0.1
+"""Short tracks that together explain no more than such a part of what all do are of false returns, however many: by hand."""
 
 SHARPER = 30.0
 """Beyond so many times the acceleration noise that was found, starts and stops are another manoeuvre. By hand."""
@@ -260,6 +263,7 @@ def _failure(trial: Trial, least: float, steady: float, vague: float, sure: bool
     if trial.share < least:
         told = f"its tracks explain {trial.share:.2g} of the returns, and steady motion {steady:.2g}"
         return f"nothing fits these data: {told}"
-    if trial.short > 0.5 * trial.tracks and trial.tracks > 3 and not sure:  # what is named so may report seldom
-        return f"nothing fits these data: {trial.short} of {trial.tracks} tracks have fewer than 5 returns"
+    many = trial.short > 0.5 * trial.tracks and SHORT * trial.short > BITS * trial.explained
+    if many and trial.tracks > 3 and not sure:  # what is named so may report seldom
+        return f"nothing fits these data: {trial.short} of {trial.tracks} tracks have fewer than {SHORT} returns"
     return ""

@@ -184,6 +184,13 @@ def test_the_first_is_left_for_what_is_more_whole_or_clearly_likelier():
     assert kept({first: trial(-500, 5, short=9), other: trial(-900, 5)}, first, clean=False) == first
 
 
+@pytest.mark.parametrize(("explained", "fits"), [(740.0, True), (60.0, False)])
+def test_short_tracks_of_false_returns_beside_a_long_one_are_no_failure(explained, fits):
+    """A boat followed through 830 scans of nine false returns, beside seven tracks of these, was said to fit nothing."""
+    beside = Trial(-99_000.0, 8000, 8, 7, explained, 1.1)
+    assert (proved(Design(1.0, 1.0), lambda design: beside, explained / 8000.0).failure == "") == fits
+
+
 @pytest.mark.parametrize(("often", "in_turn", "best"), [(1.0, True, 1), (1.0, False, 0), (3.0, True, 0)])
 def test_few_tracks_of_objects_that_report_in_turn_may_be_of_several(often, in_turn, best):
     """Of 88 ships, 44 tracks were the fewest: those at anchor shared them. Rates change likelihoods by themselves."""
