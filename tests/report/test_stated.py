@@ -9,6 +9,9 @@ from attrs import evolve
 
 import vedette
 from vedette_report.detector_errors import in_tracks
+from vedette_report.running import growing
+from vedette_report.running.streaming import stream
+from vedette_report.series import recorder
 from vedette_report.warnings.late import late
 from vedette_report.warnings.stated import otherwise
 
@@ -33,9 +36,9 @@ FLEET = {
 }
 
 
-def told(seed=0, world=None, boats=BOATS, duration=240, **changes):
-    """Return what is said of boats that a radar sees, which is not as stated by these changes, or whose world is not."""
-    experiment = vedette.load(
+def experiment_of(seed=0, world=None, boats=BOATS, duration=240, **changes):
+    """Return a run of boats that a radar sees, which is not as stated by these changes, or whose world is not."""
+    return vedette.load(
         {
             "seed": seed,
             "source": {
@@ -52,6 +55,11 @@ def told(seed=0, world=None, boats=BOATS, duration=240, **changes):
             "lifecycle": {"kind": "existence"},
         }
     )
+
+
+def told(*args, **changes):
+    """Return what is said of such a run."""
+    experiment = experiment_of(*args, **changes)
     result = experiment.run()
     return list(otherwise(experiment.tracker, result.scans, result.tracks))
 
@@ -80,6 +88,17 @@ def test_a_wrong_detection_probability_is_told_with_how_often_tracks_were_detect
     assert abs(float(found) / 100 - true) < 0.12
     assert int(looks) > 100
     assert ("leave their targets" in said) == (stated > true)
+
+
+@pytest.mark.parametrize("sampled", [1000, 70])
+@pytest.mark.parametrize(("true", "wrong"), [(0.9, False), (0.5, True)])
+def test_a_streamed_run_tells_it_by_its_first_scans(true, wrong, sampled, tmp_path, monkeypatch):
+    """It said nothing, as it keeps no tracks, and a run of more than 10,000 scans is streamed by itself."""
+    monkeypatch.setattr(recorder, "SCANS", 20)
+    monkeypatch.setattr(growing, "SAMPLED", sampled)
+    found = stream(experiment_of(world={"detection_probability": true}), tmp_path / "out")
+    assert ("confirmed tracks took a return in" in found.text) == wrong
+    assert ("LOOKS WRONG" in found.text) == wrong
 
 
 def test_clutter_is_told_before_the_detections_that_it_spoils():

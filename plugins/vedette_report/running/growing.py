@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from typing import final
 
+import numpy as np
 from attrs import evolve
 
 from vedette.experiment import Experiment, Steps
 from vedette.space import Array
 from vedette.tracking import State
-from vedette.types import Detections, Gaussian, Scan
-from vedette_files import FrameFiles, recording_head, scan_line
+from vedette.types import Detections, Gaussian, Scan, Track
+from vedette_files import FrameFiles, TrackRows, recording_head, scan_line
 from vedette_files.writing import Results
 from vedette_report.running.files import SERIES
 from vedette_report.running.lagging import SmoothedFiles
@@ -45,6 +47,7 @@ class GrowingFiles:
         self.smoothed = None if lag is None else SmoothedFiles(self.place, experiment, steps.recording, steps.state, lag)
         self.excerpt: list[Scan] = []
         """The first scans of returns, by which what looks wrong is told; they take a few MB."""
+        self._told = 0, list[TrackRows]()
         self._left, self._blocks = MOST_RETURNS, 0
         self._checkpoints: Checkpoints | None = None
         extra = () if steps.state.links is None else ("link",)
@@ -87,6 +90,12 @@ class GrowingFiles:
             self.excerpt.append(scan)
             self._left -= len(scan.detections.z)
 
+    @property
+    def first(self) -> tuple[Sequence[Scan], Sequence[Track]]:
+        """The scans of the first blocks, and the tracks in these."""
+        rows = TrackRows.join(self._told[1], self._experiment.tracker.state)
+        return self.excerpt[: self._told[0]], rows.take(np.argsort(rows.track, kind="stable")).tracks()
+
     def write_if_full(self) -> None:
         """Write a block if it is whole."""
         if self.recorder.full:
@@ -94,7 +103,10 @@ class GrowingFiles:
 
     def _write(self) -> None:
         self.recorder.finish_block()
-        self.tracks.write(self.recorder.tracks.hand_out())
+        rows = self.recorder.tracks.hand_out()
+        self.tracks.write(rows)
+        if self.recorder.scans <= SAMPLED:
+            self._told = len(self.excerpt), [*self._told[1], rows]
         self._recording.flush()
         if self.smoothed is not None:
             self.smoothed.write()

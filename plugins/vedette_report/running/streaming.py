@@ -108,7 +108,8 @@ def _concluded(result: Result, files: GrowingFiles, lag: float | None) -> Stream
     experiment, score, smoothed = result.made_by, files.recorder.judge.score(), files.smoothed
     told = figures(experiment, result, score)
     seen = evolve(result, scans=tuple(files.excerpt))
-    text, brief = (summary(experiment, seen, score, files.recorder.bands, brief=short) for short in (False, True))
+    first, bands = files.first, files.recorder.bands
+    text, brief = (summary(experiment, seen, score, bands, brief=short, first=first) for short in (False, True))
     further: list[str] = []
     if smoothed is not None and lag is not None:
         later = smoothed.score()

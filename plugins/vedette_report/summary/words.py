@@ -19,7 +19,7 @@ from vedette_report.series.traces import Bands, Judged
 from vedette_report.summary.ratios import RATIO, ratios
 from vedette_report.summary.tracks import MOST_TRACKS, track_rows
 from vedette_report.summary.truth import against_truth, objects
-from vedette_report.warnings.words import ENOUGH, warnings
+from vedette_report.warnings.words import ENOUGH, First, warnings
 
 FIRST = 5
 """Number of refused parts that the summary names."""
@@ -40,13 +40,22 @@ _MORE = ("bias", "first covered", "OSPA", "whole tracks")
 """What a brief summary leaves out of the comparison with the truth."""
 
 
-def summary(experiment: Experiment, result: Result, score: Score, bands: Bands | None = None, *, brief: bool = False) -> str:
+def summary(
+    experiment: Experiment,
+    result: Result,
+    score: Score,
+    bands: Bands | None = None,
+    *,
+    brief: bool = False,
+    first: First | None = None,
+) -> str:
     """Return lines of text, the same in every run of one config and seed.
 
-    `bands` are those that the judge counted; default: the result is judged anew. brief: what fits one screen.
+    `bands` are those that the judge counted; default: the result is judged anew. brief: what fits one screen. first: the
+    first scans and the tracks in these, of a run that keeps no others.
     """
     bands = Judged.of(experiment, result).bands if bands is None else bands
-    lines = _head(experiment, result, score)
+    lines = _head(experiment, result, score, first)
     if score.coverage is not None:
         unit = length_unit(experiment)
         few = ", too few for parts in % to say much" if score.scans < ENOUGH else ""
@@ -65,10 +74,11 @@ def summary(experiment: Experiment, result: Result, score: Score, bands: Bands |
     return "\n".join(lines) + "\n"
 
 
-def _head(experiment: Experiment, result: Result, score: Score) -> list[str]:
+def _head(experiment: Experiment, result: Result, score: Score, first: First | None) -> list[str]:
     """Return the lines on the input and the number of tracks."""
     title = experiment.title or "Run"
-    lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in warnings(experiment, result, score))]
+    wrong = warnings(experiment, result, score, first)
+    lines = [title, "=" * len(title), "", *rows(("LOOKS WRONG", said) for said in wrong)]
     lines += [*rows(_read(experiment, result)), *_refused(result)]
     return [*lines, *rows(_tracked(result, score))]
 

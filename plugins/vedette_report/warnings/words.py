@@ -5,7 +5,8 @@ A run does not end for any of it, and none of it is certain; each is one sentenc
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from vedette.metrics import Score
 from vedette.roles import Sensor
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Came, Intake, Tracker, open_source
-from vedette.types import LazyScans, Recording
+from vedette.types import LazyScans, Recording, Scan, Track
 from vedette_files import DATED, beyond_period
 from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
@@ -33,9 +34,13 @@ _SHORT, _LONG = 1e-5, 1000.0
 """Scans this near to each other, or this far apart, in s, are no sensor's: their times are in another unit."""
 
 
-def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[str]:
-    """Yield a sentence for each thing that looks wrong, the most serious first."""
-    intake = result.intake
+First: TypeAlias = tuple[Sequence[Scan], Sequence[Track]]
+"""The first scans of a run, and the tracks in these."""
+
+
+def warnings(experiment: Experiment, result: Result, score: Score, first: First | None = None) -> Iterator[str]:
+    """Yield a sentence for each thing that looks wrong, the most serious first; `first` of a run that keeps no others."""
+    intake, (scans, tracks) = result.intake, (result.scans, result.tracks) if first is None else first
     yield from warnings_of(intake, result.recording, experiment.tracker.sensors)
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
@@ -56,21 +61,21 @@ def warnings(experiment: Experiment, result: Result, score: Score) -> Iterator[s
         )
         yield from _because(experiment, result, told, better)
     if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
-        pairs = coalesced(result.tracks)
+        pairs = coalesced(tracks)
         if pairs:
-            a, b, scans = max(pairs, key=lambda pair: pair[2])
+            a, b, times = max(pairs, key=lambda pair: pair[2])
             kind = experiment.tracker.associator.kind
             yield (
-                f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {scans}): "
+                f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {times}): "
                 f"where targets stay close, {kind!r} averages over them. Nearer than two of the sensor's deviations that "
                 "places them best; if yours are farther apart, take 'jpda_star'"
             )
     yield from held(experiment.tracker)
     yield from (f"{place}: {said}; try {better}" for place, said, better in unwatched(experiment.tracker, result.scans))
     yield from turned(experiment.tracker, result.scans, result.recording.truth)
-    yield from late(experiment.tracker, result.scans, result.tracks)
-    if result.tracks or not score.tracks:  # a streamed run keeps none
-        yield from otherwise(experiment.tracker, result.scans, result.tracks)
+    yield from late(experiment.tracker, scans, tracks)
+    if tracks or not score.tracks:  # which may all have come later
+        yield from otherwise(experiment.tracker, scans, tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
