@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette import Array, Experiment, Mask, Result, Scan, Sensor, Track
+from vedette import Array, Experiment, Result, Scan, Sensor, Track
 from vedette_flir.sources.images import Grey
 
 NAME, EPISODES = "annotated.avi", "episodes.csv"
@@ -99,7 +99,7 @@ def _eight_bit(scan: Scan, low: float, high: float) -> Grey:
 
 
 def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Result) -> NDArray[Any]:
-    """Draw the frame in colour, enlarged: each track's box, red and told if it is lost, its trail, and the true boxes.
+    """Draw the frame in colour, enlarged: each track's box, red and told if lost or new, its trail, and the true boxes.
 
     Nothing is drawn inside a box, so that the target stays to be seen; a small one is shown enlarged in a corner.
     """
@@ -128,8 +128,8 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
         if k >= len(track.times) or track.times[k] != scan.time:
             continue
         points = _appears(track, slice(max(0, k - TRAIL), k + 1), experiment.tracker.sensors[scan.sensor])
-        lost = bool(is_lost(track)[k])
-        colour, size = LOST if lost else HELD, _size(track, k)
+        doubted = track.existence[k] < DOUBT
+        colour, size = LOST if doubted else HELD, _size(track, k)
         if number == 0 and size.max() <= SMALL:
             zoomed = _enlarged(image, scale, points[-1] - corner)
         outside = np.any(np.abs(points - points[-1]) > 0.5 * size + 1.0, axis=1)
@@ -138,7 +138,7 @@ def _drawn(cv2: Any, grey: Grey, scan: Scan, experiment: Experiment, result: Res
         half = 0.5 * size + 1.0 + thick // 2
         taken.append((*place(points[-1] - half), *place(points[-1] + half)))
         cv2.rectangle(image, taken[-1][:2], taken[-1][2:], colour, thick)
-        words = [str(track.id)] * (len(result.tracks) > 1) + ["lost"] * lost
+        words = [str(track.id)] * (len(result.tracks) > 1) + ["lost" if track.confirmed[k] else "new"] * int(doubted)
         _write(cv2, image, " ".join(words), (taken[-1][0], taken[-1][1] - 3 * thick), colour, thick)
     if zoomed is not None:
         _put(image, zoomed, taken)
@@ -155,12 +155,6 @@ def _write(cv2: Any, image: NDArray[Any], text: str, at: tuple[int, int], colour
     y = max(height + 2, min(at[1], image.shape[0] - below))
     for shade, wide in (((0, 0, 0), 3 * thick), (colour, thick)):
         cv2.putText(image, text, (x, y), font, size, shade, wide, cv2.LINE_AA)
-
-
-def is_lost(track: Track) -> Mask:
-    """Return in which scans a track says that it has lost its target (s,): it exists with probability below DOUBT."""
-    lost: Mask = track.existence < DOUBT
-    return lost
 
 
 def episodes(folder: Path, result: Result) -> list[str]:

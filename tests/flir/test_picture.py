@@ -50,5 +50,5 @@ def test_what_is_lost_is_no_thick_line(drawn):
     assert 0 < np.sum(held) < len(held)
     thick = next(line for line in axes.lines if line.get_linewidth() == 3.0)
     np.testing.assert_array_equal(np.isfinite(thick.get_xdata()), held)
-    assert "lost" in [text.get_text() for text in axes.figure.legends[0].get_texts()]
+    assert "lost, or new" in [text.get_text() for text in axes.figure.legends[0].get_texts()]
     assert not any("not drawn" in word for word in words(axes.figure))

@@ -195,7 +195,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
     canvas.lines(axes, rings, [shades[i] for i in ringed], linewidth=canvas.stroke(0.9), alpha=0.9, zorder=3)
     first = canvas.colour(0)
     axes.plot([], [], color=first, linewidth=canvas.stroke(3.0), label="track, its number at the start")
-    axes.plot([], [], color=first, label="lost" if in_image else "not confirmed", **dotted)
+    axes.plot([], [], color=first, label="lost, or new" if in_image else "not confirmed", **dotted)
     axes.plot([], [], "o", color=first, fillstyle="none", markersize=canvas.mark(9), label="95 % of its covariance")
     starts = {i: paths[i][int(np.argmax(tracks[i].confirmed))] for i in _longest(times, _NAMED)}
     return [Label(str(tracks[i].id), at, shades[i], {"weight": "bold"}) for i, at in starts.items()]

@@ -20,11 +20,12 @@ def strip(experiment: Experiment, result: Result) -> Figure:
     from matplotlib.patches import Rectangle
 
     made = canvas.figure(6.38)
+    boxes = [truth for truth in result.recording.truth if {"width", "height"} <= {*truth.space.names}]
     of = f"first of {len(result.tracks)} tracks" if len(result.tracks) > 1 else "track"
     canvas.head(
         made,
         f"Cut-outs: {experiment.title}" if experiment.title else "Cut-outs",
-        f"cut-outs around the {of} (cross); the true box dashed; times in s",
+        f"cut-outs around the {of} (cross); {'the true box dashed; ' if boxes else ''}times in s",
     )
     track = result.tracks[0] if result.tracks else None
     frames = result.framed
@@ -38,14 +39,14 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         axes = made.add_subplot(DOWN, ACROSS, place + 1)
         pixels, corner = scan.frame.pixels, np.zeros(2) if scan.frame.corner is None else scan.frame.corner
         near = int(np.argmin(np.abs(track.times - scan.time)))
-        x, y = (float(track.mean[near, track.space.names.index(name)]) for name in "xy")
+        own = dict(zip(track.space.names, track.mean[near], strict=True))
+        x, y = own["x"], own["y"]
         low, high = corner - 0.5, corner + np.array(pixels.shape[::-1]) - 0.5
         axes.imshow(pixels, cmap="gray", extent=(low[0], high[0], high[1], low[1]), interpolation="nearest")
         axes.plot([x], [y], "+", color=canvas.colour(1), markersize=canvas.mark(12))
-        box = 24.0
-        for truth in result.recording.truth:
-            state = truth.at(scan.time)
-            if state is not None and "width" in truth.space and "height" in truth.space:
+        box = max(24.0, 1.5 * own.get("width", 0.0), 1.5 * own.get("height", 0.0))
+        for truth in boxes:
+            if (state := truth.at(scan.time)) is not None:
                 at = dict(zip(truth.space.names, state, strict=True))
                 box = max(box, 1.5 * at["width"], 1.5 * at["height"])
                 left, top = at["x"] - 0.5 * at["width"], at["y"] - 0.5 * at["height"]
@@ -56,6 +57,6 @@ def strip(experiment: Experiment, result: Result) -> Figure:
         axes.set_ylim(y + box, y - box)
         axes.set_xticks([])
         axes.set_yticks([])
-        lost = ", lost" if track.existence[near] < 0.5 else ""
-        axes.set_title(f"{scan.time:.2f}{lost}", fontsize=canvas.letters(8), color=canvas.SOFT)
+        doubt = "" if track.existence[near] >= 0.5 else ", lost" if track.confirmed[near] else ", new"
+        axes.set_title(f"{scan.time:.2f}{doubt}", fontsize=canvas.letters(8), color=canvas.SOFT)
     return made
