@@ -258,8 +258,9 @@ LISTED = (
     "score of the wrong sign", "dead pixels as dark ones", "a corner that is forgotten", "rows for columns", "J by sigma",
     "half a pixel", "half a pixel, in a box", "a quarter of the noise", "the background kept", "bearings beyond a turn",
     "velocities of the wrong sign", "targets that are always seen", "returns in the order of targets",
-    "surer the more it is claimed", "the seventh return", "ties by chance", "keeps in place", "evidence that is dropped",
-    "a range in the plane", "returns in a row", "R over the other axes", "ends above its least existence",
+    "surer the more it is claimed", "the thirty-first return", "ties by chance", "keeps in place",
+    "evidence that is dropped", "a range in the plane", "returns in a row", "R over the other axes",
+    "ends above its least existence",
 )  # fmt: skip
 """What an outsider's list of missed faults names, by the words of our mutants; `test_mutants` shows that each is caught."""
 

@@ -34,6 +34,9 @@ BIRTHS = [
     ("claimed returns start tracks", FromReturns, "claimed_returns_start_nothing", {"begin": started(None, 2.0)}),
     ("padding starts tracks", FromReturns, "padding_starts_nothing",
      {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(s, f, e, o, n, evolve(d, valid=np.ones_like(d.valid)), c)}),
+    ("the first fifty returns", FromReturns, "padding_starts_nothing",
+     {"begin": lambda s, f, e, o, n, d, c: FromReturns.begin(
+         s, f, e, o, n, evolve(d, valid=d.valid & (np.arange(len(d.valid)) < 50)), c)}),
     ("tracks start elsewhere", FromReturns, "tracks_start_near_their_returns",
      prior(lambda p: Gaussian(p.mean + 300.0, p.cov))),
     ("a mean velocity of 1, in whatever unit", FromReturns, "births_know_no_unit",

@@ -121,9 +121,9 @@ def reversed_turn(self, x, dt):
     return Sails.move(self, x * [1.0, 1.0, 2.0, 1.0], dt) * [1.0, 1.0, 0.5, 1.0]
 
 
-def first_six(self, scores, evidence):
+def first_thirty(self, scores, evidence):
     weights = np.array(Pda.associate(self, scores, evidence))
-    weights[..., 7:] = 0.0
+    weights[..., 31:] = 0.0
     return weights / weights.sum(axis=-1, keepdims=True)
 
 
@@ -269,7 +269,7 @@ DECLARED = [
     ("turns by half", Sails, "headings_lead_the_way", {"move": reversed_turn}, {}),
     ("twice the way", Sails, "headings_lead_the_way",
      {"move": lambda s, x, dt: Sails.move(s, x, 2 * dt)}, {}),
-    ("the seventh return", Pda, "every_return_counts", {"associate": first_six}, {}),
+    ("the thirty-first return", Pda, "every_return_counts", {"associate": first_thirty}, {}),
     ("ties by chance", Leading, "settles_ties", {"associate": tossed}, {}),
     ("keeps in place", KBest, "keeping_all_changes_nothing", {"keep": keeps_in_place}, {}),
     ("surer the more it is claimed", FromReturns, "claimed_returns_start_nothing",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from attrs import evolve
 
 from vedette.metrics.consistency import nees
 from vedette.supporting import Birth
@@ -51,10 +52,13 @@ def claimed_returns_start_nothing(birth: Birth, drawn: Returns) -> None:
 
 
 def padding_starts_nothing(birth: Birth, drawn: Returns) -> None:
-    """A return that is not valid starts no track."""
-    padded = Detections(drawn.detections.z, np.zeros(len(drawn.claimed), dtype=bool))
-    given = Returns(drawn.estimator, drawn.sensor, padded, np.zeros(len(drawn.claimed)), drawn.dt, drawn.later, drawn.seed)
-    demand(not len(begun(birth, given).returns), "begin: a return with valid = False must start no track")
+    """Returns that are not valid start no track, and sixty of them before others change none of theirs."""
+    k, wanted = len(drawn.claimed), begun(birth, drawn)
+    padded = Detections(np.concatenate([np.zeros((60, 2)), drawn.detections.z]), np.arange(60 + k) >= 60)
+    found = begun(birth, evolve(drawn, detections=padded, claimed=np.concatenate([np.zeros(60), drawn.claimed])))
+    told = f"tracks start at {found.returns}, and at {60 + wanted.returns} without them"
+    demand(np.array_equal(found.returns, 60 + wanted.returns), f"begin: after 60 returns with valid = False {told}")
+    same("means after 60 returns that are not valid", found.prior.mean, wanted.prior.mean, 1e-9)
 
 
 def tracks_start_near_their_returns(birth: Birth, drawn: Returns) -> None:
