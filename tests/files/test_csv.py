@@ -1,5 +1,6 @@
 """Recordings in CSV: what is read."""
 
+import csv
 import math
 
 import numpy as np
@@ -16,6 +17,7 @@ from vedette_files import CsvSource
 from vedette_files.tables.empty_scans import fill_gaps
 from vedette_files.tables.platform import PlatformColumns
 from vedette_files.tables.returns import DetectionColumns
+from vedette_files.tables.rows import cells_of
 from vedette_files.tables.truth import TruthColumns
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -296,3 +298,15 @@ def test_one_wrong_time_among_scans_of_one_time_is_still_refused(tmp_path):
     recording, own = turns(tmp_path, text, scan="n")
     assert own == [None] * 3
     assert [problem.place for problem in recording.refused] == ["d.csv:7"]
+
+
+@given(line=st.text(' ,;|\t"a1.-\u00a0\ufffd#', max_size=30), delimiter=st.sampled_from([",", ";", "\t", "|", " "]))
+def test_a_line_is_read_as_the_csv_module_reads_it(line, delimiter):
+    """Most lines hold no quotation mark, and are split without it."""
+    try:
+        expected = [
+            cell.strip() for cell in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True, strict=True))
+        ]
+    except (csv.Error, StopIteration):
+        expected = None
+    assert cells_of(line, delimiter) == expected

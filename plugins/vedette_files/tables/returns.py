@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from functools import partial
+from functools import cached_property, partial
 from itertools import groupby
 from math import floor, inf
 from typing import final
@@ -42,7 +42,7 @@ class Reading:
     read: Space
     relative: bool = False
 
-    @property
+    @cached_property
     def placed(self) -> Space:
         """The axes of the file, with latitude and longitude as positions in the plane."""
         return made(self.read)
