@@ -103,7 +103,7 @@ class MotionModel(Component):
         """Return the state `dt` s later: (*b, n) -> (*b, n)."""
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F, the derivative of `move`: (*b, n) -> (*b, n, n) or (n, n); by differences, if linear around 0."""
+        """Return F, the derivative of `move`: (*b, n) -> (*b, n, n) or (n, n); by differences, around 0 if linear."""
         return numerical_jacobian(lambda y: self.move(y, dt), 0 * x if self.linear else x, self.state.difference)
 
     @abstractmethod
@@ -161,7 +161,7 @@ class Sensor(Component):
         """Return the expected measurement h(x): (*b, n) -> (*b, m)."""
 
     def jacobian(self, x: Array) -> Array:
-        """Return H, the derivative of `measure`: (*b, n) -> (*b, m, n) or (m, n); by differences, if linear around 0."""
+        """Return H, the derivative of `measure`: (*b, n) -> (*b, m, n) or (m, n); by differences, around 0 if linear."""
         return numerical_jacobian(self.measure, 0 * x if self.linear else x, self.measurement.difference)
 
     @abstractmethod

@@ -45,21 +45,21 @@ out, by less than such a part of what they do as they are. By hand.
 AUTOMATIC = """automatic = true  # no target is given: the tracker finds them
 steady = {steady}     # whether x and y are counted from the first frame, however the camera turns, so that scenery stands"""
 
-FOUND = f"""
+FOUND = """
 [sensors.spots]
 kind = "detected_box"
 
 [preprocessors.spots]  # what is small and stands out in a frame starts a track
 kind = "spot_detector"
 clear = 8.0  # contrast over the spread of what is around; less finds dimmer targets, and more that are none
-polarity = {{polarity}}
+polarity = {polarity}
 
 [preprocessors.spots.sensors.camera]
-{CAMERA}
+{camera}
 [birth]
 kind = "detected"
 sensors = ["spots"]
-spread = {{{{ vx = 100.0, vy = 100.0 }}}}
+spread = {{ vx = 100.0, vy = 100.0 }}
 
 [lifecycle]
 kind = "sought_target"  # confirmed by the frames that follow, kept for a while where it is lost
@@ -121,7 +121,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     begin = GIVEN
     if not boxes:
         steady, some = _shows_turns(chain([first], islice(frames, LOOKED - 1)))
-        start, begin = AUTOMATIC.format(steady=str(steady).lower()), FOUND.format(polarity=_polarity(some))
+        start, begin = AUTOMATIC.format(steady=str(steady).lower()), FOUND.format(camera=CAMERA, polarity=_polarity(some))
         about = "targets are found where they stand out and move"
     elif len(boxes) == 1:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
@@ -147,14 +147,12 @@ def _shows_images(path: Path) -> bool:
 
 def _polarity(frames: Sequence[Grey]) -> str:
     """Return which targets count, and why: hot ones, but if frames show none of them, and most of them dark ones."""
-    hot, dark = (
-        [
-            len(SpotDetector({"": BoxCentroid()}, polarity=each).process({"": Scan.image(0.0, "", Frame(one))}).z)
-            for one in frames
-        ]
-        for each in ("hot", "dark")
-    )
-    if not any(hot) and statistics.median(dark) > 0:
+
+    def found(polarity: str) -> list[int]:
+        detector = SpotDetector({"": BoxCentroid()}, polarity=polarity)
+        return [len(detector.process({"": Scan.image(0.0, "", Frame(one))}).z) for one in frames]
+
+    if not any(found("hot")) and statistics.median(found("dark")) > 0:
         return '"both"  # nothing hot stands out in its first frames, and dark things do; or "hot", "dark"'
     return '"hot"  # or "dark", "both"'
 

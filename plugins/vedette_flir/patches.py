@@ -96,7 +96,7 @@ def median(values: Array) -> float:
     """Return the median of some values, of any shape: numpy's own takes longer than all else that is done with them here."""
     low, high = (values.size - 1) // 2, values.size // 2
     ordered = np.partition(values, (low, high), axis=None)
-    return 0.5 * float(ordered[low] + ordered[high])
+    return 0.5 * (float(ordered[low]) + float(ordered[high]))
 
 
 def bend(image: Array) -> float:

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette import Array
 from vedette_flir.evidence import half_ring_spread, ring_spread
+from vedette_flir.patches import median
 from vedette_flir.sources.images import one_thread
 
 LEVEL = 0.5
@@ -103,8 +104,7 @@ def _centroid(sign: float, grey: Array, centre: Array, size: Array) -> Array:
     half = 0.5 * size + 1.0
     low, high = np.maximum(np.rint(centre - half), 0).astype(np.intp), np.rint(centre + half).astype(np.intp) + 1
     part = sign * grey[low[1] : high[1], low[0] : high[0]]
-    around = np.sort(np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]]))
-    edge = 0.5 * (float(around[(len(around) - 1) // 2]) + float(around[len(around) // 2]))
+    edge = median(np.concatenate([part[0], part[-1], part[:, 0], part[:, -1]]))
     excess = np.maximum(part - (edge + LEVEL * (float(part.max()) - edge)), 0.0)
     if not excess.any():
         return centre

@@ -74,9 +74,10 @@ def run(arguments: Namespace) -> int:
             written = write_files(results.place, experiment, recorded, numbers, text)
             if smoothed is not None:
                 written += write_smoothed(results.place, experiment, result, smoothed)
+            code = INTERRUPTED if result.interrupted else DONE
             try:
-                written += pictures.of_run(evolve(result, judged=judged), results.place) if pictures.possible() else []
-                code = INTERRUPTED if result.interrupted else DONE
+                if pictures.possible():
+                    written += pictures.of_run(evolve(result, judged=judged), results.place)
             except KeyboardInterrupt:
                 print("vedette: interrupted while pictures were drawn: all else of the run is kept", file=sys.stderr)
                 code = INTERRUPTED

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import takewhile
 
 import numpy as np
 
@@ -50,7 +51,7 @@ def unwatched(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, st
     for name in sorted(tracker.starters):
         chosen, dt = looks[name]
         try:
-            ends = [other for scan in chosen if (other := _ends(tracker, scan, dt, looks))]
+            ends = [*takewhile(bool, (_ends(tracker, scan, dt, looks) for scan in chosen))]
         except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
             continue
         if chosen and len(ends) == len(chosen):
@@ -74,10 +75,12 @@ def _ends(tracker: Tracker, scan: Scan, dt: float, looks: Mapping[str, tuple[lis
             continue
         x, placed = mean[:, tracker.state.locate(sensor.observes)], sensor.placed(chosen[0].pose)
         unseen = begun.ids[np.broadcast_to(placed.detects(x) == 0, len(x))]
+        if not len(unseen):
+            continue
         state, nothing = begun, Detections.of([], len(sensor.measurement))
         for time in np.linspace(0.0, dt, min(int(dt / gap), BETWEEN) + 1)[1:-1].tolist():
             state = tracker.step(state, Scan(time, name, nothing, chosen[0].pose))
-        if len(unseen) and not np.isin(unseen, state.ids).any():
+        if not np.isin(unseen, state.ids).any():
             return name
     return ""
 
