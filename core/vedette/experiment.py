@@ -32,6 +32,9 @@ Watch = Callable[[Scan, State, State, Gaussian, Array | None], None]
 NAMED = 100
 """The greatest number of refused parts that a streamed run names; all are counted."""
 
+LOOKED_AT = 20
+"""First scans of a run without any confirmed track that are tracked once more, to see whether a component is at fault."""
+
 
 class Redraw(Protocol):
     """Draws a run's own version of a recording, from the run's seeds: of many runs over it no two are the same."""
@@ -203,8 +206,7 @@ class Experiment:
     def finish(self, steps: Steps, *, keep_states: bool = False, watch: Watch | None = None) -> Result:
         """Make all steps of a run that was opened, and keep them, as `run` does. `watch` is called after each."""
         history, taken, states, interrupted = History(self.tracker), list[Scan](), list[State](), False
-        scans_given, framed = steps.recording.scans, list[int]()
-        lazy, once = isinstance(scans_given, LazyScans), getattr(scans_given, "once", False)
+        given, framed, lazy = steps.recording.scans, list[int](), isinstance(steps.recording.scans, LazyScans)
         try:
             for scan, state in steps.apart():
                 if steps.place is not None:
@@ -221,14 +223,14 @@ class Experiment:
             explain_run(error, self, partial(steps.again, [*taken, steps.latest]))
             raise
         tracks = history.tracks()
-        if (bad := history.first_undefined()) is not None:
-            check_again(self, partial(steps.again, taken[: bad + 1]))
+        if (bad := history.first_undefined()) is not None or not tracks:
+            check_again(self, partial(steps.again, taken[: LOOKED_AT if bad is None else bad + 1]))
         return evolve(
             self.outcome(steps, interrupted=interrupted),
             tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,
             scans=tuple(taken),
             states=tuple(states),
-            framed=() if once else LazyScans(len(framed), lambda k: scans_given[framed[k]]),
+            framed=() if getattr(given, "once", False) else LazyScans(len(framed), lambda k: given[framed[k]]),
         )
 
     def outcome(self, steps: Steps, *, interrupted: bool) -> Result:

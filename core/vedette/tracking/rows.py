@@ -37,13 +37,16 @@ new_rows = maker(Rows)
 def judged(
     plan: Plan, belief: Any, memory: Any, dt: float, existence: Array, hit: Array, p_detect: Array
 ) -> tuple[Any, Mask, Mask]:
-    """Return the lifecycle's memory of tracks or leaves after a scan, which are confirmed and which go on."""
-    spread, place = None, None
-    if plan.lifecycle.needs_spread or plan.lifecycle.needs_place:
-        estimate = plan.estimator.moments(belief)
-        spread = largest_deviation(estimate, plan.state) if plan.lifecycle.needs_spread else None
-        place = estimate.mean[..., plan.state.locate(PLANE)] if plan.lifecycle.needs_place else None
-    return plan.lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread, place))
+    """Return the lifecycle's memory of tracks or leaves after a scan, which are confirmed and which go on.
+
+    Those whose existence is no number go on, whatever the lifecycle says: the end of a run tells of them.
+    """
+    lifecycle = plan.lifecycle
+    estimate: Any = plan.estimator.moments(belief) if lifecycle.needs_spread or lifecycle.needs_place else None
+    spread = largest_deviation(estimate, plan.state) if lifecycle.needs_spread else None
+    place = estimate.mean[..., plan.state.locate(PLANE)] if lifecycle.needs_place else None
+    memory, confirmed, alive = lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread, place))
+    return memory, confirmed, alive if np.count_nonzero(alive) == alive.size else alive | np.isnan(existence)
 
 
 def compact(rows: Rows) -> Rows:

@@ -12,7 +12,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, Problem
-from vedette.experiment import NAMED, Experiment, Result, Steps
+from vedette.experiment import LOOKED_AT, NAMED, Experiment, Result, Steps
 from vedette.metrics import Score
 from vedette.progress import Progress, silent
 from vedette.space import Array
@@ -81,7 +81,7 @@ def _written(
     experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None, lag: float | None
 ) -> Streamed:
     steps.intake.refused.limit(NAMED)
-    tracker, interrupted, defined = experiment.tracker, False, True
+    tracker, interrupted, defined, confirmed = experiment.tracker, False, True, False
     with ExitStack() as stack:
         files = GrowingFiles(experiment, results, steps, lag, stack)
         if former is not None:
@@ -93,12 +93,15 @@ def _written(
                 if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
                     defined = False
                     check_again(experiment, partial(_again, tracker, steps.before, scan))
+                confirmed = confirmed or bool(np.any(state.confirmed))
                 files.add(scan, state, estimate, modes)
                 if shown is not None:
                     shown(scan, steps.before, state, estimate, modes, files.recorder.judged())
                 files.write_if_full()
         except KeyboardInterrupt:
             interrupted = True
+        if not confirmed:
+            check_again(experiment, partial(steps.again, files.excerpt[:LOOKED_AT]))
         files.close()
     return _concluded(experiment.outcome(steps, interrupted=interrupted), files, lag)
 
