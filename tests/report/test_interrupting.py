@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import zlib
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -14,6 +15,7 @@ from support import interrupting
 from support.results import config
 from vedette.cli import main
 from vedette.tracking.intake import Intake
+from vedette_report.commands import run
 from vedette_report.drawing import brought
 
 
@@ -75,6 +77,28 @@ def test_pictures_that_are_interrupted_cost_no_other_file(tmp_path, monkeypatch,
     found = interrupting.left(tmp_path / "out")
     assert found["recorded"] == found["series"] == found["counted"] > 0
     assert not found["interrupted"]
+
+
+def test_a_run_whose_last_scan_is_tracked_writes_its_files_first(tmp_path, monkeypatch, capfd):
+    """Ctrl-C while it is judged cost all scans; a second one leaves none, as before."""
+    judged = run.figures
+
+    def pressed(*given, times=1):
+        for _ in range(times):
+            os.kill(os.getpid(), signal.SIGINT)
+        return judged(*given)
+
+    (tmp_path / "config.json").write_text(json.dumps(config()))
+    for times, name in ((1, "out"), (2, "twice")):
+        monkeypatch.setattr(run, "figures", partial(pressed, times=times))
+        assert main(["run", str(tmp_path / "config.json"), "--out", str(tmp_path / name)]) == 130
+        assert "the files of the run are written first" in capfd.readouterr().err
+    found = interrupting.left(tmp_path / "out")
+    assert found["recorded"] == found["series"] == found["counted"] > 0
+    assert not found["interrupted"]
+    assert not list((tmp_path / "out").glob("*.png"))
+    assert interrupting.left(tmp_path / "twice") is None
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 @pytest.mark.parametrize("options", [[], ["--stream"]])

@@ -23,6 +23,7 @@ from vedette_report.drawing.brought import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.progress import on_terminal
 from vedette_report.running.files import NAMES, write_config, write_files, write_of_plugins
+from vedette_report.running.finishing import Finishing
 from vedette_report.running.smoothed import read_lag, smooth_result, smoothed_figures, smoothed_summary, write_smoothed
 from vedette_report.series.recorder import recorded_run
 from vedette_report.summary.words import summary
@@ -61,25 +62,28 @@ def run(arguments: Namespace) -> int:
             return _stream(experiment, steps, folder, reads, arguments, lag=lag)
         with results_in(folder, reads, (*NAMES, *pictures.names())) as results:
             write_config(results.place, experiment)
-            recorded = recorded_run(experiment, steps, keep_states=lag is not None)
-            result, judged = recorded.result, recorded.judged
-            score = judged.score
-            numbers, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
-            told = text if arguments.all else summary(experiment, result, score, judged.bands, brief=True)
-            smoothed = None if lag is None else smooth_result(experiment, recorded, lag)
-            if lag is not None and smoothed is not None:
-                numbers |= {"smoothed": smoothed_figures(lag, smoothed.score)}
-                compared = smoothed_summary(score, smoothed.score, lag, length_unit(experiment))
-                text, told = text + compared, told + compared
-            written = write_files(results.place, experiment, recorded, numbers, text)
-            if smoothed is not None:
-                written += write_smoothed(results.place, experiment, result, smoothed)
-            code = INTERRUPTED if result.interrupted else DONE
+            with Finishing() as finishing:
+                recorded = recorded_run(experiment, steps, keep_states=lag is not None, tracked=finishing.begin)
+                result, judged = recorded.result, recorded.judged
+                score = judged.score
+                numbers, text = figures(experiment, result, score), summary(experiment, result, score, judged.bands)
+                told = text if arguments.all else summary(experiment, result, score, judged.bands, brief=True)
+                smoothed = None if lag is None else smooth_result(experiment, recorded, lag)
+                if lag is not None and smoothed is not None:
+                    numbers |= {"smoothed": smoothed_figures(lag, smoothed.score)}
+                    compared = smoothed_summary(score, smoothed.score, lag, length_unit(experiment))
+                    text, told = text + compared, told + compared
+                written = write_files(results.place, experiment, recorded, numbers, text)
+                if smoothed is not None:
+                    written += write_smoothed(results.place, experiment, result, smoothed)
+            code = INTERRUPTED if result.interrupted or finishing.pressed else DONE
             try:
+                if finishing.pressed:
+                    raise KeyboardInterrupt
                 if pictures.possible():
                     written += pictures.of_run(evolve(result, judged=judged), results.place)
             except KeyboardInterrupt:
-                print("vedette: interrupted while pictures were drawn: all else of the run is kept", file=sys.stderr)
+                print("vedette: interrupted before all pictures were drawn: all else of the run is kept", file=sys.stderr)
                 code = INTERRUPTED
             further, problems = write_of_plugins(results.place, experiment, result)
     written += [*([_page(folder)] if arguments.report else []), *further]

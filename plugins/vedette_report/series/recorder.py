@@ -5,7 +5,7 @@ docs/reference/series.md lists the columns.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from io import BytesIO
 from pathlib import Path
 from typing import BinaryIO, final
@@ -214,11 +214,14 @@ class Recorded:
         return read_series(BytesIO(self.packed))
 
 
-def recorded_run(experiment: Experiment, steps: Steps, *, keep_states: bool = False) -> Recorded:
-    """Make all steps of a run that was opened, and keep and judge them."""
+def recorded_run(
+    experiment: Experiment, steps: Steps, *, keep_states: bool = False, tracked: Callable[[], None] = lambda: None
+) -> Recorded:
+    """Make all steps of a run that was opened, and keep and judge them; `tracked` is called when the last is made."""
     packed = BytesIO()
     series = Recorder(packed, experiment, steps)
     result = experiment.finish(steps, keep_states=keep_states, watch=series.add)
+    tracked()
     series.close()
     names = np.array([track.id for track in result.tracks])
     judged = Judged(series.judge.score(), tuple(series.blocks), names)
