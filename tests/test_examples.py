@@ -109,7 +109,7 @@ def test_autoferry_over_ten_draws():
     assert 0 < alone["gospa"].error < 0.2
     assert alone["coverage"].value > 0.92
     assert alone["false_tracks"].value < 0.04
-    corrected = studied("autoferry_study.toml", path, "source.lag.radar=1.62", sweep=sweep).means(0)
+    corrected = studied("autoferry_study.toml", path, "source.lag.radar=1.6", sweep=sweep).means(0)
     assert corrected["gospa"].value < 7.0
 
 

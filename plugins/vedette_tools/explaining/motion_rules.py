@@ -22,6 +22,8 @@ LAG = 3.0
 """Standard deviations of its own innovations by which a filter may lag: a gate that keeps 99 % reaches as far."""
 LEAST_STAY, MOST_STAY = 2.0, 1e4
 NEVER = 1e11  # scans
+FEWEST, UNEVEN = 10, 3.0
+"""Gaps between scans from which on they are said to be uneven, and the ratio of a long one to a short one. By hand."""
 HALF_PI = 0.5 * np.pi
 
 
@@ -158,6 +160,23 @@ def switching(it: Situation) -> Iterator[Finding]:
                 yield from _stays(f"{place}.{name}", 1.0 / np.maximum(-np.diag(matrix) * dt, 1e-12), dt)
 
 
+def uneven_switching(it: Situation) -> Iterator[Finding]:
+    """Find modes that switch at each scan where scans come at uneven times, as those of several sensors do."""
+    gaps = np.diff(sorted({scan.time for seen in it.sensors for scan in seen.came.scans}))
+    short, long = np.quantile(gaps, (0.1, 0.9)) if len(gaps) >= FEWEST else (1.0, 1.0)
+    if long < UNEVEN * short:
+        return
+    for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
+        stated = {name: matrix for name, matrix in square(estimator, "1").items() if np.any(matrix != np.eye(len(matrix)))}
+        if isinstance(estimator, Estimator) and estimator.traits.per_scan:
+            for name in stated:
+                text = (
+                    f"holds from one scan to the next, and those of all sensors come {say(_short(short), 's')} to "
+                    f"{say(_short(long), 's')} apart: modes switch {long / short:.2g} times as often where scans are dense"
+                )
+                yield Finding(f"{place}.{name}", text, "the same with `interval`, the s that it is meant for, or `rates`")
+
+
 def _stays(place: str, scans: Array, dt: float | None) -> Iterator[Finding]:
     if np.all(scans >= NEVER):  # modes that never switch are on purpose: which one of several models a target is
         return
@@ -238,4 +257,4 @@ def _noise_ratio(it: Situation, motion: MotionModel, seen: Seen, dt: float) -> t
     return float(np.max(ratios)), axes[int(np.argmax(ratios))]
 
 
-RULES = (loud_motion, quiet_motion, slow_to_turn, noise_against_speed, wild_turns, modes_alike, switching)
+RULES = (loud_motion, quiet_motion, slow_to_turn, noise_against_speed, wild_turns, modes_alike, switching, uneven_switching)

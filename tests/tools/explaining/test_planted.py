@@ -110,6 +110,10 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "a transition for a far shorter interval": (
         "estimator.transition", "mode 0 lasts 0.5 scans", ["estimator.interval=0.05"],
     ),
+    "modes that switch at each scan of two sensors": (
+        "estimator.transition", "times as often",
+        ['source.looks.other={interval=2.0,first=0.3}', f"sensors.other={{{RADAR}2e-6}}"],
+    ),
     "clutter too dense for any gate": (
         "sensors.radar", "into the gate of a settled track", [SCENE, "sensors.radar.clutter_density=0.05"],
     ),
