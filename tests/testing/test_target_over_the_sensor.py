@@ -26,10 +26,9 @@ class Sonar(vedette.Sensor):
         return np.stack([np.hypot(x[..., 0], x[..., 1]), np.arctan2(x[..., 1], x[..., 0])], axis=-1)
 
     def jacobian(self, x):
-        r = np.hypot(x[..., 0], x[..., 1])
-        with np.errstate(all="ignore"):
-            c, s = x[..., 0] / r, x[..., 1] / r
-            return np.stack([np.stack([c, s], -1), np.stack([-s / r, c / r], -1)], -2)
+        r = np.maximum(np.hypot(x[..., 0], x[..., 1]), 1e-9)
+        c, s = x[..., 0] / r, x[..., 1] / r
+        return np.stack([np.stack([c, s], -1), np.stack([-s / r, c / r], -1)], -2)
 
     def noise(self, x):
         return np.diag([self.sigma_range**2, self.sigma_bearing**2])

@@ -54,6 +54,11 @@ def not_there(sensor, x):
     return np.where(x[..., :1] > 0, RB.measure(sensor, x), np.nan)
 
 
+def not_over_it(sensor, x):
+    with np.errstate(invalid="ignore"):
+        return RB.jacobian(sensor, x) * (x[..., :1] / x[..., :1])[..., None]
+
+
 def at(change):
     """A platform's pose, changed on the way in."""
     return {"at": lambda s, pose: type(s).__mro__[1].at(s, change(pose))}
@@ -71,6 +76,7 @@ def spot(change):
 
 SENSORS = [
     ("no bearing behind", RB, "gives_finite_numbers", {"measure": not_there}, {}),
+    ("no derivative right over it", RB, "gives_finite_numbers", {"jacobian": not_over_it}, {}),
     ("x counts to the left", CP, "names_mean_the_same",
      {"measure": lambda s, x: x * [-1, 1], "jacobian": lambda s, x: np.diag([-1.0, 1.0])}, {}),
     ("missing components count as expected", EKF, "missing_components_say_nothing", {"evaluate": sees_what_lacks}, {}),

@@ -61,10 +61,9 @@ def batches_as_it_loops(sensor: Sensor, drawn: Looks) -> None:
 
 
 def gives_finite_numbers(sensor: Sensor, drawn: Looks) -> None:
-    """Ordinary states give finite measurements and detection probabilities."""
-    finite("measure", sensor.measure(drawn.x))
-    finite("noise", sensor.noise(drawn.x))
-    finite("detects", sensor.detects(drawn.x))
+    """Ordinary states, right over the sensor too, give finite measurements, derivatives and detection probabilities."""
+    for name, (method, _) in _methods(sensor).items():
+        finite(name, method(drawn.x))
 
 
 def noise_is_positive_definite(sensor: Sensor, drawn: Looks) -> None:
