@@ -63,13 +63,13 @@ def spread_as_stated(birth: Birth, drawn: Returns) -> None:
 
 
 def exists_as_stated(birth: Birth, drawn: Returns) -> None:
-    """If it has `initial`: new tracks exist with that probability at most."""
-    initial = getattr(birth, "initial", None)
+    """If it has `initial`: new tracks exist with that probability at most; if it states `initial_existence`, with that."""
+    every, known = birth.initial_existence, begun(birth, drawn).existence
+    initial = getattr(birth, "initial", every)
     if not isinstance(initial, float):
         raise Lacking("initial")
-    newborn = begun(birth, drawn)
-    known = newborn.existence
     demand(np.all(known <= initial + 1e-9), f"existence: must be `initial`, {initial:g}, got {known}")
+    demand(every is None or np.allclose(known, every), f"existence: must be `initial_existence`, {every}, got {known}")
 
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:

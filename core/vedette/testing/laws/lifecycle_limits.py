@@ -74,12 +74,12 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """A scan of no time that could not detect a sure track leaves it confirmed: one confirmed by 3 hits that had 30."""
+    """A scan of no time that could not detect a track ends none, and leaves one confirmed that was by 3 hits and had 30."""
+    demand(after(lifecycle, [scan(0.0, 0.0, 0.0)])[2].all(), "review: a scan that could not detect a new track ended it")
     memory, soon, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 3)
     memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 27, memory)
     _, still, _ = after(lifecycle, [scan(0.0, 0.0, 0.0)], memory)
-    sure = soon & confirmed & alive
-    demand(np.all(still | ~sure), "confirmed: a track is no longer, after a scan that could not detect it")
+    demand(np.all(still | ~(soon & confirmed & alive)), "confirmed: a track is no longer, where none could detect it")
 
 
 def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -159,12 +159,13 @@ def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """If it has `hits`: so many detections in a row confirm a track, the one that started it included, and no fewer."""
+    """If it has `hits`: so many detections in a row, with the first, confirm a track, looks elsewhere aside; no fewer do."""
     wanted = getattr(lifecycle, "hits", None)
     if not isinstance(wanted, int) or isinstance(wanted, bool) or wanted < 2:
         raise Closed("it has no `hits` above 1")
-    _, confirmed, _ = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (wanted - 1))
-    demand(confirmed.all(), f"review: {wanted} detections in a row, the first included, do not confirm a track")
+    _, confirmed, alive = after(lifecycle, [scan(0.001, 1.0, 0.9), scan(0.0, 0.0, 0.0)] * (wanted - 1))
+    told = "with scans between that could not detect it"
+    demand((confirmed & alive).all(), f"review: {wanted} detections, the first included, {told}, do not confirm a track")
     if wanted > 2:
         _, confirmed, _ = after(lifecycle, [scan(0.001, 1.0, 0.9)] * (wanted - 2))
         demand(not confirmed.any(), f"review: fewer than {wanted} detections confirm a track")
