@@ -149,6 +149,29 @@ def test_ais_gives_positions_and_passes_over_the_rest() -> None:
     np.testing.assert_allclose(messages[0].z[0, :3], [37.802118, -122.341618, 0.0], atol=1e-6)  # as gpsd decodes it
 
 
+TAGGED = b"\\g:1-2-73874,n:157036,s:r003669945,c:1241544035*4A\\!AIVDM,1,1,,B,15N4cJ`005Jrek0H@9n`DW5608EP,0*13\r\n"
+"""As published in gpsd's guide to AIVDM."""
+
+
+def test_a_tag_block_tells_the_time_of_a_report_where_it_is_asked_for() -> None:
+    ((message,), refused) = through(Nmea(tagged=True), [TAGGED])
+    assert (message.time, refused) == (1241544035.0, [])
+    assert through(Nmea(), [TAGGED])[0][0].time is None
+    untold = SENTENCES[0].strip()
+    for tag in (b"", b"2023-11-14T22:13:20 ", b"\\s:a*12\\"):  # a logger's time, no time
+        assert through(Nmea(tagged=True), [tag + untold + b"\n"])[0][0].time is None
+    in_ms = b"c:1241544035250,s:a"
+    tag = b"\\%s*%02x\\" % (in_ms, reduce(xor, in_ms, 0))
+    assert through(Nmea(tagged=True), [tag + untold + b"\n"])[0][0].time == 1241544035.25
+
+
+@pytest.mark.parametrize("wrong", [(b"*4A", b"*4B"), (b"*4A", b""), (b"c:12", b"c:-2"), (b"c:12", b"c:\xff2")])
+def test_a_corrupted_tag_block_is_refused_with_its_report(wrong: tuple[bytes, bytes]) -> None:
+    messages, (told,) = through(Nmea(tagged=True), [TAGGED.replace(*wrong)])
+    assert not messages
+    assert "TAG block" in told
+
+
 PUBLISHED = {  # by gpsd's guide to AIVDM and its sample log
     b"!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C": (477553000, 47.582833, -122.345833, 0.0, 51.0),
     b"!AIVDM,1,1,,A,15RTgt0PAso;90TKcjM8h6g208CQ,0*4A": (371798000, 48.381633, -123.395383, 12.3, 224.0),

@@ -8,6 +8,8 @@ import socket
 import urllib.error
 import urllib.request
 from collections.abc import Mapping
+from functools import reduce
+from operator import xor
 from pathlib import Path
 from threading import Thread
 from time import sleep
@@ -420,6 +422,19 @@ def test_a_thousand_slow_connections_hold_nobody_up() -> None:
             here.close()
     assert running.counters.counts["messages_refused_total"] == crowd
     assert as_json(running.state) == as_json(undisturbed(lines(41)))
+
+
+def test_recorded_ais_with_tag_blocks_is_a_source(tmp_path: Path) -> None:
+    tags = [f"c:{1_700_000_000 + 10 * k}" for k in range(40)]
+    report = "!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C"
+    tagged = [f"\\{tag}*{reduce(xor, tag.encode()):02X}\\{report}" for tag in tags]
+    (tmp_path / "ais.nmea").write_text("\n".join(tagged))
+    source = {"kind": "stream", "path": str(tmp_path / "ais.nmea"), "format": {"kind": "nmea", "tagged": True}}
+    source["origin"] = {"latitude": 47.5, "longitude": -122.3}
+    sensors = {"ais": {"kind": "cartesian_position", "sigma": 10.0}}
+    result = vedette.load({**TRACKER, "sensors": sensors, "source": source}).run()
+    assert [scan.time for scan in result.scans[:2]] == [1_700_000_000.0, 1_700_000_010.0]
+    assert len(result.tracks) == 1
 
 
 def test_a_recorded_stream_is_a_source(tmp_path: Path) -> None:

@@ -24,12 +24,18 @@ HELD = 64
 AXES = ("latitude", "longitude", "speed", "course")
 
 
+MILLISECONDS = 1e11
+"""A time beyond is one in ms: in s it would be of the year 5138."""
+_Sentence = tuple[bytes, float | None]
+"""A sentence, and the time of its TAG block in s since 1970, if it has one."""
+
+
 @frozen
 class _Memory:
-    """The rest of a line, and the sentences of messages that are not whole: by channel and number."""
+    """The rest of a line, and the sentences and times of messages that are not whole: by channel and number."""
 
     rest: Rest = Rest()
-    parts: tuple[tuple[tuple[str, str, int], tuple[tuple[int, bytes], ...]], ...] = ()
+    parts: tuple[tuple[tuple[str, str, int], tuple[tuple[int, _Sentence], ...]], ...] = ()
 
 
 @final
@@ -37,8 +43,9 @@ class _Memory:
 class Nmea(Format):
     """AIS position reports (!AIVDM, !AIVDO) as returns of latitude, longitude, speed and course; tracks as sentences.
 
-    A report tells no time but the second; it counts from when it came. Other sentences are passed over. `TLL` gives latitude
-    and longitude, `TTM` distance in NM, bearing, speed and course as seen from the origin.
+    A report tells no time but the second; it counts from when it came, or if `tagged` from the time of the TAG block before
+    it, `\\s:station,c:1700000000*5D\\`. Other sentences are passed over. `TLL` gives latitude and longitude, `TTM` distance
+    in NM, bearing, speed and course as seen from the origin.
     IEC 61162-1, Maritime navigation and radiocommunication equipment - Digital interfaces, 2016.
     """
 
@@ -47,6 +54,7 @@ class Nmea(Format):
 
     sentence: str = fields.choice("of tracks that are written", ("TLL", "TTM"), default="TLL")
     talker: str = fields.text("the two letters that say who talks, in sentences that are written", default="RA")
+    tagged: bool = fields.flag("take the times of TAG blocks, as of a recorded file that has them", default=False)
 
     def __attrs_post_init__(self) -> None:
         if len(self.talker) != 2 or not (self.talker.isascii() and self.talker.isalpha() and self.talker.isupper()):
@@ -68,10 +76,10 @@ class Nmea(Format):
         messages, refused = list[Message](), [f"a line is longer than {LONGEST:,} bytes"] * too_long
         for line in filter(bytes.strip, lines):
             try:
-                memory, sentences, dropped = _collected(memory, line)
+                memory, sentences, dropped = _collected(memory, line, tagged=self.tagged)
                 refused += dropped
-                if sentences and (message := _position(sentences)) is not None:
-                    messages.append(message)
+                if sentences and (message := _position([sentence for sentence, _ in sentences])) is not None:
+                    messages.append(evolve(message, time=next((time for _, time in sentences if time is not None), None)))
             except ValueError as error:
                 refused.append(str(error))
         return Decoded(memory, messages, refused)
@@ -127,7 +135,19 @@ def _angle(value: float, digits: int, letters: str) -> str:
     return f"{degrees:0{digits}d}{rest / 10000:07.4f},{letters[value < 0]}"
 
 
-def _collected(memory: _Memory, line: bytes) -> tuple[_Memory, list[bytes], list[str]]:
+def _time(tag: str) -> float | None:
+    """Return the time in s that a TAG block states, which may stand before a sentence; ValueError if it is corrupted."""
+    body, star, stated = tag.strip().strip("\\").partition("*")
+    told = [part[2:] for part in body.split(",") if part.startswith("c:")]
+    if not (tag.lstrip().startswith("\\") and told):
+        return None
+    right = star and tag.isascii() and f"{reduce(xor, body.encode(), 0):02X}" == stated[:2].upper()
+    if not (right and told[0].isdecimal() and len(told[0]) <= 15):
+        raise ValueError(f"wrong time or checksum of its TAG block: {shown(tag)}")
+    return float(told[0]) / (1000.0 if float(told[0]) > MILLISECONDS else 1.0)
+
+
+def _collected(memory: _Memory, line: bytes, *, tagged: bool) -> tuple[_Memory, list[_Sentence], list[str]]:
     """Return the memory, the sentences of a message that is whole now, and what is given up for it."""
     text = line.decode("ascii", errors="replace")
     start = text.find("!")
@@ -143,11 +163,12 @@ def _collected(memory: _Memory, line: bytes) -> tuple[_Memory, list[bytes], list
     if not (parts[1].isdecimal() and parts[2].isdecimal() and 1 <= int(parts[2]) <= int(parts[1]) <= 9):
         raise ValueError(f"counts its sentences wrongly: {shown(sentence)}")
     total, place = int(parts[1]), int(parts[2])
+    whole = sentence.encode(), _time(text[:start]) if tagged else None
     if total == 1:
-        return memory, [sentence.encode()], []
+        return memory, [whole], []
     key, held = (parts[4], parts[3], total), dict(memory.parts)
     known = dict(held.pop(key, ()))
-    known[place] = sentence.encode()
+    known[place] = whole
     if len(known) == total:
         return evolve(memory, parts=tuple(held.items())), [known[i] for i in sorted(known)], []
     held[key] = tuple(known.items())

@@ -25,7 +25,7 @@ ONE_EACH = "titles in several lines, or for several columns, are not read: write
 
 NO_ROWS = {
     re.compile(r"(^|\\)[!$][A-Z]{5},"): "sentences of NMEA 0183, not a table: decode them to one first, let `vedette serve` "
-    "read them, or let gpsbabel make GPX of a receiver's own positions",
+    "read them, or, if TAG blocks tell times, the source `stream`; or let gpsbabel make GPX of a receiver's own positions",
     re.compile(r"^1 \d{5}[A-Z] \d{5}[A-Z ]"): "elements of orbits (TLE), not positions: work out those of each moment first",
 }
 """Lines of what is no table, and what to do with it."""
