@@ -64,7 +64,7 @@ class Clock:
     """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver.
 
     One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
-    sends more seldom than that, the time between two messages is learnt.
+    sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt.
     """
 
     by: str
@@ -73,6 +73,7 @@ class Clock:
     last: float | None = None
     doubted: float | None = None
     since: float | None = None
+    latest: float | None = None
 
     def stood(self, now: float) -> float:
         """Return for how many s it has told the same time."""
@@ -92,6 +93,8 @@ class Clock:
         if stated != self.last or self.since is None:
             self.since = arrived
         self.last = stated
+        latest = stated if self.latest is None else self.latest
+        self.latest = stated if abs(stated - latest) > self.leap else max(stated, latest)
         if self.by == "offset" and arrived is not None:
             self.offset = min(self.offset, arrived - stated)
             stated += self.offset

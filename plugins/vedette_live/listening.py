@@ -174,9 +174,9 @@ class Listening:
     def _is_new(self, i: int, message: Message) -> bool:
         """Return whether a message is later than all that came of its sensor, so that it is none of them again."""
         clock = self.groupers[i].clocks.get(message.sensor)
-        if clock is None or clock.by == "receiver" or clock.last is None or message.time is None:
+        if clock is None or clock.by == "receiver" or clock.latest is None or message.time is None:
             return False
-        return message.time > clock.last
+        return message.time > clock.latest  # not the last one, which may have come late
 
     def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
         self.counters.add("messages_refused_total")

@@ -95,12 +95,13 @@ def formed_from(given: Mapping[str, Any]) -> Formed:
 
 def clocks_data(clocks: Mapping[str, Clock]) -> dict[str, Any]:
     """Return the clocks of an input as plain data."""
-    return {name: [None if clock.offset == np.inf else clock.offset, clock.last] for name, clock in clocks.items()}
+    return {name: [None if clock.offset == np.inf else clock.offset, clock.latest] for name, clock in clocks.items()}
 
 
 def clocks_from(given: Mapping[str, Any], by: str, leap: float) -> dict[str, Clock]:
     """Return the clocks of `clocks_data`."""
-    return {name: Clock(by, leap, np.inf if offset is None else offset, last) for name, (offset, last) in given.items()}
+    known = ((name, np.inf if offset is None else offset, latest) for name, (offset, latest) in given.items())
+    return {name: Clock(by, leap, offset, last=latest, latest=latest) for name, offset, latest in known}
 
 
 def state_from(tracker: Tracker, given: Any, axes: Any) -> State:

@@ -150,6 +150,17 @@ def test_a_line_that_cannot_be_read_is_answered(tmp_path: Path) -> None:
     assert "late" in refused["refused"]
 
 
+@pytest.mark.parametrize("restart", [False, True])
+def test_a_sender_whose_last_line_was_late_may_send_all_again(tmp_path: Path, restart: bool) -> None:
+    answers, z = list[bytes](), [[0.0, 0.0]]
+    given = {**config(tmp_path, 1, horizon=3.0), "inputs": [feed()]}
+    sent = [numbered("north", n, time, z, answers) for n, time in ((7, 7.0), (8, 6.0))]
+    if restart:
+        ran(given, sent)
+    again = ran(given, [*sent, *sent])
+    assert (again.ails, again.counters.counts["messages_refused_total"]) == ({}, 0)
+
+
 def test_a_sender_that_counts_anew_is_told(tmp_path: Path) -> None:
     """It was answered as one that sends again, and what it sent was taken by nobody."""
     answers, z = list[bytes](), [[0.0, 0.0]]
