@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
@@ -28,16 +29,27 @@ def opencv() -> Any:
     return needed("cv2", "reading images needs OpenCV", "vision")
 
 
+_USUAL, _ONE_AT_A_TIME = list[int](), Lock()
+"""OpenCV's own number of threads, once for each block that has it at one: the process has a single such number."""
+
+
 @contextmanager
 def one_thread() -> Iterator[Any]:
-    """Yield `cv2` with one thread: several work on frames for twice the CPU time, and end no sooner."""
+    """Yield `cv2` with one thread: several work on frames for twice the CPU time, and end no sooner.
+
+    When the last block ends, of all Python's threads, OpenCV has as many as before.
+    """
     cv2 = opencv()
-    usual = cv2.getNumThreads()
-    cv2.setNumThreads(1)
+    with _ONE_AT_A_TIME:
+        _USUAL.append(_USUAL[0] if _USUAL else cv2.getNumThreads())
+        cv2.setNumThreads(1)
     try:
         yield cv2
     finally:
-        cv2.setNumThreads(usual)
+        with _ONE_AT_A_TIME:
+            usual = _USUAL.pop()
+            if not _USUAL:
+                cv2.setNumThreads(usual)
 
 
 def signed(pixels: NDArray[Any], negative: bool) -> NDArray[Any]:
