@@ -88,7 +88,7 @@ def test_what_is_written_reads_back_to_the_last_bit(tmp_path_factory, recording)
 
 def example():
     truth = Trajectory("a", PLANE, np.array([0.0, 1.0]), np.array([[1.0, 2.0], [3.0, 4.0]]))
-    seen = [Detections.of([[10.0 + i, 0.1]]) for i in range(4)]
+    seen = [Detections.of([[10.0 + i, 0.1]]) for i in range(2)]
     return Recording(tuple(Scan(float(i), "radar", found, Pose(np.zeros(2))) for i, found in enumerate(seen)), (truth,))
 
 

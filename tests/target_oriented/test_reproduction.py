@@ -23,11 +23,15 @@ FILES = {
 # The study.
 @pytest.fixture(scope="module")
 def records(pytestconfig):
-    """All filters on the same draws: 200 runs, 1000 at night."""
+    """All filters on the same draws: 200 runs, 1000 at night; each when it is first asked for."""
     runs = 1000 if pytestconfig.getoption("vedette_profile") == "nightly" else 200
-    experiments = {name: vedette.load(config) for name, config in FILTERS.items()}
-    scene = draw(experiments["TOM"], runs, np.random.default_rng(30))
-    return {name: record(experiment, scene) for name, experiment in experiments.items()}
+    scene = draw(vedette.load(FILTERS["TOM"]), runs, np.random.default_rng(30))
+
+    class Records(dict):
+        def __missing__(self, name):
+            return self.setdefault(name, record(vedette.load(FILTERS[name]), scene))
+
+    return Records()
 
 
 @pytest.mark.parametrize("name", FILTERS)

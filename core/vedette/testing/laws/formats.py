@@ -113,7 +113,7 @@ def split_anywhere(format_: Format, drawn: Bytes) -> None:
 
 def its_memory_is_bounded(format_: Format, drawn: Bytes) -> None:
     """A stream that never completes a message is not kept for ever."""
-    memory, piece = format_.start(), (drawn.noise.replace(b"\n", b"") or b"x") * 2**10
+    memory, piece = format_.start(), (drawn.noise.replace(b"\n", b"") or b"x") * 2**13
     for _ in range(-(-2 * LARGEST_MEMORY // len(piece))):
         memory = format_.decode(memory, piece).memory
         held = _held(memory)
