@@ -1,5 +1,6 @@
 """A method of a third party that raises or returns what it must not: the error names place, kind, class and method."""
 
+import cProfile
 import tomllib
 
 import numpy as np
@@ -111,6 +112,21 @@ def test_a_step_that_fails_says_so_too_and_leaves_the_state():
 
 
 @pytest.mark.costly
+def test_who_profiles_is_told_too_and_sees_what_follows():
+    """Python 3.11's `sys.setprofile` does not take `cProfile` back: the error was its own."""
+
+    def later():
+        return None
+
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    tracker = vedette.build(config, with_plugin(INSTALLED, spoiled("Seen", "predict", "return given[..., None, None]")))
+    with cProfile.Profile() as profile:
+        with pytest.raises(vedette.PluginError, match=r"^lifecycle: x_lifecycle"):
+            tracker.step(tracker.start(), vedette.Scan(0.0, "lidar", vedette.Detections.of([[5.0, 3.0, 4.0]])))
+        later()
+    assert later.__code__ in {each.code for each in profile.getstats()}
+
+
 def test_a_track_that_would_begin_nowhere_fails_the_step():
     config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
     nowhere = spoiled("Lidar", "invert", "return Gaussian(given.mean * np.nan, given.cov)")

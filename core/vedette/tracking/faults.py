@@ -9,7 +9,7 @@ import dis
 import inspect
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from traceback import walk_tb
 from types import CodeType, FrameType
@@ -102,14 +102,22 @@ def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
     for _, component in parts_of(parts):
         if isinstance(component, GaussianFilter):  # it keeps what components answered before, and would not ask again
             component._memo.clear()
-    watch, earlier = _Watch(parts), sys.getprofile()
+    watch = _Watch(parts)
+    with watched_by(watch), suppress(Exception):  # it fails again; or it cannot be done again, as pictures come once, say
+        again()
+    return watch.complaint
+
+
+@contextmanager
+def watched_by(watch: Callable[[FrameType, str, Any], None]) -> Iterator[None]:
+    """Have a function told of calls, as by `sys.setprofile`, and then who was told before: `cProfile` by its own method."""
+    earlier: Any = sys.getprofile()
     sys.setprofile(watch)
     try:
-        with suppress(Exception):  # it fails again; or it cannot be done again, as pictures come once, say
-            again()
+        yield
     finally:
-        sys.setprofile(earlier)
-    return watch.complaint
+        sys.setprofile(earlier if callable(earlier) else None)
+        getattr(earlier, "enable", object)()
 
 
 def check_again(parts: object, again: Callable[[], object]) -> None:
