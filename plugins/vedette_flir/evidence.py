@@ -93,8 +93,9 @@ def half_ring_spread(image: Array, centre: Array, size: Array) -> tuple[float, f
     A target near a treeline, a cloud or the end of a bright sky stands out from that half.
     """
     part, rows, columns, ring = _ring(image, centre, size)
-    down, right = np.broadcast_to(rows[:, None] > 0, ring.shape), np.broadcast_to(columns > 0, ring.shape)
-    found = [_level_and_spread(part[ring & half]) for half in (down, ~down, right, ~right) if (ring & half).sum() >= LEAST]
+    j, i = (int(np.searchsorted(each, 0.0, side="right")) for each in (rows, columns))
+    halves = (part[at][ring[at]] for at in (np.s_[j:], np.s_[:j], np.s_[:, i:], np.s_[:, :i]))
+    found = [_level_and_spread(around) for around in halves if around.size >= LEAST]
     return min(found, key=lambda each: each[1]) if found else (0.0, np.inf)
 
 
