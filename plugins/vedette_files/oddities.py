@@ -17,6 +17,9 @@ So does a row that comes so often, and so many times as often as any other; and 
 no rows out of order.
 """
 
+LEAPS = 1.5
+"""The step after a position that was held is so many times the usual one: by hand, as it is 2 for one held once."""
+
 HOUR, PAUSE = 3600.0, 600.0
 """s: where summer time begins an hour lacks; where looks pause for so long, one that lacks is no sign: by hand."""
 
@@ -61,6 +64,24 @@ def _standing_mark(name: str, space: Space, z: Array) -> Iterator[str]:
     if alike and count >= max(LEAST, FAR_BEYOND * np.max(np.delete(counts, np.argmax(counts)), initial=0)):
         value = ", ".join(f"{axis.name} = {each:.10g} {axis.unit}" for axis, each in zip(space.axes, mark, strict=True))
         yield f"{name}: {count:,} returns are {value} to the last digit, and no other comes so often: {CURE}"
+
+
+def held_back(name: str, places: Array, codes: Indices, of: Indices) -> Iterator[str]:
+    """Yield that positions of objects are repeated until the next one comes, and then leap: nothing measured the copies.
+
+    Of all returns: where each is (k, m), its object's code, and in which scan it is. Who stands still does not leap.
+    """
+    order = np.lexsort([of, codes])
+    steps, whose = np.linalg.norm(np.diff(places[order], axis=0), axis=-1), codes[order]
+    later = (whose[1:] == whose[:-1]) & (whose[1:] >= 0) & (np.diff(of[order]) > 0)
+    moved, again = later & (steps > 0), later & (steps == 0)
+    if np.sum(again) < max(LEAST, COPIED * np.sum(later)):
+        return
+    after, usual = steps[1:][moved[1:] & again[:-1]], steps[1:][moved[1:] & moved[:-1]]
+    if min(len(after), len(usual)) >= LEAST and np.median(after) >= LEAPS * np.median(usual):
+        count = f"{np.sum(again):,} of {len(codes):,}"
+        told = f"{name}: {count} returns are exactly where their object was before, and then it leaps"
+        yield f"{told}: if positions are held until the next one comes, keep the first row of each, with its own time"
 
 
 CURE = "if that stands for what is missing, leave these cells empty"

@@ -80,6 +80,28 @@ def test_objects_of_a_name_may_stand_still(tmp_path):
     assert recording.warnings == ()
 
 
+@pytest.mark.parametrize(
+    ("moves", "hold", "told"),
+    [
+        (4.0, 0.2, 1),  # a position that stands until the next one comes
+        (4.0, 0.0, 0),
+        (0.02, 0.2, 0),  # who hardly moves, in a file of one decimal: each step is one of the last digit
+    ],
+)
+def test_positions_that_are_held_are_told_of_objects_that_go_on(tmp_path, moves, hold, told):
+    rng, kept, rows = np.random.default_rng(3), {}, []
+    for time in range(150):
+        for i in range(3):
+            if rng.random() >= hold or i not in kept:
+                kept[i] = np.round([moves * time + 50 * i, -moves * time], 1)
+            rows.append(f"{time},{kept[i][0]},{kept[i][1]},{i}")
+    (tmp_path / "d.csv").write_text("\n".join(["t,x,y,id", *rows]))
+    columns = DetectionColumns(time="t", columns={"x": "x", "y": "y"}, identity="id")
+    warnings = CsvSource(columns, str(tmp_path / "d.csv")).open({"radar": CartesianPosition(sigma=5.0)}, RNG).warnings
+    assert len(warnings) == told
+    assert all("keep the first row of each" in one for one in warnings)
+
+
 def test_a_range_of_zero_is_told_and_a_fixed_echo_is_not(tmp_path):
     radar = {"radar": RangeBearing(sigma_range=5.0, sigma_bearing=0.01)}
     for r, told in ((0, 1), (850, 0)):

@@ -18,7 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
-from vedette_files.oddities import odd_returns, set_forward
+from vedette_files.oddities import held_back, odd_returns, set_forward
 from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
@@ -205,7 +205,11 @@ def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[
     for axis, column in zip(reading.placed.axes, z.T, strict=True):
         if (said := beyond_period(name, axis, column, units.get(axis.name, ""))) is not None:
             yield said
-    yield from odd_returns(name, reading.placed, z, of, named=any(code >= 0 for look in looks for code in look.value.codes))
+    codes = np.array([code for look in looks for code in look.value.codes], dtype=int)
+    if len(codes) == len(z):
+        where = [i for i, axis in enumerate(reading.placed.axes) if axis.name in POSITION]
+        yield from held_back(name, z[:, where] if where else z, codes, of)
+    yield from odd_returns(name, reading.placed, z, of, named=bool(np.any(codes >= 0)))
 
 
 def _far(name: str, reading: Reading, looks: list[Sample[Look]], layout: Layout) -> Iterator[str]:
