@@ -33,10 +33,22 @@ RADAR: dict[str, Sensor] = {"radar": CartesianPosition(sigma=1.0)}
 XY = {"x": "x", "y": "y"}
 
 
+def lines_of(data: bytes) -> list[str]:
+    """Return the lines that hold something."""
+    text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
+    return [line for line in text.split("\n") if line.strip()]
+
+
 def count(data: bytes, skip: int = 1) -> int:
     """Count the lines that hold something, after the first of these: what docs/formats.md calls a row."""
-    text = data.decode("utf-8-sig", errors="replace").replace("\r\n", "\n").replace("\r", "\n")
-    return max(sum(bool(line.strip()) for line in text.split("\n")) - skip, 0)
+    return max(len(lines_of(data)) - skip, 0)
+
+
+def below_header(data: bytes) -> int:
+    """Count the rows of a table whose times are `t`: docs/formats.md lets anything stand above the header."""
+    lines = lines_of(data)
+    titled = (i for i, line in enumerate(lines) if "t" in [cell.strip(' "#') for cell in line.split(",")])
+    return max(len(lines) - next(titled, 0) - 1, 0)
 
 
 def check_rows(rows: Mapping[str, Rows], totals: Mapping[str, int]) -> None:
@@ -80,7 +92,7 @@ def read_csv_source(folder: Path, files: Files, more: bool) -> None:
         sort=more,
     )
     names = {"detections": "d.csv", "truth": "truth.csv", "platform": "own.csv"}
-    opened(source, RADAR, {name: count(files[file]) for name, file in names.items()})
+    opened(source, RADAR, {name: below_header(files[file]) for name, file in names.items()})
 
 
 def read_autoferry(folder: Path, files: Files, more: bool) -> None:
@@ -161,7 +173,7 @@ def run(folder: Path, files: Files, more: bool) -> None:
     score = judge(result.tracks, result.recording.truth, result.scans, experiment.judge, experiment.tracker.gate.probability)
     json.dumps(figures(experiment, result, score), allow_nan=False)
     summary(experiment, result, score).encode()
-    check_rows(result.recording.rows, {"detections": count(files["d.csv"])})
+    check_rows(result.recording.rows, {"detections": below_header(files["d.csv"])})
     for track in result.tracks:
         if not np.all(np.isfinite(track.mean)) or not np.all(np.isfinite(track.cov)):
             raise AssertionError("a track is not finite")
