@@ -21,6 +21,8 @@ MOST = 50_000
 """Messages of a scan, at most: by a clock that stands still it would never be complete."""
 ALIKE = 1.5
 """Two times between messages are alike if neither is so many times as long: by hand."""
+SET_BACK = 10
+"""Messages in a row that are late by more than a leap, from which on their clock was set back: by hand."""
 
 
 @frozen(eq=False)
@@ -64,7 +66,8 @@ class Clock:
     """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver.
 
     One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
-    sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt.
+    sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt,
+    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are.
     """
 
     by: str
@@ -74,6 +77,7 @@ class Clock:
     doubted: float | None = None
     since: float | None = None
     latest: float | None = None
+    behind: tuple[float, float, int] | None = None
 
     def stood(self, now: float) -> float:
         """Return for how many s it has told the same time."""
@@ -96,9 +100,24 @@ class Clock:
         latest = stated if self.latest is None else self.latest
         self.latest = stated if abs(stated - latest) > self.leap else max(stated, latest)
         if self.by == "offset" and arrived is not None:
+            if self._was_set_back(stated, arrived):
+                self.offset = inf
             self.offset = min(self.offset, arrived - stated)
             stated += self.offset
         return stated
+
+    def _was_set_back(self, stated: float, arrived: float) -> bool:
+        """Return whether messages stay late by more than a leap, and come as far apart as their times are.
+
+        Those of a sender that makes up for a pause come faster, and those of a clock that stands still slower.
+        """
+        if arrived - stated - self.offset <= self.leap:
+            self.behind = None
+            return False
+        first, came, count = self.behind or (stated, arrived, 0)
+        apart, passed = stated - first, arrived - came
+        self.behind = (first, came, count + 1) if count + 1 < SET_BACK else None
+        return self.behind is None and passed / ALIKE <= apart <= ALIKE * passed
 
     def _check(self, stated: float) -> None:
         """Raise ValueError for a time that leaps, unless it is the second one to say so."""

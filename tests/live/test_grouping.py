@@ -116,6 +116,22 @@ def test_one_time_far_ahead_is_refused_and_a_clock_that_was_set_is_believed() ->
     assert [clock.time(t, None, None) for t in (5001.0, 5002.0)] == [5001.0, 5002.0]
 
 
+def test_a_clock_that_was_set_back_is_followed_by_its_least_delay() -> None:
+    """After ten messages: all that followed were refused as late. Those that make up for a pause are late, as they are."""
+
+    def taken(stated: list[float], arrived: list[float]) -> list[float]:
+        clock = Clock("offset", leap=100.0)
+        return [clock.time(t, None, now) for t, now in zip(stated, arrived, strict=True)]
+
+    before, now = [float(t) for t in range(1000, 1020)], [float(t) for t in range(1000, 1060)]
+    hour_back = [t - 3600.0 for t in now[20:]]
+    assert taken(before + hour_back, now) == [*now[:20], *hour_back[:9], *now[29:]]
+    stored, soon = [t - 3600.0 for t in now[20:40]], [1020.0 + 0.1 * k for k in range(20)]
+    assert taken([*before, *stored], [*now[:20], *soon]) == [*before, *stored]
+    still = [1019.0] * 300
+    assert taken([*before, *still], [*now[:20], *(1020.0 + k for k in range(300))])[-1] == 1019.0
+
+
 def test_of_a_sensor_that_sends_more_seldom_than_a_leap_one_message_is_lost() -> None:
     clock, taken = Clock("sensor", leap=100.0), []
     for t in (0.0, 300.0, 610.0, 900.0, 1220.0):
