@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import attrs
@@ -71,8 +71,17 @@ class Grid:
             count *= len(values)
         if count > MOST_POINTS:
             raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
+        if undone := list(self._undone()):
+            raise ConfigError(undone)
         choices = itertools.product(self.trackers or [None], *self.sweep.values())
         return tuple(self._chosen(*choice) for choice in choices) if self.trackers or self.sweep else (alone,)
+
+    def _undone(self) -> Iterator[Problem]:
+        """Yield the changes of trackers that the sweep would replace: their points would be equal under several names."""
+        for tracker, changes in self.trackers.items():
+            for path, swept in itertools.product(changes, self.sweep):
+                if (own := path_of(swept)) and path_of(path)[: len(own)] == own:
+                    yield Problem(f"trackers.{tracker}.{path}", f"has no effect: the study sets sweep.{swept}")
 
     def _chosen(self, tracker: str | None, *values: Any) -> Point:
         own, place = self.base, f"trackers.{tracker}"

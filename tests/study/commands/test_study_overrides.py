@@ -74,6 +74,19 @@ def test_a_wrong_one_is_told(
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    ("path", "value", "swept"), [(SIGMA, 3.0, SIGMA), ("estimator.motion.sigma_accel", 2.0, "estimator.motion")]
+)
+def test_what_a_tracker_changes_is_not_swept(path: str, value: float, swept: str) -> None:
+    study = {
+        "experiment": EXPERIMENT,
+        "trackers": {"a": {}, "b": {path: value}},
+        "sweep": {swept: [CV if swept != SIGMA else 1.0]},
+    }
+    with pytest.raises(vedette.ConfigError, match=rf"trackers.b.{path}.*sweep.{swept}"):
+        plan(study)
+
+
 def test_labels_are_as_short_as_they_can_be() -> None:
     assert short_names(["associator.kind", "estimator.kind"]) == {
         "associator.kind": "associator",
