@@ -94,6 +94,16 @@ def refused(capsys, *arguments):
     return capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("command", "streamed"), [("export", True), ("export", False), ("report", False)])
+def test_who_asks_for_a_run_that_did_not_end_is_told_what_finishes_it(command, streamed, tmp_path, capsys):
+    place = tmp_path / f"{UNFINISHED}1"
+    place.mkdir()
+    (place / ("recording.jsonl" if streamed else "config.json")).write_text("{}")
+    cure = f"`vedette run --resume {tmp_path}` finishes it" if streamed else "as it writes all at its end, run it again"
+    more = ["--to", "x.kml"] if command == "export" else []
+    assert f"RUN_DIR: the run in '{tmp_path}' did not end: {cure}" in refused(capsys, command, tmp_path, *more)
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.by_turns
 def test_what_comes_out_is_what_an_undisturbed_run_leaves(kind, monkeypatch, capsys):

@@ -22,6 +22,7 @@ from vedette_report.exporting.tables import write_csv, write_parquet
 from vedette_report.exporting.viewer import write_rerun
 from vedette_report.page.geography import read_origin
 from vedette_report.running.files import NAMES
+from vedette_report.running.resuming import not_ended
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
     ".kml": write_kml,
@@ -56,7 +57,7 @@ def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
     """Return the run of a folder."""
     if not (folder / "tracks.jsonl").is_file():
         told = f"must be the folder that a run has written, or the database of a service, got {str(folder)!r}"
-        raise ConfigError([Problem("RUN_DIR", told)])
+        raise ConfigError([Problem("RUN_DIR", not_ended(folder) or told)])
     for option in _OF_KEPT:
         if getattr(arguments, option) is not None:
             raise ConfigError([Problem(f"--{option}", f"is for the database of a service, and {folder} is a run's folder")])

@@ -14,6 +14,7 @@ from vedette_files.writing import unfinished_runs
 from vedette_report.page.build import target_of, write_comparison, write_page
 from vedette_report.page.geography import read_origin
 from vedette_report.running.files import NAMES, SERIES
+from vedette_report.running.resuming import not_ended
 
 
 def run(arguments: Namespace) -> int:
@@ -51,6 +52,8 @@ def _with_results(path: Path) -> Path:
     if (path / SERIES).exists():
         print(f"vedette: {path}: this is its finished run; {left[-1].name} in it is one that did not end", file=sys.stderr)
         return path
+    if not (left[-1] / SERIES).exists():
+        raise ConfigError([Problem("RUN_DIR", not_ended(path))])
     print(f"vedette: {path}: the run did not end; {left[-1].name} is shown up to its last complete block", file=sys.stderr)
     return left[-1]
 

@@ -158,6 +158,16 @@ class Former:
             raise InputError(f"{self.place / RECORDING}:{line[0]}: the source does not give what it gave to this run")
 
 
+def not_ended(folder: Path) -> str:
+    """Return in words that the run in a folder did not end, and what finishes it; "" if none is there."""
+    left = unfinished_runs(folder)
+    if not left:
+        return ""
+    streamed = any((place / RECORDING).exists() for place in left)
+    cure = f"`vedette run --resume {folder}` finishes it" if streamed else "as it writes all at its end, run it again"
+    return f"the run in {str(folder)!r} did not end: {cure}"
+
+
 def _read(place: Path) -> Former:
     """Return what a place holds; InputError if it was altered."""
     config, path = read_table(place / "config.json"), place / CHECKPOINT
