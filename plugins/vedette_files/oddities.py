@@ -21,7 +21,7 @@ LEAPS = 1.5
 """The step after a position that was held is so many times the usual one: by hand, as it is 2 for one held once."""
 
 HOUR, PAUSE = 3600.0, 600.0
-"""s: where summer time begins an hour lacks; where looks pause for so long, one that lacks is no sign: by hand."""
+"""s: where summer time begins an hour lacks, where it ends one comes again; a pause so long hides both: by hand."""
 
 COPIED = 0.05
 """Such a part of the returns that repeats another of the same scan to the last digit was written twice: by hand."""
@@ -90,19 +90,27 @@ CURE = "if that stands for what is missing, leave these cells empty"
 def set_back(name: str, samples: Sequence[Sample[Any]], objects: Sequence[int] = ()) -> Iterator[str]:
     """Yield that many samples in the order of time go back to among many others in order: sorted, they look as if at once.
 
+    Where summer time ends none may lie among others: they go back by an hour less a usual step, at a full hour, and on.
+
     samples: as they stand in the file; objects: of each, whose it is, if known: the file of one object may follow another's.
     """
     times = np.array([sample.time for sample in samples])
     whose = np.array(objects or [-1] * len(samples))
     leaps = np.flatnonzero(np.diff(times) < 0) + 1
+    if not len(leaps):
+        return
     begins, ends = np.concatenate([[0], leaps]), np.concatenate([leaps, [len(times)]])
+    usual = min(float(np.median(np.diff(np.unique(times)))), PAUSE)
     for a, b, c in zip(begins.tolist(), leaps.tolist(), ends[1:].tolist(), strict=False):
         low, high = max(times[a], times[b]), min(times[b - 1], times[c - 1])
         among = [len(np.unique(part[(part >= low) & (part <= high)])) for part in (times[a:b], times[b:c])]
-        if min(among) >= LEAST and len(np.intersect1d(whose[a:b], whose[b:c])):
-            told = f"{samples[b].place}: {name}: times go back by {times[b - 1] - times[b]:.6g} s and on in order"
-            cure = "was a clock set back? Then read the parts apart"
-            yield f"{told}: sorted, {among[1]:,} times lie among those before; {cure}"
+        back, on = times[b - 1] - times[b], np.diff(times[b - 2 : b + 2])[::2]
+        summer = HOUR - 2 * usual <= back <= HOUR and times[b - 1] % HOUR >= HOUR - 2 * usual
+        summer = bool(summer and min(b - a, c - b) > 1 and np.max(on) <= PAUSE)
+        if (summer or min(among) >= LEAST) and len(np.intersect1d(whose[a:b], whose[b:c])):
+            told = f"{samples[b].place}: {name}: times go back by {back:.6g} s and on in order"
+            sorted_ = f"sorted, {among[1]:,} times lie among those before; was a clock set back? Then read the parts apart"
+            yield f"{told}: {'did summer time end? Then write them in UTC' if summer else sorted_}"
             return
 
 

@@ -133,6 +133,31 @@ def test_lines_out_of_order_are_sorted_without_a_word(tmp_path, written, order):
     assert written(tmp_path, [scans[i] for i in by[order]], sort=True) == ()
 
 
+@WRITTEN
+@pytest.mark.parametrize(
+    ("begins", "back", "told"),
+    [
+        (7180, 3600, 1),  # the hour comes again, and none of it was there before but its last 20 s
+        (7198, 3600, 1),
+        (7180, 1800, 0),
+        (7205, 3600, 0),  # never at the end of an hour
+    ],
+)
+def test_an_hour_that_comes_again_is_told_where_no_times_lie_among_others(tmp_path, written, begins, back, told):
+    times = [(begins + k, z) for k, (_, z) in enumerate(scene())]
+    found = written(tmp_path, [(time if time < 7200 else time - back, z) for time, z in times], sort=True)
+    assert len(found) == told
+    assert all(
+        "times go back by 3599 s and on in order: did summer time end? Then write them in UTC" in one for one in found
+    )
+
+
+def test_one_line_that_is_late_by_an_hour_is_no_end_of_summer_time(tmp_path):
+    times = [*range(7150, 7200), 3600, *range(7200, 7250)]
+    scans = [(time, scene()[0][1]) for time in times]
+    assert not [one for one in lines(tmp_path, scans, sort=True) if "summer" in one]
+
+
 @pytest.mark.parametrize(("column", "told"), [("boat", 0), ("radar", 1)])
 def test_no_clock_was_set_back_where_the_rows_of_one_object_follow_those_of_another(tmp_path, column, told):
     rows = [f"{time},{time * speed},{speed},{speed},7" for speed in (3, 5) for time in range(40)]
