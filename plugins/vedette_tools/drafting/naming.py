@@ -14,16 +14,19 @@ OFTEN, ONCE = 2.0, 0.9
 
 
 def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Collection[str]) -> str:
-    """Return the column by which returns name their objects, or "": it holds some names often, and each once at a time."""
+    """Return the column by which returns name their objects, or "": it holds some names often, and each once at a time.
+
+    taken: what is read besides: a row that repeats it, as one that holds a position until the next one comes, says no more.
+    """
     plain = {name: title for name, title in by_words(columns).items() if title not in taken}
-    rows = list(dict.fromkeys(zip(times, *columns.values(), strict=True)))  # a row that stands twice says no more
-    place = {title: 1 + i for i, title in enumerate(columns)}
+    read = [columns[title] for title in taken if title in columns]
     others = [words for words in plain if words.endswith("_id") and not OTHER_IDS & {*words.split("_")}]
     for name in (*NAMES, *others):
         title = plain.get(name) or next(
             (title for words, title in plain.items() if name in SENT and words.endswith(name)), ""
         )
-        told = [(row[place[title]], row[0]) for row in rows if row[place[title]]] if title else []
+        rows = dict.fromkeys(zip(columns[title], times, *read, strict=True)) if title else ()
+        told = [row[:2] for row in rows if row[0]]
         once = len(set(told)) >= ONCE * len(told) > 0
         often = name in SENT or len(told) >= OFTEN * len({cell for cell, _ in told})  # what is sent is a name however seldom
         if once and often and not _counted(told):

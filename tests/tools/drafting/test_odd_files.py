@@ -35,6 +35,14 @@ def test_what_lies_far_off_is_no_error_of_a_position(tmp_path):
     assert sigma_of(table(tmp_path / "d.csv", "time,x,y", rows)) == pytest.approx((2.0,), rel=0.1)
 
 
+def test_rows_that_hold_a_report_leave_its_object_the_name(tmp_path):
+    """State vectors of ADS-B at the times of their positions: each stands in two or three rows: icao24 was not read."""
+    times = range(0, 600, 10)
+    rows = [(t, f"4067f{i}", 46 + t // 25 / 100, 7 + i, 200 + t % 3, t // 25 * 25) for t in times for i in range(4)]
+    path = table(tmp_path / "d.csv", "time,icao24,lat,lon,velocity,lastposupdate", rows)
+    assert read_table(path, wishes=Wishes(time="lastposupdate")).identity == "icao24"
+
+
 @pytest.mark.parametrize(("digits", "step"), [(2, 1112.0), (3, 111.2)])
 @pytest.mark.by_turns
 def test_errors_are_no_smaller_than_digits_leave_them(digits, step, tmp_path):
