@@ -34,7 +34,9 @@ def reports_of(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[
 
     def sent(sensor: str) -> bool:
         rows = np.array(columns[who]) == sensor if who else slice(None)
-        return len(pairs) > 1 > len(who) or any(np.mean(np.array(cells)[rows] != "") >= HELD for cells in told)
+        return len(pairs) > 1 > len(who) or any(
+            np.mean([*(np.array(cells)[rows] != "")] or [False]) >= HELD for cells in told
+        )
 
     return tuple(sensor or "sensor" for sensor, pair in pairs.items() if pair == GEODETIC and told and sent(sensor))
 

@@ -43,6 +43,12 @@ def test_rows_that_hold_a_report_leave_its_object_the_name(tmp_path):
     assert read_table(path, wishes=Wishes(time="lastposupdate")).identity == "icao24"
 
 
+@pytest.mark.filterwarnings("error")
+def test_no_warning_of_numpy_comes_before_what_is_said_of_a_header_without_rows(tmp_path):
+    with pytest.raises(vedette.InputError, match="no rows"):
+        drafted(table(tmp_path / "d.csv", "time,icao24,lat,lon", []))
+
+
 @pytest.mark.parametrize(("digits", "step"), [(2, 1112.0), (3, 111.2)])
 @pytest.mark.by_turns
 def test_errors_are_no_smaller_than_digits_leave_them(digits, step, tmp_path):
