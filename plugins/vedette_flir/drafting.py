@@ -140,8 +140,8 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
 
 
 def _shows_images(path: Path) -> bool:
-    if path.is_dir():
-        return any(file.suffix.lower() in IMAGES for file in path.iterdir())
+    if path.is_dir():  # a run's holds pictures, too
+        return not (path / "config.json").exists() and any(file.suffix.lower() in IMAGES for file in path.iterdir())
     return path.suffix.lower() in VIDEOS
 
 

@@ -192,6 +192,14 @@ def test_a_draft_for_a_folder_runs_by_itself(tmp_path, monkeypatch, capsys):
     assert main(["new", "config", "table.csv", "--box", "1,2,3,4"]) == 2
 
 
+def test_the_folder_of_a_run_is_no_video(tmp_path, capsys):
+    """Its pictures were: they differ in size, and a template of them was nan."""
+    folder_of(tmp_path / "run", count=2)
+    (tmp_path / "run" / "config.json").write_text("{}")
+    assert main(["run", str(tmp_path / "run")]) == 2
+    assert "config.json" in capsys.readouterr().err
+
+
 @pytest.mark.costly
 def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkeypatch, capsys, recwarn):
     folder_of(tmp_path / "dim", snr=5.0)
