@@ -33,7 +33,7 @@ def read_file(path: str | Path) -> dict[str, Any]:
         text = draft_of(path, {}) if there else None
         if text is None:
             ending = f"must end in {', '.join(readers)}: the ending tells the format"
-            raise _refusal(place, "is a folder without a video; of a run's, name its config.json" if path.is_dir() else ending)
+            raise _refusal(place, "is a folder without video; of a run, name its config.json" if path.is_dir() else ending)
         drafted: dict[str, Any] = toml(text)
         return drafted
     text = _text(path)
