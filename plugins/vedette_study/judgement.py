@@ -121,7 +121,10 @@ def _array(values: list[Any]) -> tuple[Array, Array]:
 
 
 def demand_points(planned: Plan, kept: Mapping[str, Any]) -> None:
-    """Raise ConfigError unless the study has every point that was kept."""
+    """Raise ConfigError unless the study has every point that was kept, and its figures are known."""
+    if unknown := kept["figures"].keys() - study_figures().keys():
+        text = f"there is no figure {', '.join(sorted(unknown))}: install its plugin, or write a new judgement: --write FILE"
+        raise ConfigError([Problem("--against", text)])
     now = [_labels(at.labels) for at in averaged_plan(planned).points]
     for point in kept["points"]:
         if point["labels"] not in now:
@@ -137,7 +140,7 @@ def verdicts(outcome: Outcome, kept: Mapping[str, Any]) -> list[Verdict]:
         i = now.index(point["labels"])
         told = ", ".join(f"{path} = {value}" for path, value in point["labels"].items())
         for name, values in point["figures"].items():
-            if name not in UNJUDGED and name in study_figures():
+            if name not in UNJUDGED:
                 before, there = _array(values)
                 current = outcome.figures[name][i] if name in outcome.figures else np.full(len(before), np.nan)
                 if len(there):

@@ -79,6 +79,15 @@ def test_a_judgement_of_something_else_is_refused(tmp_path, capsys):
     assert main(["study", config, "--against", str(KEPT / "study.json"), "--threads", "1"]) == 2  # it has other points
 
 
+def test_a_figure_that_no_plugin_has_any_more_is_refused(tmp_path, capsys):
+    """It was passed over: the gate held for figures that nobody looked at."""
+    kept = json.loads((KEPT / "doppler.json").read_text())
+    kept["figures"]["renamed"] = {"better": "less", "least": 0.1}
+    (tmp_path / "kept.json").write_text(json.dumps(kept))
+    assert main(["study", str(EXAMPLES / "doppler.toml"), "--against", str(tmp_path / "kept.json")]) == 2
+    assert "renamed" in capsys.readouterr().err
+
+
 def test_of_every_figure_it_is_known_whether_more_is_better():
     less = ["position_rmse", "velocity_rmse", "lost", "id_switches", "false_tracks", "gospa", "ospa", "confirmed_after"]
     less += ["trajectory_gospa", "ospa2", "motp", "siap_ambiguity", "siap_spuriousness", "siap_position", "siap_changes"]
