@@ -66,7 +66,7 @@ def _standing_mark(name: str, space: Space, z: Array) -> Iterator[str]:
         yield f"{name}: {count:,} returns are {value} to the last digit, and no other comes so often: {CURE}"
 
 
-def held_back(name: str, places: Array, codes: Indices, of: Indices) -> Iterator[str]:
+def held_positions(name: str, places: Array, codes: Indices, of: Indices) -> Iterator[str]:
     """Yield that positions of objects are repeated until the next one comes, and then leap: nothing measured the copies.
 
     Of all returns: where each is (k, m), its object's code, and in which scan it is. Who stands still does not leap.

@@ -120,7 +120,7 @@ def _array(values: list[Any]) -> tuple[Array, Array]:
     return all_of, np.array([float(value) for value in values if value is not None])
 
 
-def demand_points(planned: Plan, kept: Mapping[str, Any]) -> None:
+def demand_comparable(planned: Plan, kept: Mapping[str, Any]) -> None:
     """Raise ConfigError unless the study has every point that was kept, and its figures are known."""
     if unknown := kept["figures"].keys() - study_figures().keys():
         text = f"there is no figure {', '.join(sorted(unknown))}: install its plugin, or write a new judgement: --write FILE"

@@ -111,7 +111,6 @@ def test_a_step_that_fails_says_so_too_and_leaves_the_state():
     assert len(state.ids) == 1
 
 
-@pytest.mark.costly
 def test_who_profiles_is_told_too_and_sees_what_follows():
     """Python 3.11's `sys.setprofile` does not take `cProfile` back: the error was its own."""
 
@@ -127,6 +126,7 @@ def test_who_profiles_is_told_too_and_sees_what_follows():
     assert later.__code__ in {each.code for each in profile.getstats()}
 
 
+@pytest.mark.costly
 def test_a_track_that_would_begin_nowhere_fails_the_step():
     config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
     nowhere = spoiled("Lidar", "invert", "return Gaussian(given.mean * np.nan, given.cov)")
@@ -146,10 +146,10 @@ def test_what_the_filters_keep_of_earlier_answers_does_not_hide_the_fault(comman
 
 
 NAN_IN = [("Lidar", "detects"), ("Lidar", "clutter"), ("Seen", "predict"), ("Unclaimed", "begin")]
-NAN_IN = [(*each, by) for each in NAN_IN for by in ("x_associator", "gnn", "jpda", "n_scan")]
+EACH = [(*of, by) for of in NAN_IN for by in ("x_associator", "gnn", "jpda", "n_scan")]
 
 
-@pytest.mark.parametrize(("cls", "method", "associator"), [*NAN_IN, ("Alone", "associate", "x_associator")])
+@pytest.mark.parametrize(("cls", "method", "associator"), [*EACH, ("Alone", "associate", "x_associator")])
 @pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")  # numpy tells of nan on some processors only
 def test_numbers_that_are_none_are_told_after_the_run(cls, method, associator):
     """Nothing fails where a method returns nan, so that the tracks are looked at in the end, and the fault then found.

@@ -18,7 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
-from vedette_files.oddities import held_back, odd_returns, set_forward
+from vedette_files.oddities import held_positions, odd_returns, set_forward
 from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
@@ -208,7 +208,7 @@ def _odd(name: str, reading: Reading, looks: list[Sample[Look]], units: Mapping[
     codes = np.array([code for look in looks for code in look.value.codes], dtype=int)
     if len(codes) == len(z):
         where = [i for i, axis in enumerate(reading.placed.axes) if axis.name in POSITION]
-        yield from held_back(name, z[:, where] if where else z, codes, of)
+        yield from held_positions(name, z[:, where] if where else z, codes, of)
     yield from odd_returns(name, reading.placed, z, of, named=bool(np.any(codes >= 0)))
 
 

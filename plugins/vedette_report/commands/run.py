@@ -76,21 +76,20 @@ def run(arguments: Namespace) -> int:
                 written = write_files(results.place, experiment, recorded, numbers, text)
                 if smoothed is not None:
                     written += write_smoothed(results.place, experiment, result, smoothed)
-            code = INTERRUPTED if result.interrupted or finishing.pressed else DONE
+            stopped = finishing.pressed
             try:
-                if finishing.pressed:
-                    raise KeyboardInterrupt
-                if pictures.possible():
+                if pictures.possible() and not stopped:
                     written += pictures.of_run(evolve(result, judged=judged), results.place)
             except KeyboardInterrupt:
+                stopped = True
+            if stopped:
                 print("vedette: interrupted before all pictures were drawn: all else of the run is kept", file=sys.stderr)
-                code = INTERRUPTED
             further, problems = write_of_plugins(results.place, experiment, result)
     written += [*([_page(folder)] if arguments.report else []), *further]
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
     _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
-    return code
+    return INTERRUPTED if result.interrupted or stopped else DONE
 
 
 def _go_on(arguments: Namespace) -> int:

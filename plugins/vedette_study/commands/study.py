@@ -21,7 +21,7 @@ from vedette_report.drawing.canvas import Look
 from vedette_report.output import can_write, write_charts
 from vedette_report.progress import on_terminal
 from vedette_report.warnings.words import of_recording
-from vedette_study.judgement import demand_points, judgement, read_judgement, verdicts, write_judgement
+from vedette_study.judgement import demand_comparable, judgement, read_judgement, verdicts, write_judgement
 from vedette_study.outcome import Outcome
 from vedette_study.plan import plan, read_study
 from vedette_study.store import told
@@ -53,7 +53,7 @@ def run(arguments: Namespace) -> int:
     look = drawing(arguments.format, arguments.columns, arguments.style).look
     planned = plan(table, arguments.overrides)
     if kept is not None:
-        demand_points(planned, kept)
+        demand_comparable(planned, kept)
     threads = options.whole("--threads", arguments.threads, len(os.sched_getaffinity(0)))
     began, cpu = perf_counter(), process_time()
     reads = Inputs.of(arguments.study, arguments.style, [at.config for at in planned.points])

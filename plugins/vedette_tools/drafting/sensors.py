@@ -34,9 +34,8 @@ def reports_of(pairs: Mapping[str, tuple[str, str]], columns: Mapping[str, list[
 
     def sent(sensor: str) -> bool:
         rows = np.array(columns[who]) == sensor if who else slice(None)
-        return len(pairs) > 1 > len(who) or any(
-            np.mean([*(np.array(cells)[rows] != "")] or [False]) >= HELD for cells in told
-        )
+        filled = (np.array(cells)[rows] != "" for cells in told)
+        return len(pairs) > 1 > len(who) or any(each.size and each.mean() >= HELD for each in filled)
 
     return tuple(sensor or "sensor" for sensor, pair in pairs.items() if pair == GEODETIC and told and sent(sensor))
 

@@ -150,9 +150,7 @@ def switching(it: Situation) -> Iterator[Finding]:
     dt = min(known) if known else None
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
         interval = getattr(estimator, "interval", None)
-        for name, matrix in square(estimator, "1").items():
-            if not np.allclose(matrix.sum(axis=1), 1.0) or np.any(matrix < 0):
-                continue
+        for name, matrix in _transitions(estimator):
             scale = 1.0 if interval is None or dt is None else interval / dt
             yield from _stays(f"{place}.{name}", scale / np.maximum(1.0 - np.diag(matrix), 1e-12), dt)
         for name, matrix in square(estimator, "1/s").items():
@@ -167,14 +165,22 @@ def uneven_switching(it: Situation) -> Iterator[Finding]:
     if long < UNEVEN * short:
         return
     for place, estimator in parts(it.experiment.tracker.estimator, "estimator"):
-        stated = {name: matrix for name, matrix in square(estimator, "1").items() if np.any(matrix != np.eye(len(matrix)))}
-        if isinstance(estimator, Estimator) and estimator.traits.per_scan:
-            for name in stated:
-                text = (
-                    f"holds from one scan to the next, and those of all sensors come {say(_short(short), 's')} to "
-                    f"{say(_short(long), 's')} apart: modes switch {long / short:.2g} times as often where scans are dense"
-                )
+        if not isinstance(estimator, Estimator) or not estimator.traits.per_scan:
+            continue
+        for name, matrix in _transitions(estimator):
+            text = (
+                f"holds from one scan to the next, and those of all sensors come {say(_short(short), 's')} to "
+                f"{say(_short(long), 's')} apart: modes switch {long / short:.2g} times as often where scans are dense"
+            )
+            if np.any(matrix != np.eye(len(matrix))):
                 yield Finding(f"{place}.{name}", text, "the same with `interval`, the s that it is meant for, or `rates`")
+
+
+def _transitions(part: object) -> Iterator[tuple[str, Array]]:
+    """Yield the name and the matrix of each parameter that holds probabilities of the next mode."""
+    for name, matrix in square(part, "1").items():
+        if np.allclose(matrix.sum(axis=1), 1.0) and not np.any(matrix < 0):
+            yield name, matrix
 
 
 def _stays(place: str, scans: Array, dt: float | None) -> Iterator[Finding]:
