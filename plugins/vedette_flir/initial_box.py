@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Mask
+from vedette import Array
 from vedette_flir.patches import blurred, sample
+from vedette_flir.sources.images import one_thread
 
 LEVELS = np.linspace(0.15, 0.85, 15)
 """Thresholds, as fractions of the range from the box's median to its extreme."""
@@ -33,55 +36,44 @@ class Found:
 def target_in(pixels: Array, centre: Array, box: Array) -> Found:
     """Find the connected region, above or below a threshold, that stands out most and ends within the box.
 
-    Its score is contrast to the ring around it over noise, times the root of its area, times a Gaussian of its offset. A
-    box that is off by a tenth of its side, or too large, gives the same target; background extends beyond the box.
+    Its score is contrast to the ring around it, times the root of its area, times a Gaussian of its offset. A box that is
+    off by a tenth of its side, or too large, gives the same target; background extends beyond the box.
     """
-    from scipy import ndimage
-
     half = np.maximum(box, 6.0)
     step = max(1.0, float(half.max()) / 40.0)
     cells = int(np.ceil(2.0 * half.max() / step)) // 4 * 4 + 4
     image = blurred(sample(pixels, centre, step, cells))
     u = step * (np.arange(cells) - 0.5 * (cells - 1))
-    noise = 0.5 + 1.48 * float(np.median(np.abs(image - ndimage.median_filter(image, 5))))
     inside = np.abs(u) <= 0.5 * np.maximum(box, 2.0 * step)[:, None]
     within = image[np.ix_(inside[1], inside[0])]
     middle, edge = float(np.median(within)), float(np.median(image))
     best, found = -np.inf, Found(np.zeros(2), 0.7 * box, 1.0 if middle >= edge else -1.0)
-    for sign, most in ((1.0, within.max() - middle), (-1.0, middle - within.min())):
-        for level in sign * middle + LEVELS * float(most):
-            weight, offset, size = _standing_out(sign * image, level, u, box)
-            if weight / noise > best:
-                best, found = weight / noise, Found(offset, size, sign)
+    with one_thread() as cv2:
+        for sign, most in ((1.0, within.max() - middle), (-1.0, middle - within.min())):
+            for level in sign * middle + LEVELS * float(most):
+                score, offset, size = _standing_out(cv2, sign * image, level, u, box)
+                if score > best:
+                    best, found = score, Found(offset, size, sign)
     return Found(found.offset, np.clip(found.size, SMALLEST * box, box), found.sign)
 
 
-def _standing_out(image: Array, level: float, u: Array, box: Array) -> tuple[float, Array, Array]:
+def _standing_out(cv2: Any, image: Array, level: float, u: Array, box: Array) -> tuple[float, Array, Array]:
     """Return the best region of `image` above `level`: its score (-inf if there is none), offset and size."""
-    from scipy import ndimage
-
     best: tuple[float, Array, Array] = (-np.inf, np.zeros(2), box)
-    labels, _ = ndimage.label(image > level)
+    _, labels, boxes, _ = cv2.connectedComponentsWithStats((image > level).view(np.uint8), connectivity=4)
     half = 0.5 * (u[1] - u[0])
-    for number, place in enumerate(filter(None, ndimage.find_objects(labels)), 1):
-        ends = np.array([[u[along.start] - half, u[along.stop - 1] + half] for along in place[::-1]])
+    for number, (x, y, w, h, area) in enumerate(boxes[1:], 1):
+        ends = np.array([[u[x] - half, u[x + w - 1] + half], [u[y] - half, u[y + h - 1] + half]])
         if np.any(np.max(np.abs(ends), axis=1) > BEYOND * box + 1.0):
             continue
-        part = labels[place] == number
-        excess = part * (image[place] - level)
+        near = np.s_[max(y - 2, 0) : y + h + 2, max(x - 2, 0) : x + w + 2]
+        part, seen = labels[near] == number, image[near]
+        excess = part * (seen - level)
         shares = excess / excess.sum()
-        offset = np.array([(shares.sum(axis=0) * u[place[1]]).sum(), (shares.sum(axis=1) * u[place[0]]).sum()])
-        near = tuple(slice(max(along.start - 2, 0), along.stop + 2) for along in place)
-        gap = float(image[place][part].mean() - np.median(image[near][_ring(labels[near] == number)]))
-        weight = gap * np.sqrt(part.sum()) * np.exp(-0.5 * np.sum((offset / box) ** 2) / CENTRED**2)
-        if weight > best[0]:
-            best = (weight, offset, ends[:, 1] - ends[:, 0])
+        offset = np.array([shares.sum(axis=k) @ u[along] for k, along in ((0, near[1]), (1, near[0]))])
+        beside = cv2.dilate(part.view(np.uint8), cv2.getStructuringElement(cv2.MORPH_CROSS, (3, 3)), iterations=2) - part
+        gap = float(seen[part].mean() - np.median(seen[beside > 0]))
+        score = gap * np.sqrt(area) * np.exp(-0.5 * np.sum((offset / box) ** 2) / CENTRED**2)
+        if score > best[0]:
+            best = (score, offset, ends[:, 1] - ends[:, 0])
     return best
-
-
-def _ring(part: Mask) -> Mask:
-    """Return what lies within two cells of a region."""
-    from scipy import ndimage
-
-    ring: Mask = ndimage.binary_dilation(part, iterations=2) & ~part
-    return ring

@@ -49,12 +49,9 @@ def _means(block: Array, below: Indices, part: Array, cells: int) -> Array:
 
 def isolated(image: Array, width: float) -> Array:
     """Return `image` (n, n) less its grey opening: what is brighter than around it and narrower than `width` cells."""
-    from scipy.ndimage import maximum_filter1d, minimum_filter1d
-
-    size, opened = 2 * int(np.ceil(0.5 * width)) + 1, image
-    for limit in (minimum_filter1d, maximum_filter1d):
-        for axis in (0, 1):
-            opened = limit(opened, size, axis)
+    size = 2 * int(np.ceil(0.5 * width)) + 1
+    with one_thread() as cv2:
+        opened: Array = cv2.morphologyEx(image, cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
     return image - opened
 
 
@@ -147,22 +144,31 @@ def alike(one: Array, other: Array, mask: Array) -> float:
     return 2.0 * float(weighed @ b) / max(float(weighed @ a + (weights * b) @ b), 1e-12)
 
 
-def similarity(image: Array, patch: Array, mask: Array) -> Array:
-    """Return how `alike` patches (*b, p, p) and each place of `image` (n, m) are, weighted by masks (*b, p, p).
+def similarity(image: Array, patches: Array, mask: Array) -> Array:
+    """Return how `alike` patches (k, p, p) and each place of `image` (n, m) are, weighted by a mask (p, p).
 
-    Its shape is (*b, n - p + 1, m - p + 1).
+    Its shape is (k, n - p + 1, m - p + 1).
     """
-    from scipy.fft import irfft2, next_fast_len, rfft2
+    count, (rows, columns) = mask.sum(), (side - len(mask) + 1 for side in image.shape)
+    kernels = mask * (patches - (mask * patches).sum(axis=(-1, -2), keepdims=True) / count)
+    with one_thread() as cv2:
+        size = tuple(cv2.getOptimalDFTSize(side) for side in image.shape)
 
-    (n, m), p = image.shape, patch.shape[-1]
-    count = mask.sum(axis=(-1, -2), keepdims=True)
-    kernel = mask * (patch - (mask * patch).sum(axis=(-1, -2), keepdims=True) / count)
-    size = tuple(next_fast_len(side, real=True) for side in (n, m))
-    near, seen = rfft2(mask, size).conj(), rfft2(np.stack([image, image * image]), size)
-    products = near * seen[0], near * seen[1], rfft2(kernel, size).conj() * seen[0]
-    total, square, product = (irfft2(each, size)[..., : n - p + 1, : m - p + 1] for each in products)
-    energy = np.maximum(square - total * total / count, 0.0)
-    energy_of_patch = (kernel * patch).sum(axis=(-1, -2), keepdims=True)
+        def spectrum(part: Array) -> Array:
+            padded = np.zeros(size)
+            padded[: part.shape[0], : part.shape[1]] = part
+            return np.asarray(cv2.dft(padded, padded, nonzeroRows=len(part)))
+
+        def sums(of: Array, weights: Array) -> Array:
+            both = cv2.mulSpectrums(of, weights, 0, conjB=True)
+            inverse = cv2.DFT_INVERSE | cv2.DFT_SCALE | cv2.DFT_REAL_OUTPUT
+            return np.asarray(cv2.dft(both, both, flags=inverse, nonzeroRows=rows)[:rows, :columns])
+
+        seen, weights = spectrum(image), spectrum(mask)
+        total = sums(seen, weights)
+        energy = np.maximum(sums(spectrum(image * image), weights) - total * total / count, 0.0)
+        product = np.stack([sums(seen, spectrum(kernel)) for kernel in kernels])
+    energy_of_patch = (kernels * patches).sum(axis=(-1, -2), keepdims=True)
     found: Array = 2.0 * product / np.maximum(energy + energy_of_patch, 1e-12)
     return found.clip(-1.0, 1.0)
 

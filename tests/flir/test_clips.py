@@ -233,7 +233,7 @@ def test_patches():
     np.testing.assert_allclose(found, 2.0 * (16.75 + offsets)[:, None] + 3.0 * (20.25 + offsets), atol=1e-9)
     image, mask = rng.normal(size=(20, 20)), mask_of(np.array([6.0, 4.0]), 8)
     patch = 3.0 * image[5:13, 7:15] + 2.0
-    likeness = similarity(image, patch, mask)
+    likeness, same = similarity(image, np.stack([patch, image[5:13, 7:15] + 2.0]), mask)
     window = image[2:10, 3:11]
     centred_patch, centred_window = (a - np.sum(mask * a) / mask.sum() for a in (patch, window))
     parts = np.sum(mask * centred_patch**2) + np.sum(mask * centred_window**2)
@@ -247,7 +247,7 @@ def test_patches():
     )
     np.testing.assert_allclose(blurred(image), smooth, atol=1e-12)
     assert likeness[5, 7] == pytest.approx(2 * 3 / (1 + 9), abs=1e-9)  # the same shape, three times as strong
-    assert similarity(image, image[5:13, 7:15] + 2.0, mask)[5, 7] == pytest.approx(1.0, abs=1e-9)
+    assert same[5, 7] == pytest.approx(1.0, abs=1e-9)
     assert peak(likeness)[:2] == (5, 7)
 
 

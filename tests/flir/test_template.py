@@ -143,7 +143,7 @@ def test_noise_that_stands_around_a_target_holds_no_template(monkeypatch, wrong)
             for off in (0.0, 4.0 * step)
         )
         amplitude = contrast(before, inner)
-        there = similarity(kept(now, amplitude), kept(before, amplitude)[18:54, 18:54], mask)
+        there = similarity(kept(now, amplitude), kept(before, amplitude)[None, 18:54, 18:54], mask)[0]
         held += there[18, 22] < there[18, 18]
     assert held == 0 if wrong is None else held > 0
 
