@@ -49,10 +49,20 @@ def _means(block: Array, below: Indices, part: Array, cells: int) -> Array:
 
 def isolated(image: Array, width: float) -> Array:
     """Return `image` (n, n) less its grey opening: what is brighter than around it and narrower than `width` cells."""
-    size = 2 * int(np.ceil(0.5 * width)) + 1
-    with one_thread() as cv2:
-        opened: Array = cv2.morphologyEx(image, cv2.MORPH_OPEN, np.ones((size, size), np.uint8))
+    near, opened = int(np.ceil(0.5 * width)), image
+    for extreme in (np.minimum, np.maximum):
+        opened = _within(extreme, _within(extreme, opened, near).T, near).T
     return image - opened
+
+
+def _within(extreme: np.ufunc, image: Array, near: int) -> Array:
+    """Return the least, or largest, of each place of an image (n, m) and those `near` rows above and below, by halves."""
+    edge = np.full((near, image.shape[1]), np.inf if extreme is np.minimum else -np.inf)
+    found, rows = np.concatenate([edge, image, edge]), 1
+    while 2 * rows <= 2 * near + 1:
+        found, rows = extreme(found[:-rows], found[rows:]), 2 * rows
+    beyond: Array = extreme(found[: len(image)], found[-len(image) :])
+    return beyond
 
 
 def without_large(image: Array, bright: float, longest: float, within: float) -> Array:
