@@ -166,8 +166,7 @@ def _gains(cross: Array, seen: Array, R: Array, rows: Callable[[Mask], tuple[Arr
 
 def _of(matrices: Array, which: Mask) -> Array:
     """Select the matrices, broadcast over the mask, that it marks."""
-    marked: Array = np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which]
-    return marked
+    return np.asarray(np.broadcast_to(matrices, (*which.shape, *matrices.shape[-2:]))[which])
 
 
 def evaluate_returns(

@@ -48,9 +48,10 @@ def pivots_exceed(A: Array, least: float) -> Mask:
 
 def keeps_digits(post: Array, P: Array) -> Mask:
     """Return whether post (*b, n, n) is positive definite, and its variances not too small against P to keep digits."""
-    kept: Mask = np.all(np.diagonal(post, axis1=-2, axis2=-1) >= _LOST * np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
+    variances = np.diagonal(post, axis1=-2, axis2=-1)
+    kept: Mask = np.all(variances >= _LOST * np.diagonal(P, axis1=-2, axis2=-1), axis=-1)
     try:
-        np.linalg.cholesky(post)
+        np.linalg.cholesky(post + (variances == 0.0)[..., None] * np.eye(post.shape[-1]))  # what is known exactly may be so
     except np.linalg.LinAlgError:
         kept &= pivots_exceed(post, 1e-13)
     return kept
