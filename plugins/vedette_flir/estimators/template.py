@@ -236,10 +236,10 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
     def _renewed(self, appearance: TemplateAppearance, best: Look, share: float) -> tuple[TemplateAppearance, Array]:
         """Return the appearance after a frame of which a `share` counts, and the target's place there."""
         amplitude, size, place = float(appearance.amplitude), appearance.size, best.place
-        (step, inner), mask = self._matcher.grid(size), self._matcher.mask(size)
-        sign, seen = float(np.sign(amplitude)), kept(best.shown, amplitude)
-        shown = seen
+        (step, inner), sign = self._matcher.grid(size), float(np.sign(amplitude))
+        shown = seen = kept(best.shown, amplitude)
         if self.recentre > 0 and np.max(size) <= self.small:
+            mask = self._matcher.mask(size)
             drift = self.recentre * (centroid(seen * mask) - centroid(appearance.first_patch * mask))
             place = place + step * drift
             shown = kept(sample(best.shown, drift + 0.5 * (self.cells - 1), 1.0, self.cells), amplitude)
