@@ -100,6 +100,14 @@ def test_what_a_lag_tells_is_what_the_last_scan_within_it_would(kind):
 
 
 @pytest.mark.parametrize("kind", KINDS)
+def test_scans_in_which_there_was_no_track_yet_stay_without_one(kind):
+    tracker, seen = composed(kind), scans(FILTERS["kalman"][1], 8)
+    given = [evolve(scan, detections=Detections.of([], 2)) for scan in seen[:2]] + seen[2:]
+    told = list(smoothed(tracker, states_of(tracker, given)[1:]))
+    assert [len(state.ids) > 0 for state in told] == [False] * 2 + [True] * 6
+
+
+@pytest.mark.parametrize("kind", KINDS)
 def test_what_is_told_keeps_the_laws_of_a_state(kind):
     tracker = composed(kind)
     states = states_of(tracker, scans(FILTERS["kalman"][1], 12))[1:]

@@ -91,7 +91,7 @@ def _before(
     confirmed = np.array(leaves.confirmed[rows])
     confirmed[goes_on] |= after.confirmed[old]
     if associator.shows_marginals:
-        existence: Array = np.bincount(leaves.ids - leaves.ids[0], there).astype(float)[leaves.ids[rows] - leaves.ids[0]]
+        existence: Array = np.bincount(leaves.ids - leaves.ids[:1], there).astype(float)[leaves.ids[rows] - leaves.ids[:1]]
     else:
         ended = later.leaves.ended
         stops = np.bincount(ended.parent, ended.probability, len(leaves.ids))[rows]
