@@ -49,6 +49,8 @@ def spots(
         grey = cv2.GaussianBlur(np.ascontiguousarray(pixels, dtype=np.float32), (0, 0), 0.8)
         for side in sides:
             coarse = max(side // FINEST, 1)
+            if 2 * min(grey.shape) <= coarse:  # of such a frame nothing would be left
+                continue
             seen = cv2.resize(grey, None, fx=1 / coarse, fy=1 / coarse, interpolation=cv2.INTER_AREA) if coarse > 1 else grey
             width = side // coarse // 2 * 2 + 1
             kernel = np.ones((width, width), np.uint8)

@@ -57,6 +57,11 @@ def test_a_spot_near_a_treeline_is_detected_and_what_the_edge_cuts_is_not():
     assert not len(detected(picture(0, snr=20.0, at=np.array([40.0, 0.0]))[0]))
 
 
+@pytest.mark.parametrize("shape", [(1, 1), (1, 100), (2, 200), (3, 3)])
+def test_nothing_is_detected_in_frames_of_a_few_rows(shape):
+    assert not len(detected(np.random.default_rng(0).integers(0, 255, shape).astype(np.uint8)))
+
+
 def test_false_alarms_and_detections_by_signal_to_noise():
     """In noise alone hardly anything is found; a spot is, the more often the stronger it is."""
     share = {}
