@@ -11,6 +11,7 @@ from support.faulty import CONFIG, SOURCE, methods, spoiled, with_plugin
 from vedette import Registry
 from vedette.cli import main
 from vedette.tracking import faults
+from vedette.tracking.postconditions import broken
 from vedette.tracking.tracker import Tracker
 from vedette_report.running.streaming import stream
 
@@ -25,6 +26,7 @@ WRONG = [
     ("Lidar", "jacobian", "return np.swapaxes(given, -1, -2)", "sensors.lidar: x_sensor", "or (3, 2), *b being"),
     ("Lidar", "noise", "return given[..., 0]", "sensors.lidar: x_sensor", "must return (*b, 3, 3) or (3, 3)"),
     ("Lidar", "detects", "return {}['p']", "sensors.lidar: x_sensor", "raised KeyError: 'p'"),
+    ("Lidar", "detects", "return given * np.inf", "sensors.lidar: x_sensor", "got inf in"),
     ("Lidar", "clutter", "return None", "sensors.lidar: x_sensor", "got nothing"),
     ("Lidar", "invert", "return given.mean, given.cov", "sensors.lidar: x_sensor", "must return a Gaussian(mean, cov)"),
     (
@@ -35,6 +37,7 @@ WRONG = [
         "must return finite numbers; got inf in",
     ),
     ("Alone", "associate", "return given[..., 1:]", "associator: x_associator", "must return ("),
+    ("Alone", "associate", "return -given", "associator: x_associator", "no negative numbers; got -"),
     ("Alone", "associate", "return given, scores", "associator: x_associator", "got a tuple of 2"),
     (
         "Filter",
@@ -46,6 +49,7 @@ WRONG = [
     ("Filter", "predict", "return None", "estimator: x_estimator", "must return a belief, a Gaussian as it was given"),
     ("Filter", "evaluate", "return given.loglik", "estimator: x_estimator", "must return Innovation(loglik"),
     ("Filter", "update", "return Gaussian(given.mean, given.cov[..., :1])", "estimator: x_estimator", "must return cov"),
+    ("Filter", "update", "return Gaussian(given.mean, -given.cov)", "estimator: x_estimator", "without negative variances"),
     ("Filter", "moments", "return given.mean", "estimator: x_estimator", "must return a Gaussian(mean, cov)"),
     ("Unclaimed", "reveal", "return given[0][:1]", "birth: x_birth", "must return (density, "),
     ("Unclaimed", "begin", "return given.prior", "birth: x_birth", "must return Newborn(returns, prior, existence)"),
@@ -156,13 +160,13 @@ def test_numbers_that_are_none_are_told_after_the_run(cls, method, associator):
 
     A track whose existence is nan must not end unseen before; where no track was confirmed, the first scans are looked at.
     """
-    with pytest.raises(vedette.PluginError, match=rf"\(vedette_x\.{cls}\)\.{method} must return numbers; got nan"):
+    with pytest.raises(vedette.PluginError, match=rf"\(vedette_x\.{cls}\)\.{method} must return .*numbers; got nan"):
         with_nan(cls, method, associator).run()
 
 
 @pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")
 def test_a_streamed_run_tells_of_numbers_that_are_none(tmp_path):
-    with pytest.raises(vedette.PluginError, match=r"\(vedette_x\.Lidar\)\.clutter must return numbers; got nan"):
+    with pytest.raises(vedette.PluginError, match=r"\(vedette_x\.Lidar\)\.clutter must return .*numbers; got nan"):
         stream(with_nan("Lidar", "clutter", "jpda"), tmp_path / "out")
 
 
@@ -171,6 +175,15 @@ def with_nan(cls, method, associator):
     nan = "Newborn(given.returns, given.prior, given.existence * np.nan)" if method == "begin" else "given * np.nan"
     registry = with_plugin(INSTALLED, spoiled(cls, method, f"return {nan}"))
     return vedette.config.load(tomllib.loads(CONFIG) | {"associator": {"kind": associator}}, registry)
+
+
+@pytest.mark.parametrize(("variance", "blamed"), [(-1.0, False), (0.0, True)])
+def test_who_was_given_a_negative_variance_is_not_blamed(variance, blamed):
+    """The covariance that another spoiled in a step before goes through the methods of this one."""
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    given, gave = (vedette.Gaussian(np.zeros((1, 4)), each * np.eye(4)[None]) for each in (variance, -1.0))
+    estimator = vedette.build(config, with_plugin(INSTALLED, SOURCE)).estimator
+    assert (broken(estimator, "predict", (given, 1.0, None), gave) is not None) is blamed
 
 
 @pytest.mark.costly

@@ -46,8 +46,7 @@ class _Watch:
         if self.complaint is not None or code.co_name not in METHODS:
             return
         if event == "call":
-            given = _given(frame)
-            if given and _is_method(given[0], code):
+            if (given := _given(frame)) and _is_method(given[0], code):
                 self._calls[frame] = given
         # A frame that an exception ends has a "return" too, of None, but not at an instruction that returns.
         elif frame in self._calls and dis.opname[code.co_code[frame.f_lasti]].startswith("RETURN"):
@@ -59,10 +58,8 @@ class _Watch:
 
 def _is_method(owner: object, code: CodeType) -> bool:
     """Return whether a code is that of a method or property of a component."""
-    if not isinstance(owner, Component):
-        return False
-    members = [vars(cls).get(code.co_name) for cls in type(owner).__mro__]
-    return any(getattr(getattr(member, "fget", member), "__code__", None) is code for member in members)
+    its = (vars(cls).get(code.co_name) for cls in type(owner).__mro__)
+    return isinstance(owner, Component) and any(getattr(getattr(one, "fget", one), "__code__", None) is code for one in its)
 
 
 def _given(frame: FrameType) -> tuple[Any, ...]:

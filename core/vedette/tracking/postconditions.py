@@ -29,13 +29,13 @@ Sensor               observes|measurement Space
 Sensor               measure      * rows measurement
 Sensor               jacobian     * rows measurement observes
 Sensor               noise|mean_noise covariance * rows measurement
-Sensor               detects|clutter * rows
+Sensor               detects|clutter * ! + rows
 Sensor               covers       ? * rows
 Sensor               invert       gaussian rows observes
 Sensor               at           Sensor
 HypothesisAssociator branch       Branching: parent leaves, choice leaves, hypotheses any
 HypothesisAssociator keep         tuple: hypotheses any, rows any
-Associator           associate    all
+Associator           associate    + all
 Associator           approximated ? * rows
 Estimator            state        Space
 Estimator            start|reframe|predict|update belief
@@ -52,7 +52,8 @@ Source               open         Recording
 """
 """Role, methods, and what they must return: a type and what its parts are, or what the value is. An array has the axes that
 are named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
-`?`: it is of true or false; `~`: it may be None."""
+`?`: it is of true or false; `!`: of finite numbers; `+`: of none that is negative;
+`~`: it may be None."""
 
 
 def broken(component: roles.Component, method: str, given: Given, gave: Any) -> str | None:
@@ -98,10 +99,12 @@ def _faults(component: Any, given: Given, gave: Any, kind: type | None, parts: l
             yield from _memory(part, batch)
         elif "covariance" in words:
             yield from _array(given, part, batch, core * 2, loose=True)
-            if np.size(part) and (least := np.min(np.diagonal(part, axis1=-2, axis2=-1))) < 0:
+            if least := _negative(part):
                 yield f"must return a covariance; got {least:.3g} on its diagonal"
         else:
-            yield from _array(given, part, batch, core, name, loose="*" in words, mask="?" in words)
+            yield from _array(given, part, batch, core, name, loose="*" in words, mask="?" in words, finite="!" in words)
+            if "+" in words and (least := np.min(part, initial=0.0)) < -1e-9:
+                yield f"must return no negative numbers; got {least:.3g}"
     if isinstance(gave, Newborn):
         returns, (k, *_) = np.asarray(gave.returns), _seen(given, gave)
         if returns.dtype.kind not in "iu" or returns.ndim != 1 or np.any((returns < 0) | (returns >= k)):
@@ -136,7 +139,7 @@ _AXES: dict[str, Callable[[Given, Any], Shape]] = {
     "leaves": lambda given, gave: np.shape(gave.parent),
     "other": lambda given, gave: (len(given[1].state),),
 }
-_OTHER = ("*", "?", "~", "belief", "covariance", "gaussian", "memory")
+_OTHER = ("*", "?", "!", "+", "~", "belief", "covariance", "gaussian", "memory")
 
 
 def _axes(word: str, component: Any, given: Given, gave: Any) -> Shape:
@@ -147,9 +150,8 @@ def _told(value: Any) -> str:
     """Return a value in a few words: an array by its shape, anything else by its type."""
     if isinstance(value, np.ndarray | np.generic):
         return f"{value.shape}" if value.dtype.kind in "biuf" else f"{value.shape} of {value.dtype.name} values"
-    if isinstance(value, tuple | list):
-        return f"a {type(value).__name__} of {len(value)}"
-    return "nothing" if value is None else f"a {type(value).__name__}"
+    many = f" of {len(value)}" if isinstance(value, tuple | list) else ""
+    return "nothing" if value is None else f"a {type(value).__name__}{many}"
 
 
 def _leaves(value: Any) -> Iterator[Any]:
@@ -162,9 +164,8 @@ def _leaves(value: Any) -> Iterator[Any]:
 
 def _is_tree(value: Any) -> bool:
     """Return whether a value is made of attrs values, tuples and arrays, as beliefs and memories are."""
-    if isinstance(value, tuple):
-        return all(map(_is_tree, value))
-    return value is None or _is_array(value) or attrs.has(type(value))
+    simple = value is None or _is_array(value) or attrs.has(type(value))
+    return simple or (isinstance(value, tuple) and all(map(_is_tree, value)))
 
 
 def _is_array(value: Any, kinds: str = "biuf") -> bool:
@@ -180,9 +181,8 @@ def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = Fals
     if not all(np.all(np.isfinite(leaf) if finite else ~np.isnan(leaf)) for leaf in had):
         return
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
-        if count := sum(np.count_nonzero(which(leaf)) for leaf in gives):
-            told = f"{'finite ' * finite}numbers; got {name} in {count} of {np.size(gave)}"
-            yield f"must return {told}{part and f' of {part}'}"
+        if many := sum(np.count_nonzero(which(leaf)) for leaf in gives):
+            yield f"must return {'finite ' * finite}numbers; got {name} in {many} of {np.size(gave)}{part and f' of {part}'}"
 
 
 def _array(
@@ -202,9 +202,8 @@ def _array(
     right = f"{('*b', *core)} or {core}, *b being {batch} here".replace("'", "") if batch and loose else f"{(*batch, *core)}"
     right = f"must return {part and f'{part} '}{right}"
     # Batch axes of one element, or none at all, broadcast where the result does not depend on the state.
-    broadcasts = (
-        loose and len(lead) <= len(batch) and all(a in (1, b) for a, b in zip(lead[::-1], batch[::-1], strict=False))
-    )
+    ends = zip(lead[::-1], batch[::-1], strict=False)
+    broadcasts = loose and len(lead) <= len(batch) and all(a in (1, b) for a, b in ends)
     if not _is_array(gave, "b" if mask else "biuf"):
         yield f"{right}, an array of {'true or false' if mask else 'numbers'}; got {_told(gave)}"
     elif shape[len(lead) :] != core or not (lead == batch or broadcasts):
@@ -219,6 +218,14 @@ def _gaussian(given: Given, gave: Any, batch: Shape, core: Shape, part: str = ""
         return
     yield from _array(given, gave.mean, batch, core, f"{part} mean".strip(), finite=True)
     yield from _array(given, gave.cov, batch, core * 2, f"{part} cov".strip(), finite=True)
+    if (least := _negative(gave.cov, 1e-12)) and not any(_negative(one.cov) for one in given if isinstance(one, Gaussian)):
+        yield f"must return {part and f'{part} '}cov without negative variances; got {least:.3g}"
+
+
+def _negative(cov: Any, rounding: float = 0.0) -> float:
+    """Return the least variance if it is negative, beyond so much `rounding` of the largest number beside it; else 0."""
+    least = float(np.min(np.diagonal(cov, axis1=-2, axis2=-1), initial=0.0))
+    return least if least < -rounding * np.max(np.abs(cov), initial=0.0) else 0.0
 
 
 def _memory(gave: Any, tracks: Shape, what: str = "memory") -> Iterator[str]:
