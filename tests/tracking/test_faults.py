@@ -51,6 +51,7 @@ WRONG = [
     ("Filter", "update", "return Gaussian(given.mean, given.cov[..., :1])", "estimator: x_estimator", "must return cov"),
     ("Filter", "update", "return Gaussian(given.mean, -given.cov)", "estimator: x_estimator", "without negative variances"),
     ("Filter", "moments", "return given.mean", "estimator: x_estimator", "must return a Gaussian(mean, cov)"),
+    ("Filter", "moments", "return Gaussian(given.mean * np.nan, given.cov)", "estimator: x_estimator", "got nan in"),
     ("Unclaimed", "reveal", "return given[0][:1]", "birth: x_birth", "must return (density, "),
     ("Unclaimed", "begin", "return given.prior", "birth: x_birth", "must return Newborn(returns, prior, existence)"),
     ("Seen", "start", "return Count(np.ones(7))", "lifecycle: x_lifecycle", "must return a memory whose arrays lead"),

@@ -132,8 +132,7 @@ def check_made(component: Component, method: str, gave: object, parts: object) -
 def raised_by(error: BaseException, parts: object) -> str | None:
     """Return which component's method raised an error, with its place in `parts` and in its file; None if none did."""
     component: Component | None = None
-    method = line_of = ""
-    passes_on = False
+    method, line_of, passes_on = "", "", False
     for frame, line in walk_tb(error.__traceback__):
         code = frame.f_code
         if not code.co_argcount or code.co_filename.startswith("<attrs"):

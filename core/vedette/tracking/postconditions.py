@@ -247,4 +247,5 @@ def _believes(estimator: Any, given: Given, gave: Any) -> Iterator[str]:
         yield from _gaussian(given, gave, np.shape(before.mean)[:-1], (n,))
     elif begins:
         yield from _memory(gave, np.shape(before.mean)[:-1], "belief")
-    yield from _not_numbers(given, estimator.moments(gave) if begins else gave)  # nan may stand for what is not known yet
+    if not begins or any(_not_numbers(given, estimator.moments(gave))):  # nan may stand for what is not known yet
+        yield from _not_numbers(given, gave)
