@@ -73,7 +73,7 @@ BAD_ROWS = {
     "time NaN": ("nan,0,0", "t must be a finite number"),
     "short": ("2,0", "must have 3 columns as in the header, got 2"),
     "long": ("2,0,0,0", "must have 3 columns as in the header, got 4"),
-    "quote": ('2,"0,0', "a quotation mark is not closed"),
+    "quote": ('2,"0,0', "close it, delete it, or write each row in one line"),
     "back": ("0.5,0,0", "time 0.5 s is out of order: it stands after 1.0 s and before 3.0 s"),
     "not text": ("2,\x00,\xff", "north must be a number"),
 }

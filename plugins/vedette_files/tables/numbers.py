@@ -71,7 +71,8 @@ class Number:
                 other = (
                     f"; if these are degrees and minutes, say so by a letter: {cell.lstrip('-')}{letter}" if minutes else ""
                 )
-                units = "--units latitude='1e-7 deg',longitude='1e-7 deg' reads it, or 1.6666667e-6 deg if AIS sent it"
+                units = "--units latitude='1e-7 deg',longitude='1e-7 deg' reads it"
+                units += ", or 1.6666667e-6 deg if AIS sent it, 8.3819032e-8 deg if it is in semicircles, as of FIT"
                 other = f"; {units}" if abs(number) > 1e6 else other
             raise ValueError(f"{self.title} must be {bounds}, got {shown(cell)}{other}")
         if number < self.least:

@@ -22,7 +22,10 @@ WIDEST = 131_072
 BY_ROW = "row"
 """The `scan` of a table each of whose rows is a scan of its own."""
 
-UNCLOSED = f"a quotation mark is not closed, or a cell has more than {WIDEST:,} characters: close it, or delete it"
+UNCLOSED = (
+    f"a quotation mark is not closed in its line, or a cell has more than {WIDEST:,} characters:"
+    " close it, delete it, or write each row in one line"
+)
 
 _SEPARATOR_LINE = re.compile(r'"?sep=.?"?', re.IGNORECASE)
 """What Excel writes above a header to say what stands between columns."""

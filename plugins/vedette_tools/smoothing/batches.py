@@ -115,7 +115,8 @@ def _check_text(path: Path) -> None:
             return
     for number, line in lines(path):
         if line.count('"') % 2:
-            raise InputError(f"{path}:{number}: a quotation mark is not closed: close it, or delete it")
+            told = "a quotation mark is not closed in its line: close it, delete it, or write each row in one line"
+            raise InputError(f"{path}:{number}: {told}")
 
 
 def cast(path: Path, batch: Any, schema: Any) -> Any:

@@ -144,6 +144,10 @@ REFUSED = {
         "'7' in all rows; .* other",
     ),
     "one time in all rows": (table("date,x,y", lambda time, x, y: (140214, x, y)), r"d.csv: date: .* all rows; .*--time"),
+    "semicircles": (
+        table("time,position_lat,position_long", lambda time, x, y: (time, 560731650 + 9 * y, 95443717 + 9 * x)),
+        rf"d.csv:2: position_lat must be from -90 to 90, got .*, {180 / 2**31:.7e} deg".replace("e-08", "e-8"),
+    ),
     "degrees and minutes without a letter": (
         table("time,lat,lon", lambda time, x, y: (time, f"{5925 + time / 100:.4f}", f"{1028 + time / 100:.4f}")),
         r"d.csv:2: lat must be from -90 to 90, got '5925.0000'; .* say so by a letter: 5925.0000N",
