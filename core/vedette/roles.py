@@ -285,11 +285,13 @@ class Traits:
     """Its covariance is larger than that of its errors on purpose."""
     per_scan: bool = False
     """Each scan changes it, however short the time since the one before."""
+    hides: bool = False
+    """A target may be out of sight: it is detected with the sensor's probability at most."""
 
     @classmethod
     def combined(cls, parts: Sequence[Traits]) -> Traits:
         """Return the traits of what is made of `parts`: it can do what all of them can, and does what any does."""
-        rules = {trait: any if trait in ("draws", "reframes", "conservative", "per_scan") else all for trait in TRAITS}
+        rules = {trait: all if trait in ("exact_when_linear", "takes_frames", "bounded") else any for trait in TRAITS}
         return cls(**{trait: rule(getattr(part, trait) for part in parts) for trait, rule in rules.items()})
 
 

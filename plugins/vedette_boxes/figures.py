@@ -13,6 +13,7 @@ from vedette.metrics import Figure
 from vedette.space import Array, Indices
 from vedette_boxes.rows import Rows, overlap
 from vedette_boxes.sensors.box import BOX
+from vedette_boxes.shown import shown
 from vedette_standard.whole_tracks import hota, idf1
 
 HALF = 0.5
@@ -116,13 +117,13 @@ class OfRun:
         match = block.found
         if not set(BOX.axes) <= set(match.truth.space.axes):
             return
-        where = match.truth.space.locate(BOX)
-        for i, rows in enumerate(match.rows):
+        where, entries = match.truth.space.locate(BOX), match.entries
+        boxes = entries.mean[:, where]
+        here = shown(boxes, entries.cov[:, where][:, :, where], entries.hit)
+        for i, part in enumerate(match.rows):
             there = np.flatnonzero(match.truth.alive[i])
-            estimates = match.entries.mean[rows][:, where]
-            self._frames.add(
-                block.which[there], match.truth.states[i, there][:, where], match.entries.track[rows], estimates
-            )
+            rows = part.start + np.flatnonzero(here[part])
+            self._frames.add(block.which[there], match.truth.states[i, there][:, where], entries.track[rows], boxes[rows])
 
     def value(self) -> float | None:
         """Return the figure of all scans so far."""

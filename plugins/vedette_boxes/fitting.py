@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from attrs import evolve, frozen
+from attrs import asdict, evolve, frozen
 
 from vedette.types import Scan
 from vedette_tools.drafting.trial import tried
@@ -22,8 +22,8 @@ class Guess:
 
     accel: float = 0.5
     growth: float = 0.2
-    place: float = 0.05
-    size: float = 0.1
+    in_sight: float = 2.0
+    hidden: float = 0.5
     detected: float = 0.0
     false: float = 0.0
 
@@ -49,7 +49,7 @@ def likeliest(first: Guess, text: Callable[[Guess], str], scans: Sequence[Scan])
             known[guess] = -float("inf") if trial is None else trial.loglik
         return known[guess]
 
-    best, names = first, [name for name in ("accel", "growth", "place", "size", "detected", "false") if getattr(first, name)]
+    best, names = first, list(asdict(first, filter=lambda _, value: bool(value)))
     for _ in range(ROUNDS):
         for name in names:
             up, down = best.changed(name, 2.0), best.changed(name, 0.5)

@@ -29,6 +29,7 @@ from vedette_standard.estimators.g_h import GH
 from vedette_standard.estimators.gaussian_sum import GaussianSum
 from vedette_standard.estimators.h_infinity import HInfinity
 from vedette_standard.estimators.imm import Imm
+from vedette_standard.estimators.intermittent import Intermittent
 from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.estimators.least_squares import LeastSquares
@@ -91,7 +92,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(OrnsteinUhlenbeck, RandomWalk, GaussMarkov, CoordinatedTurn3d, Curvilinear, Product, Linear),
         *(CartesianPosition, RangeBearing, PolarPosition, PositionVelocity),
         *(BearingOnly, RangeOnly, RangeBearingRate, RangeBearingElevation, Biased, Displaced, Coarse, Partial, LinearSensor),
-        *(Kalman, ExtendedKalman, UnscentedKalman, Imm),
+        *(Kalman, ExtendedKalman, UnscentedKalman, Imm, Intermittent),
         *(IteratedExtendedKalman, CubatureKalman, SquareRootKalman, FadingMemory),
         *(HInfinity, GH, LeastSquares, EnsembleKalman),
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),

@@ -11,6 +11,8 @@ from vedette.config import installed_figures
 from vedette.metrics import judge
 from vedette_boxes import BOX, judge_files, read_rows, results, write_rows
 from vedette_boxes.calibration import Calibration, confused, fitted, logit, of_targets
+from vedette_boxes.rows import overlap
+from vedette_boxes.shown import SURE, shown
 from vedette_boxes.sources.mot import MotSource
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "boxes"
@@ -170,6 +172,34 @@ def test_a_draft_finds_how_boxes_move(accel, tmp_path):
     config = tmp_path / "c.toml"
     assert main(["new", "config", str(tmp_path / "det.txt"), "--out", str(config)]) == 0
     experiment = vedette.load(config)
-    assert accel / 2 <= experiment.tracker.estimator.motion.sigma_accel <= 2 * accel
+    assert accel / 2 <= experiment.tracker.estimator.of.motion.sigma_accel <= 2 * accel
     assert 0.8 <= experiment.tracker.sensors["camera"].detection_probability <= 0.96
     assert len(experiment.run().tracks) <= 13
+
+
+def test_a_box_is_shown_while_it_was_seen_or_its_place_is_known():
+    """Three standard deviations off along both sides it overlaps the true one by half."""
+    box, cov = np.array([[50.0, 60.0, 20.0, 40.0]]), np.zeros((1, 4, 4))
+    off = 3 * SURE * box[:, 2:]
+    assert overlap(box, np.concatenate([box[:, :2] + off, box[:, 2:]], axis=1)) == pytest.approx(0.5)
+    for spread, seen, expected in ((0.99, 0.0, True), (1.01, 0.0, False), (9.0, 0.5, True), (9.0, 0.49, False)):
+        cov[0, [0, 1], [0, 1]] = (spread * SURE * box[0, 2:]) ** 2
+        assert shown(box, cov, np.array([seen])).tolist() == [expected]
+    assert not shown(np.array([[50.0, 60.0, -1.0, 40.0]]), 0 * cov, np.ones(1))
+
+
+@pytest.mark.costly
+def test_a_draft_keeps_who_hides(tmp_path):
+    """Of two people that walk behind a wall for .7 s, in the midst of 4 s, both keep their identity."""
+    rng, lines = np.random.default_rng(3), []
+    for frame in range(1, 121):
+        for start, speed in ((200.0, 4.0), (1300.0, -3.0)):
+            x = start + speed * frame
+            if 50 < frame <= 71 or rng.random() > 0.95:
+                continue
+            box = np.array([x, 500.0, 40.0, 100.0]) + rng.normal(0, [1.5, 3.0, 2.0, 4.0])
+            lines.append(f"{frame},-1,{box[0] - 20:.2f},{box[1] - 50:.2f},{box[2]:.2f},{box[3]:.2f},1")
+    (tmp_path / "det.txt").write_text("\n".join(lines))
+    config = tmp_path / "c.toml"
+    assert main(["new", "config", str(tmp_path / "det.txt"), "--out", str(config)]) == 0
+    assert len([track for track in vedette.load(config).run().tracks if track.confirmed.any()]) == 2

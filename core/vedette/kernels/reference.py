@@ -100,8 +100,7 @@ def _invert(S: Array) -> tuple[Array, Array, Mask]:
 def _each(rows: Array, matrix: Array) -> Array:
     """Multiply rows (*b, k, m) by matrix (*b, 1|k, m, p): (*b, k, p), in one product if the matrix is shared."""
     shared = matrix.shape[-3] == 1
-    product: Array = rows @ matrix[..., 0, :, :] if shared else (rows[..., None, :] @ matrix)[..., 0, :]
-    return product
+    return np.asarray(rows @ matrix[..., 0, :, :] if shared else (rows[..., None, :] @ matrix)[..., 0, :])
 
 
 def _score(nu: Array, inverse: Array, log_det: Array) -> tuple[Array, Array, Array]:

@@ -207,14 +207,14 @@ def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> No
 
 
 def a_miss_has_its_probability(estimator: Estimator[Any], drawn: Scene) -> None:
-    """Column 0 is log(1 - P_D P_G): a return outside the gate is missed too."""
-    innovation = innovation_of(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn)
-    wanted = np.log(1.0 - drawn.watch.probability * P_GATE)
-    same("loglik of a miss", innovation.loglik[..., 0], np.full((2, 2), wanted), 1e-9, 1.0)
+    """Column 0 is log(1 - P_D P_G), or more if it hides: a return outside the gate is missed too."""
+    miss = innovation_of(estimator, cases.ahead(estimator, drawn, drawn.rng()), drawn).loglik[..., 0]
+    wanted = np.full((2, 2), np.log(1.0 - drawn.watch.probability * P_GATE))
+    same("loglik of a miss", np.minimum(miss, wanted) if estimator.traits.hides else miss, wanted, 1e-9, 1.0)
 
 
 def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> None:
-    """Over all measurements, the likelihood of a return integrates to the detection probability."""
+    """Over all measurements, the likelihood of a return integrates to the detection probability, which a miss tells."""
     belief = cases.ahead(estimator, drawn, drawn.rng())
     moments = estimator.moments(belief)
     axis = drawn.watch.observes.axes[:1]
@@ -229,12 +229,12 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     cells = 4000 if modes_of(estimator) else 600 if estimator.traits.draws else 1500  # particles cost 1000 times as much
     grid = np.linspace(low, high, cells)
     z = np.broadcast_to(observes.canonical(grid[:, None]), (2, cells, 1))
-    loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik[..., 1:]
+    loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik
     narrow = float(np.sqrt(watch.R[0, 0]))
     if (grid[1] - grid[0]) > 0.5 * narrow:
         raise Closed("the tracks lie too far apart for one grid")
-    total = np.exp(loglik).sum(axis=-1) * (grid[1] - grid[0])
-    same("integral of a return's likelihood", total, np.full((2, 2), watch.probability), 1e-4, 1.0)
+    total = np.exp(loglik[..., 1:]).sum(axis=-1) * (grid[1] - grid[0])
+    same("integral of a return's likelihood", total, -np.expm1(loglik[..., 0]) / P_GATE, 1e-4, 1.0)
 
 
 def gates_lie_in_their_extent(estimator: Estimator[Any], drawn: Scene) -> None:
