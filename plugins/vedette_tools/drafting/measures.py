@@ -18,6 +18,9 @@ MANY = 20
 DAYS = ((2e4, 8e4), (7.1e5, 7.7e5), (2.43e6, 2.49e6))
 """Days of 1945 to 2106 as spreadsheets count them or modified Julian dates, as MATLAB does, and Julian dates."""
 
+SECONDS = (6e8, 4.2e9)
+"""Seconds since 1970, of 1989 to 2103: ms since a recorder was switched on are hardly as many."""
+
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
 
@@ -97,7 +100,8 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
     if any(least < size < most for least, most in DAYS) and len(apart) and float(np.median(apart)) < 1e-3:
         assumed.append(f"{time.title} counts days")
         return "86400 s"
-    if np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
+    in_seconds = SECONDS[0] < size < SECONDS[1] or bool(np.all(apart % 3600 == 0))  # hourly reports
+    if not in_seconds and np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
         assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
         return "ms"
     assumed.append(f"{time.title} is in s{_unknown(time)}")
