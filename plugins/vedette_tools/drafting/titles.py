@@ -112,7 +112,7 @@ AXES: dict[str, tuple[str, ...]] = {
         for axis, words in {
             "time": "time timestamp times timestamps t utc datetime date ts epoch stamp tstamp tod to_d when clock "
             "zeitstempel zeitpunkt zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd "
-            "tidspunkt tid now position_t tracked_at recorded_at received_at created_at observed_at measured_at seen_at "
+            "tidspunkt tid tst now position_t tracked_at recorded_at received_at created_at observed_at measured_at seen_at "
             "logged_at datenum mjd jd elapsed",
             "scan": "scan sweep turn frame umlauf umdrehung",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",

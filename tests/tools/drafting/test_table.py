@@ -14,6 +14,7 @@ from vedette_tools.drafting.wishes import Wishes
     [
         ("t", "time", "", False),
         ("timestamp", "time", "", False),
+        ("tst", "time", "", False),  # of OwnTracks
         ("Time [ms]", "time", "ms", False),
         ("epoch_ns", "time", "ns", False),
         ("Range (NM)", "range", "NM", False),
