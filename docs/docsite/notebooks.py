@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from docsite.pages import blocks
-from docsite.runner import Ran, environment
+from docsite.runner import Ran, environment, laid_out
 
 
 def notebook(text: str, ran: list[Ran]) -> dict[str, Any]:
@@ -55,15 +55,15 @@ def _code(source: str, ran: Ran | None) -> dict[str, Any]:
 def executed(made: dict[str, Any], folder: Path) -> Any:
     """Run all cells of a notebook in an empty folder; return it with their outputs. CellExecutionError names one that fails.
 
-    It needs nbclient and ipykernel.
+    The examples are there if a cell names them. It needs nbclient and ipykernel.
     """
     import nbformat
     from nbclient import NotebookClient
 
-    (folder / "desk").mkdir(parents=True)
+    desk = laid_out(folder, (cell["source"] for cell in made["cells"] if cell["cell_type"] == "code"))
     own = {name: str(folder / name) for name in ("JUPYTER_CONFIG_DIR", "JUPYTER_RUNTIME_DIR", "IPYTHONDIR")}
     notebook = nbformat.from_dict(made)
     nbformat.validate(notebook)
-    client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": folder / "desk"}})
+    client = NotebookClient(notebook, timeout=600, kernel_name="python3", resources={"metadata": {"path": desk}})
     readers = {name: value for name, value in environment().items() if name != "MPLBACKEND"} | own
     return client.execute(env=readers)

@@ -97,19 +97,25 @@ def _step(page: Path, block: Block) -> dict[str, Any]:
 
 
 def _job(folder: Path, steps: list[dict[str, Any]], pictures: Path | None) -> dict[str, Any]:
-    """Lay out the empty folder of a page, with the examples if its blocks name them."""
-    desk = folder / "desk"
-    desk.mkdir(parents=True)
+    """Lay out what runs a page."""
+    desk = laid_out(folder, (f"{step['code']} {step['into']}" for step in steps))
     if pictures is not None:
         pictures.mkdir(parents=True, exist_ok=True)
-    if any("examples/" in f"{step['code']} {step['into']}" for step in steps):
-        shutil.copytree(ROOT / "examples", desk / "examples", ignore=shutil.ignore_patterns("__pycache__"))
     return {
         "desk": str(desk),
         "results": str(folder / "results.json"),
         "pictures": pictures and str(pictures),
         "steps": steps,
     }
+
+
+def laid_out(folder: Path, code: Iterable[str]) -> Path:
+    """Return the empty folder of a page in another, with the examples if its code names them."""
+    desk = folder / "desk"
+    desk.mkdir(parents=True)
+    if any("examples/" in each for each in code):
+        shutil.copytree(ROOT / "examples", desk / "examples", ignore=shutil.ignore_patterns("__pycache__"))
+    return desk
 
 
 def _drive(file: Path, jobs: list[dict[str, Any]], at_once: int) -> None:

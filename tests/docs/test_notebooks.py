@@ -56,8 +56,9 @@ def test_it_runs_from_an_empty_folder_and_prints_what_the_page_says(page, tmp_pa
 
 
 @pytest.mark.costly
-def test_a_cell_that_fails_is_told(tmp_path):
+def test_examples_are_there_if_they_are_named_and_a_cell_that_fails_is_told(tmp_path):
     from nbclient.exceptions import CellExecutionError
 
+    page = "# A page\n\n```sh\nls examples/harbour.toml\n```\n\n```python\n1 / 0\n```\n"
     with pytest.raises(CellExecutionError, match="ZeroDivisionError"):
-        executed(notebook("# A page\n\n```python\n1 / 0\n```\n", []), tmp_path)
+        executed(notebook(page, []), tmp_path)
