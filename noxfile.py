@@ -64,7 +64,7 @@ def lowest_versions() -> list[str]:
     project, builders = document["project"], document["build-system"]["requires"]
     extras = dict(project["optional-dependencies"])
     extras.pop("site")  # pinned, and for no user
-    extras.pop("rerun")  # it needs a newer pyarrow than vedette[data] does
+    extras.pop("rerun")  # half a gigabyte, for few tests
     tools = [tool for tool in extras.pop("dev") if tool.startswith(("jsonschema", "markdown", "pytest-xdist"))]
     declared = [*builders, *project["dependencies"], *(one for extra in extras.values() for one in extra), *tools]
     return sorted({one.partition(",")[0].replace(">=", "==") for one in declared})
