@@ -55,9 +55,7 @@ def run(arguments: Namespace) -> int:
         print("so many gross positions may be of several objects taken for one: --by names the column that tells them apart")
     if told.mixed:
         mixed = count(told.mixed, "object")
-        print(
-            f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells are empty"
-        )
+        print(f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells hold nan")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:
         print(json.dumps({"out": str(out), **asdict(told)}))

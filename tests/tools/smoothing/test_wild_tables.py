@@ -129,6 +129,7 @@ def test_of_several_objects_under_one_name_nothing_is_claimed(apart, in_turn, fr
     assert main(["smooth", "d.csv", "--workers", "1", "--json"]) == 0
     out = capsys.readouterr().out
     assert "rows of 1 object seem to be of several" in out
+    assert ("cells hold nan" in out) == ("nan" in Path("d-smoothed.csv").read_text())
     assert json.loads(out.splitlines()[-1])["mixed"] == 1
 
 
