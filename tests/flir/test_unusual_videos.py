@@ -119,3 +119,10 @@ def test_a_gif_with_times_of_its_own_is_followed(tmp_path):
     (track,) = tracks_of(file)
     assert track.times[-1] == pytest.approx(39 * 0.04)
     assert np.abs(track.mean[-1, :2] - path(39)).max() < 1.5
+
+
+@pytest.mark.parametrize("shape", [(1, 50), (50, 1)])
+def test_in_a_single_row_of_pixels_no_box_is_followed(tmp_path, shape):
+    cv2.imwrite(str(tmp_path / "0.png"), np.full(shape, 90, np.uint8))
+    with pytest.raises(vedette.ConfigError, match=r"--box: .* 2 x 2 px"):
+        tracks_of(tmp_path, box=["1,1,1,1"])

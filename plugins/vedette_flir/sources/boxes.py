@@ -116,6 +116,8 @@ def meets(box: Array, shape: tuple[int, ...]) -> bool:
 def within(box: Array, shape: tuple[int, ...]) -> Array:
     """Return a box of 1 px or more whose centre lies in an image of `shape` (height, width); ValueError for others."""
     height, width = shape
+    if min(shape) < 2:
+        raise ValueError(f"must lie in an image of at least 2 x 2 px, got one of {width} x {height} px")
     if not (1 <= box[2] <= width and 1 <= box[3] <= height):
         sides = f"sides of {box[2]:g} and {box[3]:g} px"
         raise ValueError(f"must have sides of 1 px or more that fit into the image of {width} x {height} px, got {sides}")
