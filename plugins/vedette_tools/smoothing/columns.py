@@ -182,13 +182,14 @@ class Columns:
 
     def rounding(self, frame: Any) -> float:
         """Return the deviation along an axis, in m, of what the digits of positions leave out; 0 if they are not cut."""
-        steps = []
+        steps, constant = list[float](), list[float]()
         for column in self.place:
             values = self.numbers(column, frame)[:LOOKED_AT] / column.factor
             scaled = values[np.isfinite(values)] * 10.0 ** np.arange(MOST_DIGITS + 1)[:, None]
             cut = np.all(np.abs(scaled - np.rint(scaled)) <= 8 * np.finfo(float).eps * np.abs(scaled), axis=-1)
-            steps.append(column.factor * 10.0 ** -np.argmax(cut) if cut.any() and scaled.size else 0.0)
-        return float(max(steps) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0))
+            of_column = steps if len({*scaled[0]}) > 1 else constant  # whose digits say little: 10 may be a meridian
+            of_column.append(column.factor * 10.0 ** -np.argmax(cut) if cut.any() and scaled.size else 0.0)
+        return float(max(steps or constant) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0))
 
     def velocities(self, frame: Any) -> Array:
         """Return velocities (n, 2) to east and north in m/s; NaN where none is reported."""

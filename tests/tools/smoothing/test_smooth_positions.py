@@ -165,6 +165,16 @@ def test_digits_that_are_cut_bound_what_is_claimed():
         assert at_rest < 10.0**-digits
 
 
+def test_a_coordinate_that_never_changes_tells_no_digits():
+    """Along a meridian of whole degrees: its one digit counted as an error of 32 km, and drew positions 2 km off."""
+    time = 10.0 * np.arange(100)
+    north = 5.0 * time + np.random.default_rng(0).normal(0, 5, 100)
+    frame = pd.DataFrame({"time": time, "id": "a", "latitude": (59.0 + north / 111_200).round(6), "longitude": 10.0})
+    smooth = vedette.smooth_positions(frame)
+    assert np.abs(smooth.latitude - frame.latitude).max() * 111_200 < 20.0
+    assert smooth.position_deviation_m.max() < 10.0
+
+
 def test_reports_received_twice_change_nothing():
     frame, _ = reports_frame(seed=9, objects=4)
     twice = pd.concat([frame, frame.iloc[::3]], ignore_index=True)
