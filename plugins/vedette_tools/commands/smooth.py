@@ -17,6 +17,8 @@ from vedette_files.tables.columnar import SUFFIX
 from vedette_report.figures import count
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client, processes
+from vedette_tools.drafting.recognising import read_table
+from vedette_tools.drafting.table import AID
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import tables
 from vedette_tools.smoothing.files import smooth_files
@@ -56,6 +58,9 @@ def run(arguments: Namespace) -> int:
     if told.mixed:
         mixed = count(told.mixed, "object")
         print(f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells hold nan")
+    table = read_table(paths[0], AID, wishes)
+    for guess in (each for each in table.assumed if each.startswith(f"{table.time.title} counts ")):
+        print(f"assumed: {guess}")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:
         print(json.dumps({"out": str(out), **asdict(told)}))

@@ -102,7 +102,7 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
         return "86400 s"
     in_seconds = SECONDS[0] < size < SECONDS[1] or bool(np.all(apart % 3600 == 0))  # hourly reports
     if not in_seconds and np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
-        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart")
+        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart; if not, say --units time=s")
         return "ms"
     assumed.append(f"{time.title} is in s{_unknown(time)}")
     return ""

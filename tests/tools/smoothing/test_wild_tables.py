@@ -219,3 +219,10 @@ def test_records_and_degrees_with_minutes_are_smoothed(frame, plain, folder):
     written = {"time": frame.time, "mmsi": frame.id, "lat": 10 + frame.y / METRES, "lon": 10 + frame.x / METRES}
     found, right = (vedette.smooth_positions(pd.DataFrame(each))[["lat", "lon"]] for each in (told, written))
     np.testing.assert_allclose(found, right, atol=1e-6)
+
+
+def test_a_guess_of_the_times_unit_is_told(folder, capsys):
+    Path("d.csv").write_text("t,id,x,y\n" + "".join(f"{300 * k},a,{40.25 * k},{k % 3}.5\n" for k in range(30)))
+    for more, said in (([], True), (["--units", "time=s"], False)):
+        assert main(["smooth", "d.csv", "--workers", "1", "--out", f"{said}.csv", *more]) == 0
+        assert ("t counts ms" in capsys.readouterr().out) == said
