@@ -32,6 +32,16 @@ def code(name: str) -> int:
     return _HASHED + (int.from_bytes(blake2b(name.encode(), digest_size=8).digest(), "big") >> 4)
 
 
+def code_of_cell(cell: str) -> int:
+    """Return the code of the name in a table's cell: numbers are floats in a column with gaps, as pandas writes them.
+
+    >>> code_of_cell("235070762.0"), code_of_cell("0.0"), code_of_cell("007.0") == code("007.0")
+    (235070762, 0, True)
+    """
+    whole = cell.removesuffix(".0")
+    return code(whole if whole.isdigit() and (whole == "0" or whole[0] != "0") else cell)
+
+
 def label(number: int) -> str:
     """Return the name that a code is of, "" of none; of a name too long for a code, # and a number that stands for it."""
     if number < 0:

@@ -53,6 +53,14 @@ def table(tmp_path):
     return CONFIG | {"source": CONFIG["source"] | {"path": str(tmp_path / "plots.csv")}}
 
 
+def test_numbers_that_a_column_with_gaps_made_floats_are_told_as_they_were(tmp_path):
+    config = table(tmp_path)
+    cells = (tmp_path / "plots.csv").read_text().replace("4067f2", "235070762.0")
+    (tmp_path / "plots.csv").write_text(cells)
+    (named, _) = vedette.load(config).run().scans[0].detections.identity
+    assert label(int(named)) == "235070762"
+
+
 def test_a_message_that_was_heard_twice_is_one_return_and_unnamed_returns_are_as_many_as_rows(tmp_path):
     config = table(tmp_path)
     head, *rows = (tmp_path / "plots.csv").read_text().splitlines()

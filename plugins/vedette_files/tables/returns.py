@@ -15,7 +15,7 @@ from vedette import fields
 from vedette.errors import ConfigError, Problem
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
-from vedette_files.codes import code
+from vedette_files.codes import code_of_cell
 from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
 from vedette_files.input_files import shown
 from vedette_files.oddities import set_back
@@ -196,7 +196,7 @@ class DetectionColumns:
                 if values is not None:
                     check_place(readings[sensor].read, values, layout.origin)
                 covariance = () if values is None else noises[sensor].read(row)
-                own = row.cells.get("scan", ""), values, code(row.cells.get("identity", "")), covariance
+                own = row.cells.get("scan", ""), values, code_of_cell(row.cells.get("identity", "")), covariance
                 sample = Sample(row.place, by_axis["time"].of(row), own)
             except ValueError as error:
                 refused.append(Problem(row.place, str(error)))
