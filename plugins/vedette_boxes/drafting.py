@@ -23,10 +23,10 @@ NOT_TOLD = {"calibration": "", "classes": "", "identity": ""}
 MOST_CLASSES = 100
 LOOK = 20
 """So many lines tell the format."""
-LINKED, ALL_BUT = 0.3, 2.576
-"""Boxes of two frames that overlap by so much count as one object's, as SORT has it; a standard deviation of the errors of
-all but one in a hundred of them. By the median, as by likelihood, it is half as large: the tail, of arms that swing, begins
-tracks anew.
+LINKED, HELD, DEVIATIONS = 0.3, 0.99, 2.576
+"""Overlap from which on boxes of two frames are of one object, as SORT has it; the part of their errors that so many standard
+deviations hold, as of a normal. By the median, as by likelihood, errors are half as large, and the tail, of arms that swing,
+begins tracks anew: on two recorded films.
 """
 
 TEXT = """# A draft for {name}: {boxes} boxes in {frames} frames of {width:g} x {height:g} px, {rate:g} a second{rate_from}
@@ -163,7 +163,7 @@ def _noise(rows: Rows) -> tuple[float, float]:
         seconds.append((second / np.tile(now[:, 2:], 2))[both])
     if not sum(map(len, seconds)):
         return 0.05, 0.1
-    most = np.quantile(np.abs(np.concatenate(seconds)), 0.99, axis=0) / (ALL_BUT * np.sqrt(6))
+    most = np.quantile(np.abs(np.concatenate(seconds)), HELD, axis=0) / (DEVIATIONS * np.sqrt(6))
     return float(np.clip(most[:2].mean(), 0.005, 0.5)), float(np.clip(most[2:].mean(), 0.005, 0.5))
 
 
