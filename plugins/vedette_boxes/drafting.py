@@ -25,8 +25,8 @@ LOOK = 20
 """So many lines tell the format."""
 LINKED, HELD, DEVIATIONS = 0.3, 0.99, 2.576
 """Overlap from which on boxes of two frames are of one object, as SORT has it; the part of their errors that so many
-standard deviations hold, as of a normal. By the median, as by likelihood, errors are half as large, and the tail, of arms that
-swing, begins tracks anew: on two recorded films.
+standard deviations hold, as of a normal. By the median, as by likelihood, errors are half as large, and the tail, of arms
+that swing, begins tracks anew: on two recorded films.
 """
 
 TEXT = """# A draft for {name}: {boxes} boxes in {frames} frames of {width:g} x {height:g} px, {rate:g} a second{rate_from}
