@@ -32,6 +32,9 @@ HOLDING = {
         tuple(REGISTRY.get("estimator", "ekf").cls(each) for each in (motion, other)), [[0.9, 0.1], [0.2, 0.8]]
     ),
     "gaussian_sum": lambda cls, motion, other, rng: cls(REGISTRY.get("estimator", "ekf").cls(motion)),
+    "intermittent": lambda cls, motion, other, rng: cls(
+        REGISTRY.get("estimator", "ekf").cls(motion), power(rng, 6), power(rng, 6)
+    ),
     "residual_monitored": lambda cls, motion, other, rng: cls(REGISTRY.get("estimator", "ekf").cls(motion)),
     "fading_memory": lambda cls, motion, other, rng: cls(motion, 1 + power(rng, 0)),
     "least_squares": lambda cls, motion, other, rng: cls(motion, rng.choice([1.0, 0.95, 1e-6])),
