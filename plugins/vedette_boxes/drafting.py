@@ -76,6 +76,7 @@ spread = {{ vx = {speed:.3g}, vy = {speed:.3g} }}  # px/s: a height a second
 [lifecycle]
 kind = "existence"
 lifetime = 10.0
+confirm = 0.999  # with .95 false boxes were tracks
 max_out_of_coverage = 1.0
 
 [judge]
