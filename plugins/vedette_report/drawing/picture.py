@@ -189,7 +189,7 @@ def _show_tracks(axes: Axes, tracks: Sequence[Track], plane: Plane, *, in_image:
     rings: list[Array] = []
     ringed = _longest(times, _RINGED)
     for i in ringed:
-        some = _spread(times[i], held[i], every)
+        some = _spread(times[i], held[i] & _seen(tracks[i]), every)
         cov = plane.covariances(tracks[i].space, tracks[i].cov[some])
         rings.append(_in_one(ellipses(paths[i][some], cov)))
     canvas.lines(axes, rings, [shades[i] for i in ringed], linewidth=canvas.stroke(0.9), alpha=0.9, zorder=3)
@@ -213,7 +213,7 @@ def _in_one(rings: Array) -> Array:
 
 
 def _seen(track: Track) -> Mask:
-    """Return where a confirmed track had a return (s,), or all if it had none: a lost track must not stretch the map."""
+    """Return where a confirmed track had a return (s,), or all if it had none: a lost track must not cover the map."""
     seen: Mask = track.confirmed & (track.hit > 0.5)
     return seen if seen.any() else track.confirmed
 
