@@ -6,10 +6,10 @@ import json
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
+from statistics import NormalDist
 from typing import Any
 
 import numpy as np
-from attrs import asdict
 
 from vedette import InputError, load
 from vedette.space import Array, Indices
@@ -23,10 +23,10 @@ NOT_TOLD = {"calibration": "", "classes": "", "identity": ""}
 MOST_CLASSES = 100
 LOOK = 20
 """So many lines tell the format."""
-LINKED, HELD, DEVIATIONS = 0.3, 0.99, 2.576
-"""Overlap from which on boxes of two frames are of one object, as SORT has it; the part of their errors that so many
-standard deviations hold, as of a normal. By the median, as by likelihood, errors are half as large, and the tail, of arms
-that swing, begins tracks anew: on two recorded films.
+LINKED, HELD = 0.3, 0.99
+"""Overlap from which on boxes of two frames are of one object, as SORT has it; the part of their errors that a normal of the
+stated deviation holds. By the median, as by likelihood, errors are half as large, and the tail, of arms that swing, begins
+tracks anew: on two recorded films.
 """
 
 TEXT = """# A draft for {name}: {boxes} boxes in {frames} frames of {width:g} x {height:g} px, {rate:g} a second{rate_from}
@@ -103,14 +103,13 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     first = Guess(**unknown)
 
     def text(guess: Guess) -> str:
-        numbers = asdict(guess, filter=lambda _, value: bool(value))
         return TEXT.format(
             name=path.name, boxes=len(rows.frame), frames=frames, width=width, height=height, rate=rate,
             rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
             title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
             truth=f"truth = {json.dumps(str(true))}\n" if true else "",
             least=0.9 * float(np.min(rows.box[:, 2:])), most=1.1 * float(np.max(rows.box[:, 2:])),
-            speed=usual, near=usual / 2, place=place, size=size, **told, **numbers,
+            speed=usual, near=usual / 2, place=place, size=size, **told, **guess.numbers,
         )  # fmt: skip
 
     scans = tuple(load(tomllib.loads(text(first))).steps().recording.scans)
@@ -164,7 +163,7 @@ def _noise(rows: Rows) -> tuple[float, float]:
         seconds.append((second / np.tile(now[:, 2:], 2))[both])
     if not sum(map(len, seconds)):
         return 0.05, 0.1
-    most = np.quantile(np.abs(np.concatenate(seconds)), HELD, axis=0) / (DEVIATIONS * np.sqrt(6))
+    most = np.quantile(np.abs(np.concatenate(seconds)), HELD, axis=0) / (NormalDist().inv_cdf(0.5 + 0.5 * HELD) * np.sqrt(6))
     return float(np.clip(most[:2].mean(), 0.005, 0.5)), float(np.clip(most[2:].mean(), 0.005, 0.5))
 
 

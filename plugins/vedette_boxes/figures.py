@@ -9,6 +9,7 @@ from typing import Any, final
 import numpy as np
 from attrs import field, frozen
 
+from vedette import Gaussian
 from vedette.metrics import Figure
 from vedette.space import Array, Indices
 from vedette_boxes.rows import Rows, overlap
@@ -118,8 +119,7 @@ class OfRun:
         if not set(BOX.axes) <= set(match.truth.space.axes):
             return
         where, entries = match.truth.space.locate(BOX), match.entries
-        boxes = entries.mean[:, where]
-        here = shown(boxes, entries.cov[:, where][:, :, where], entries.hit)
+        boxes, here = shown(Gaussian(entries.mean, entries.cov), match.truth.space, entries.hit)
         for i, part in enumerate(match.rows):
             there = np.flatnonzero(match.truth.alive[i])
             rows = part.start + np.flatnonzero(here[part])

@@ -27,6 +27,11 @@ class Guess:
     detected: float = 0.0
     false: float = 0.0
 
+    @property
+    def numbers(self) -> dict[str, float]:
+        """Those that are to be found."""
+        return asdict(self, filter=lambda _, value: bool(value))
+
     def changed(self, name: str, factor: float) -> Guess:
         """Return the same with a number times `factor`; of a probability, its odds."""
         value = getattr(self, name)
@@ -49,9 +54,9 @@ def likeliest(first: Guess, text: Callable[[Guess], str], scans: Sequence[Scan])
             known[guess] = -float("inf") if trial is None else trial.loglik
         return known[guess]
 
-    best, names = first, list(asdict(first, filter=lambda _, value: bool(value)))
+    best = first
     for _ in range(ROUNDS):
-        for name in names:
+        for name in first.numbers:
             up, down = best.changed(name, 2.0), best.changed(name, 0.5)
             factor, after = (2.0, up) if loglik(up) >= loglik(down) else (0.5, down)
             for _ in range(DOUBLINGS):

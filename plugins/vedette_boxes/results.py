@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from vedette import Array, Experiment, Result
+from vedette import Array, Experiment, Gaussian, Result
 from vedette_boxes.rows import write_rows
 from vedette_boxes.sensors.box import BOX
 from vedette_boxes.shown import shown
@@ -26,7 +26,6 @@ def results(folder: Path, experiment: Experiment, result: Result) -> list[str]:
 
 def _rows(rate: float, result: Result) -> Iterator[tuple[int, int, Array, float]]:
     for track in result.tracks:
-        where = track.space.locate(BOX)
-        mean, cov = track.mean[:, where], track.cov[:, where][:, :, where]
-        for i in np.flatnonzero(track.confirmed & shown(mean, cov, track.hit)).tolist():
-            yield round(float(track.times[i]) * rate), 1 + track.id, mean[i], float(track.existence[i])
+        boxes, here = shown(Gaussian(track.mean, track.cov), track.space, track.hit)
+        for i in np.flatnonzero(track.confirmed & here).tolist():
+            yield round(float(track.times[i]) * rate), 1 + track.id, boxes[i], float(track.existence[i])

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette import Array, Mask
+from vedette import NO_AXES, Array, Gaussian, Mask, Space
+from vedette.filters import marginal
+from vedette_boxes.sensors.box import BOX
 
 SEEN = 0.5
 """Probability that a box of the frame was the track's from which on it is shown."""
@@ -15,8 +17,9 @@ still overlaps the true one by half, (1 - 3 s)^2 / (2 - (1 - 3 s)^2) = 1/2.
 """
 
 
-def shown(mean: Array, cov: Array, hit: Array) -> Mask:
-    """Return which boxes to show: x, y, width, height (*b, 4), covariance (*b, 4, 4), probability of being seen (*b)."""
-    sides, deviations = mean[..., 2:], np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1)[..., :2])
+def shown(states: Gaussian, space: Space, hit: Array) -> tuple[Array, Mask]:
+    """Return boxes (*b, 4) of states over a space, and which of them to show; hit: the probability (*b) of being seen."""
+    box = marginal(states, space, BOX, NO_AXES)
+    sides, deviations = box.mean[..., 2:], np.sqrt(np.diagonal(box.cov, axis1=-2, axis2=-1)[..., :2])
     known: Mask = np.all(sides > 0, axis=-1) & ((hit >= SEEN) | np.all(deviations <= SURE * sides, axis=-1))
-    return known
+    return box.mean, known

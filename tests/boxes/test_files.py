@@ -184,8 +184,8 @@ def test_a_box_is_shown_while_it_was_seen_or_its_place_is_known():
     assert overlap(box, np.concatenate([box[:, :2] + off, box[:, 2:]], axis=1)) == pytest.approx(0.5)
     for spread, seen, expected in ((0.99, 0.0, True), (1.01, 0.0, False), (9.0, 0.5, True), (9.0, 0.49, False)):
         cov[0, [0, 1], [0, 1]] = (spread * SURE * box[0, 2:]) ** 2
-        assert shown(box, cov, np.array([seen])).tolist() == [expected]
-    assert not shown(np.array([[50.0, 60.0, -1.0, 40.0]]), 0 * cov, np.ones(1))
+        assert shown(vedette.Gaussian(box, cov), BOX, np.array([seen]))[1].tolist() == [expected]
+    assert not shown(vedette.Gaussian(np.array([[50.0, 60.0, -1.0, 40.0]]), 0 * cov), BOX, np.ones(1))[1]
 
 
 @pytest.mark.costly

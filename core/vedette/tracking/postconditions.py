@@ -52,8 +52,7 @@ Source               open         Recording
 """
 """Role, methods, and what they must return: a type and what its parts are, or what the value is. An array has the axes that
 are named, as `_AXES` knows them or of a space of the component; `*`: the first may be missing, where nothing depends on it;
-`?`: it is of true or false; `!`: of finite numbers; `+`: of none that is negative;
-`~`: it may be None."""
+`?`: it is of true or false; `!`: of finite numbers; `+`: of none that is negative; `~`: it may be None."""
 
 
 def broken(component: roles.Component, method: str, given: Given, gave: Any) -> str | None:

@@ -46,8 +46,8 @@ class Intermittent(Estimator[InSight]):
 
     In sight, with probability v, and hidden are the states of a Markov chain whose mean times are `in_sight` and `hidden`.
     A miss has the likelihood v (1 - P_D P_G) + 1 - v, a return v P_D p(z), and Bayes' rule changes v. So misses in a row
-    say little against the target's existence, as where people walk behind a tree, or a boat's echo fades: its track waits,
-    and its identity is kept. How long is for the lifecycle to say: by `lifetime`, or by the spread of the position.
+    say little against the target's existence, as where people walk behind a tree, or a boat's echo fades: its track waits
+    for a few times `hidden`, and its identity is kept. In clutter false tracks wait, too.
     Musicki, Evans, Joint Integrated Probabilistic Data Association: JIPDA, IEEE T-AES 40, 2004 (Markov chain two).
 
     >>> from vedette_standard import ConstantVelocity, Kalman, LinearSensor

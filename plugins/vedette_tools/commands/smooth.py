@@ -17,8 +17,6 @@ from vedette_files.tables.columnar import SUFFIX
 from vedette_report.figures import count
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client, processes
-from vedette_tools.drafting.recognising import read_table
-from vedette_tools.drafting.table import AID
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import tables
 from vedette_tools.smoothing.files import smooth_files
@@ -47,7 +45,7 @@ def run(arguments: Namespace) -> int:
     every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
     on_one = nullcontext() if workers == 1 else processes(workers)
     with dask_client(arguments.scheduler) if arguments.scheduler else on_one as executor, on_terminal() as progress:
-        told, why = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
+        told, why, assumed = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
     parts = f"{count(told.objects, 'object')} in {count(told.pieces, 'piece')}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""
     left_out = told.left_out - told.elsewhere
@@ -58,8 +56,7 @@ def run(arguments: Namespace) -> int:
     if told.mixed:
         mixed = count(told.mixed, "object")
         print(f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells hold nan")
-    table = read_table(paths[0], AID, wishes)
-    for guess in (each for each in table.assumed if each.startswith(f"{table.time.title} counts ")):
+    for guess in assumed:
         print(f"assumed: {guess}")
     print(f"written to {out}: {told.written:,} rows")
     if arguments.json:

@@ -61,7 +61,8 @@ class Columns:
     """The columns that smoothing reads and writes: positions as latitude and longitude, or along two axes of a plane.
 
     name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals; dates: how dates
-    are written, if not by ISO 8601; elsewhere: what rows of sensors hold that measure no positions, as ranges.
+    are written, if not by ISO 8601; elsewhere: what rows of sensors hold that measure no positions, as ranges; assumed: what
+    the time counts, if that is a guess.
     """
 
     name: str
@@ -75,6 +76,7 @@ class Columns:
     decimal: str = "."
     dates: str = ""
     elsewhere: tuple[str, ...] = ()
+    assumed: tuple[str, ...] = ()
 
     @property
     def read(self) -> tuple[str, ...]:
@@ -106,7 +108,10 @@ class Columns:
         )
         time = Column(table.time.title, _factor(table.time_unit, "s"))
         decimal, dates = table.dialect.decimal, table.dates
-        columns = cls(name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere)
+        assumed = tuple(guess for guess in table.assumed if guess.startswith(f"{time.title} counts "))
+        columns = cls(
+            name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere, assumed=assumed
+        )
         if made := next((title for title in columns.read if title not in titles), ""):
             raise InputError(
                 f"{path}: {made} is no column by itself: smoothing reads a time, and each coordinate, from one column; "

@@ -78,12 +78,12 @@ def smooth_files(
     executor: Executor | None,
     progress: Progress,
     wishes: Wishes = NO_WISHES,
-) -> tuple[Told, str]:
+) -> tuple[Told, str, tuple[str, ...]]:
     """Smooth the positions in files of one kind, as if they were one, and write them to `out`, by object and time.
 
     A name without a suffix is a new folder, of a Parquet file for each part: workers write these, and nothing is gathered.
     An executor's workers must see the folder of `out`. What is in memory does not grow with the rows. Beside what was done
-    it returns the place of the first row that was left out and why, if it is among the first of a file.
+    it returns the place of the first row that was left out and why, if it is among the first of a file; and guesses.
     """
     pa, _ = pyarrow()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -115,7 +115,7 @@ def smooth_files(
                 for part in progress(parts, "smoothing"):
                     told += next(after)
                     _copy(pa, part.with_suffix(".smooth"), write)
-    return told, first_fault(paths, columns) if told.left_out > told.elsewhere else ""
+    return told, first_fault(paths, columns) if told.left_out > told.elsewhere else "", columns.assumed
 
 
 def smooth_part(job: Job, part: Path) -> Told:

@@ -13,9 +13,9 @@ IN_SIGHT, HIDDEN, LIFETIME, DETECTED, DT = 3.0, 1.5, 40.0, 0.9, 0.4
 SEEN = (1, 1, 0, 0, 0, 1, 1, 0, 1, 0, 0, 0, 0)
 
 
-def tracker(associator, filtered="kalman"):
+def tracker(associator):
     motion = {"kind": "constant_velocity", "sigma_accel": 0.3}
-    return vedette.config.load(
+    return vedette.build(
         {
             "sensors": {
                 "eye": {
@@ -29,19 +29,19 @@ def tracker(associator, filtered="kalman"):
                 "kind": "intermittent",
                 "in_sight": IN_SIGHT,
                 "hidden": HIDDEN,
-                "of": {"kind": filtered, "motion": motion},
+                "of": {"kind": "kalman", "motion": motion},
             },
             "gate": {"probability": 0.9999},
             "associator": {"kind": associator},
             "birth": {"kind": "from_returns", "initial": 0.4, "spread": {"vx": 1.0, "vy": 1.0}},
             "lifecycle": {"kind": "existence", "lifetime": LIFETIME, "delete": 1e-9},
         }
-    ).tracker
+    )
 
 
-def followed(associator, filtered="kalman"):
+def followed(associator):
     """Return existence after each scan of one target that stands, by the tracker, and the ratios of its returns."""
-    made, state, existence, likely = tracker(associator, filtered), None, [], []
+    made, existence, likely = tracker(associator), [], []
     state = made.start()
     for k, seen in enumerate(SEEN):
         z = np.array([[10.0, 20.0]])[: 1 if seen else 0]

@@ -33,7 +33,7 @@ def reports(folder, objects=40, each=100):
 def test_a_worker_that_is_killed_loses_nothing(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "ROWS", 200)
     data, alone, there = reports(tmp_path), tmp_path / "alone.parquet", tmp_path / "there.parquet"
-    told, _ = files.smooth_files([data], alone, "mmsi", None, None, None, silent)
+    told, *_ = files.smooth_files([data], alone, "mmsi", None, None, None, silent)
     options = {"dashboard_address": None, "silence_logs": 50, "host": "127.0.0.1", "threads_per_worker": 1}
     killed = []
 
@@ -49,7 +49,7 @@ def test_a_worker_that_is_killed_loses_nothing(tmp_path, monkeypatch):
         distributed.Client(cluster, set_as_default=False) as client,
     ):
         victim = next(iter(client.run(os.getpid).values()))
-        again, _ = files.smooth_files([data], there, "mmsi", None, None, client.get_executor(), kills)
+        again, *_ = files.smooth_files([data], there, "mmsi", None, None, client.get_executor(), kills)
     assert killed
     assert told == again
     pd.testing.assert_frame_equal(pd.read_parquet(alone), pd.read_parquet(there))
