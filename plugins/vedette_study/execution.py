@@ -7,7 +7,7 @@ import platform
 import time
 from collections import deque
 from collections.abc import Callable, Iterator
-from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, wait
 from contextlib import contextmanager
 from itertools import islice
 
@@ -19,12 +19,11 @@ from vedette.progress import Progress
 from vedette_report.identity import Code, check, tell
 from vedette_report.provenance import digest, identity
 from vedette_study.chunk import Chunk, run_chunk
+from vedette_study.executors import KEPT, worked_elsewhere
 from vedette_study.plan import Plan
 from vedette_study.redraw import Redraw
 from vedette_study.statistics import precise
 from vedette_study.store import Store
-
-KEPT = "the chunks in --out are kept, and --resume continues from them"
 
 POLL = 1.0
 """Seconds after which a study looks anew who works, where no chunk is done meanwhile."""
@@ -92,20 +91,7 @@ def carry_out(
     return work.whole, False
 
 
-def _result(future: Future[Chunk | Failed]) -> Chunk | Failed:
-    """Return a worker's result; VedetteError if it could not even report what is wrong."""
-    try:
-        return future.result()
-    except (KeyboardInterrupt, VedetteError):
-        raise
-    except CancelledError:
-        raise VedetteError(f"the scheduler went away, and with it the work that it had; {KEPT}") from None
-    except Exception as error:
-        text = f"a worker failed: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason given'}"
-        raise VedetteError(f"{text}; {KEPT}") from error
-
-
-def _waiting(wide: int, since: float | None, patience: float) -> float | None:
+def _waiting(wide: int, since: float | None, patience: float, then: str) -> float | None:
     """Return since when there has been no worker, told once; None if there is one. VedetteError after `patience` s."""
     if wide > 0:
         return None
@@ -114,7 +100,7 @@ def _waiting(wide: int, since: float | None, patience: float) -> float | None:
         tell([f"there is no worker: waiting for up to {patience:g} s"])
         return now
     if now - since > patience:
-        raise VedetteError(f"no worker came in {patience:g} s; {KEPT}")
+        raise VedetteError(f"no worker came in {patience:g} s{then}")
     return since
 
 
@@ -139,18 +125,20 @@ class _Work:
         Some are handed in while there is no worker, too: an adaptive cluster starts workers for what waits.
         """
         missing, running = self._missing(), dict[Future[Chunk | Failed], tuple[int, int]]()
-        alone: float | None = None
+        alone, then = None, "" if self.store is None else KEPT
         try:
             while True:
                 wide = width()
-                alone = _waiting(wide, alone, patience)
+                alone = _waiting(wide, alone, patience, then)
                 while len(running) < 2 * max(wide, 1) and (following := next(missing, None)) is not None:
                     k, point = following
                     running[executor.submit(attempt, *self._order(k, point))] = following
                 if not running:
                     return
                 for future in wait(running, timeout=POLL, return_when=FIRST_COMPLETED).done:
-                    self._take(*running.pop(future), _result(future))
+                    with worked_elsewhere(then):
+                        came = future.result()
+                    self._take(*running.pop(future), came)
         finally:
             for future in running:
                 future.cancel()

@@ -6,7 +6,7 @@ import asyncio
 import logging
 import os
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, CancelledError, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from contextlib import contextmanager
 from multiprocessing import get_context, parent_process
 from threading import Thread
@@ -16,7 +16,6 @@ from vedette.config import Registry
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette_report.identity import Code, differences, tell
 from vedette_report.provenance import identity, kinds_in
-from vedette_study.execution import KEPT
 from vedette_study.plan import Plan
 
 PATIENCE = 10.0
@@ -24,6 +23,8 @@ PATIENCE = 10.0
 
 WAIT = 600.0
 """Seconds for which a study waits for workers, by default: what a queue or an adaptive cluster may take to start some."""
+
+KEPT = "; the chunks in --out are kept, and --resume continues from them"
 
 Width = Callable[[], int]
 """Says how many chunks can run at once, now."""
@@ -47,6 +48,23 @@ def processes(width: int, begin: Callable[..., None] | None = None, given: Seque
     return ProcessPoolExecutor(width, get_context("spawn"), initializer=_begin, initargs=(begin, given))
 
 
+@contextmanager
+def worked_elsewhere(then: str = "") -> Iterator[None]:
+    """Report in a line, with what is to be done `then`, a worker that was killed or could not say itself what is wrong."""
+    try:
+        yield
+    except VedetteError:
+        raise
+    except CancelledError:
+        raise VedetteError(f"the scheduler went away, and with it the work that it had{then}") from None
+    except BrokenExecutor as error:
+        text = "a worker was killed or could not start: where memory is short, fewer workers at once need less"
+        raise VedetteError(f"{text}{then}") from error
+    except Exception as error:
+        text = f"a worker failed: {type(error).__name__}: {str(error).splitlines()[0] if str(error) else 'no reason given'}"
+        raise VedetteError(f"{text}{then}") from error
+
+
 def _begin(begin: Callable[..., None] | None, given: Sequence[Any]) -> None:
     Thread(target=_end_with_parent, daemon=True).start()
     if begin is not None:
@@ -60,11 +78,12 @@ def _end_with_parent() -> None:
 
 
 @contextmanager
-def cluster(plan: Plan, code: Code, scheduler: Any) -> Iterator[tuple[Executor, Width]]:
+def cluster(plan: Plan, code: Code, scheduler: Any, then: str = KEPT) -> Iterator[tuple[Executor, Width]]:
     """Connect to the workers of a Dask cluster, by its scheduler's address or a `distributed.Client`.
 
     Workers that are there are asked first whether they can build every point of the plan, with the same code; those that
-    join later are asked with each chunk. ConfigError if the scheduler does not answer or a worker lacks something.
+    join later are asked with each chunk. ConfigError if the scheduler does not answer or a worker lacks something;
+    VedetteError, with what is to be done `then`, if it goes away.
     """
     given = not isinstance(scheduler, str)
     client = scheduler if given else _client(scheduler)
@@ -74,7 +93,7 @@ def cluster(plan: Plan, code: Code, scheduler: Any) -> Iterator[tuple[Executor, 
             _check(client, plan, code)
             yield client.get_executor(pure=False), lambda: _threads(client)
         except OSError as error:  # the connection broke while something was sent
-            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}; {KEPT}") from None
+            raise VedetteError(f"the scheduler at {address!r} went away: {error or type(error).__name__}{then}") from None
         finally:
             if not given:
                 client.close()

@@ -13,7 +13,7 @@ from vedette.errors import ConfigError, Problem
 from vedette.progress import Progress, silent
 from vedette_report.identity import Code
 from vedette_study.execution import carry_out
-from vedette_study.executors import WAIT, cluster, local
+from vedette_study.executors import KEPT, WAIT, cluster, local
 from vedette_study.outcome import Outcome, outcome
 from vedette_study.plan import Plan, plan, whole
 from vedette_study.store import kept_chunk, open_store
@@ -90,7 +90,8 @@ def perform(
     if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
         planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
     code = Code.of((point.config for point in planned.points), "vedette_study", accept=accept_other_code)
-    with local(planned, threads) if scheduler is None else cluster(planned, code, scheduler) as (executor, width):
+    then = "" if out is None else KEPT
+    with local(planned, threads) if scheduler is None else cluster(planned, code, scheduler, then) as (executor, width):
         store = None if out is None else open_store(Path(out), planned, code, resume=resume)
         chunks, interrupted = carry_out(planned, code, store, executor, width, progress, wait)
     return outcome(planned, chunks, interrupted=interrupted)

@@ -18,6 +18,7 @@ from vedette.progress import Progress
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import SUFFIX, pyarrow
 from vedette_files.writing import unfinished
+from vedette_study.executors import worked_elsewhere
 from vedette_tools.drafting.recognising import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import batches, cast, rows_in, titles_of
@@ -102,8 +103,7 @@ def smooth_files(
         check_apart(reports.paths, reports.objects, columns.name, rounding, str(paths[0]), "--by COLUMN")
         apart = None if out.suffix else folder / out.name
         job = Job(folder, apart, columns, model, rounding, every, gap)
-        done = executor.map(smooth_part, [job] * len(parts), parts) if executor else (smooth_part(job, one) for one in parts)
-        told, after = Told(rows + lost, lost), iter(done)
+        told, after = Told(rows + lost, lost), _done(executor, job, parts)
         if apart:
             apart.mkdir()
             for part in progress(parts, "smoothing"):
@@ -116,6 +116,15 @@ def smooth_files(
                     told += next(after)
                     _copy(pa, part.with_suffix(".smooth"), write)
     return told, first_fault(paths, columns) if told.left_out > told.elsewhere else "", columns.assumed
+
+
+def _done(executor: Executor | None, job: Job, parts: Sequence[Path]) -> Iterator[Told]:
+    """Yield what was done with each part, by an executor's workers if there is one."""
+    if executor is None:
+        yield from (smooth_part(job, one) for one in parts)
+        return
+    with worked_elsewhere():
+        yield from executor.map(smooth_part, [job] * len(parts), parts)
 
 
 def smooth_part(job: Job, part: Path) -> Told:

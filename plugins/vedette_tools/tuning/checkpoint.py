@@ -40,6 +40,11 @@ class Kept:
             with whole_file(folder / ABOUT) as file:
                 file.write(json.dumps(dict(about), indent=2) + "\n")
 
+    @property
+    def then(self) -> str:
+        """What is to be done where the tuning breaks off, to end a sentence."""
+        return "" if self._folder is None else "; --resume goes on from here"
+
     def __contains__(self, values: tuple[float, ...]) -> bool:
         return values in self._found
 

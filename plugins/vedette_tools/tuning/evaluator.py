@@ -10,10 +10,9 @@ from typing import Literal, final
 
 import numpy as np
 
-from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
-from vedette_study.executors import processes
+from vedette_study.executors import processes, worked_elsewhere
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.evaluation import Data, evaluate, moments, open_data
 from vedette_tools.tuning.parameters import Free
@@ -78,10 +77,8 @@ class Asker:
         if self._pool is None:
             evaluated = run_one(data, self.free, values, self.by)
         else:
-            try:
+            with worked_elsewhere(self._kept.then):
                 evaluated = self._pool.submit(_run_there, data.unstated, self.free, values, self.by).result()
-            except RuntimeError as error:
-                raise VedetteError(f"a worker failed: {error or type(error).__name__}; --resume goes on from here") from None
         with self._lock:
             self._kept.add(key, evaluated)
             self.evaluations += 1
