@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import re
 import shutil
+import socket
 import subprocess
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -19,6 +21,9 @@ import pytest
 from support.paths import ROOT
 from support.services import PATIENCE, TRACKER, as_json, connected, free_port, lines, served, undisturbed, wait_for
 from vedette.streams import Input
+from vedette_live.inputs.mqtt import MqttInput
+from vedette_live.inputs.tcp import TcpClientInput
+from vedette_live.outputs.sockets import MqttOutput
 from vedette_live.running import Running
 
 
@@ -120,3 +125,76 @@ def test_scans_come_and_tracks_go_through_a_broker(tmp_path: Path, times: int) -
             with broker(port, tmp_path):
                 exchange(port, running, told[60 // times * k : 60 // times * (k + 1)])
     assert as_json(running.state) == as_json(undisturbed(told))
+
+
+@contextmanager
+def answering(code: int) -> Iterator[tuple[int, list[bytes]]]:
+    """A broker that answers whoever connects with so much, 0 for yes, and keeps what comes then; its port."""
+    came = list[bytes]()
+
+    def serve() -> None:
+        here, _ = server.accept()
+        with here:
+            here.recv(1000)
+            here.sendall(bytes([0x20, 2, 0, code]))
+            while data := here.recv(1000):
+                came.append(data)
+
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        thread = Thread(target=serve, daemon=True)
+        thread.start()
+        yield server.getsockname()[1], came
+        thread.join(PATIENCE)
+
+
+def test_what_is_sent_first_waits_for_a_broker_that_is_far_away(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One some ms away was never connected to again: each report ended the attempt of the one before."""
+    pytest.importorskip("paho.mqtt.client")
+    connect = socket.create_connection
+
+    def slowly(*given: Any, **more: Any) -> socket.socket:
+        sleep(0.1)
+        return connect(*given, **more)
+
+    monkeypatch.setattr(socket, "create_connection", slowly)
+    with answering(0) as (port, came), MqttOutput(topic="tracks", port=port).open() as send:
+        send(b"the first report")
+        wait_for(lambda: b"the first report" in b"".join(came))
+
+
+def test_an_output_says_why_there_is_no_connection() -> None:
+    pytest.importorskip("paho.mqtt.client")
+    with answering(5) as (port, _):
+        for at, why in ((port, "Not authorized"), (free_port(), "refused")):
+            with pytest.raises(OSError, match=rf"not connected: .*{why}"), MqttOutput(topic="tracks", port=at).open():
+                pass
+
+
+def test_an_input_says_why_there_is_no_connection(caplog: pytest.LogCaptureFixture) -> None:
+    """A wrong password, or a name that nobody has: nothing was told at all."""
+    pytest.importorskip("paho.mqtt.client")
+
+    def told() -> list[str]:
+        return [vars(record)["why"] for record in caplog.records if record.getMessage() == "not connected"]
+
+    with caplog.at_level(logging.WARNING, "vedette.live"):
+        with answering(5) as (port, _), heard(MqttInput(topic="radar/+", port=port)):
+            wait_for(lambda: told() == ["Not authorized"])
+        for kind in (MqttInput(topic="radar/+", port=free_port()), TcpClientInput(port=free_port())):
+            caplog.clear()
+            with heard(kind):
+                wait_for(lambda: any("refused" in why for why in told()))
+
+
+@pytest.mark.parametrize("topic", ["", "radar/#/north", "radar+", "#radar", "a\0b"])
+def test_a_topic_that_no_broker_takes_is_refused(topic: str) -> None:
+    """It ended the thread that listens, with a traceback, and the service went on without it."""
+    for kind in (MqttInput, MqttOutput):
+        with pytest.raises(ValueError, match="topic: must"):
+            kind(topic=topic, port=1)
+
+
+def test_what_a_broker_takes_is_taken() -> None:
+    for topic in ("radar", "radar/+", "+/radar", "#", "radar/#", "+/+/#", "/", "$SYS/#"):
+        assert MqttInput(topic=topic, port=1).topic == topic
+    assert MqttOutput(topic="tracks/north", port=1).topic == "tracks/north"

@@ -205,15 +205,17 @@ class TcpClientInput(Input):
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
         context, token = self.security.client() if self.tls else None, self.security.token
-        count, wait = 0, PATIENCE
+        count, wait, log = 0, PATIENCE, Sparing("tcp")
         while not stop.is_set():
-            with suppress(OSError, ValueError):
+            try:
                 plain = socket.create_connection((self.host, self.port), timeout=5.0)
                 with context.wrap_socket(plain, server_hostname=self.host) if context else plain as here:
                     if token is not None:
                         here.sendall(token + b"\n")
                     count, wait = count + 1, PATIENCE
                     yield from self._received(here, f"{self.host}:{self.port} #{count}", stop)
+            except (OSError, ValueError) as error:
+                log.warn("not connected", str(error), f"{self.host}:{self.port}")
             stop.wait(wait)
             wait = min(2 * wait, self.pause)
 

@@ -6,6 +6,7 @@ import socket
 import ssl
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from queue import Empty, Queue
 from threading import Event, Lock, Thread
 from typing import Any, ClassVar, final
 
@@ -14,6 +15,7 @@ from attrs import define, field, frozen
 from vedette import fields
 from vedette.streams import Output
 from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+from vedette_live.inputs.mqtt import connected, fits
 from vedette_live.log import CLOSED, Sparing
 
 LARGEST = 1400
@@ -198,20 +200,27 @@ class MqttOutput(Output):
     user: str = fields.text("name of the user; the password is the token", default="")
     security: Security = fields.part("whom to trust, and the password", default=Security())
 
+    def __attrs_post_init__(self) -> None:
+        if not fits(self.topic) or {"+", "#"} & set(self.topic):
+            raise ValueError(f"topic: must be a name without + and #, got {self.topic!r}")
+
     @contextmanager
     def open(self) -> Iterator[Callable[[bytes], None]]:
-        from vedette_live.inputs.mqtt import connected
+        answers = Queue[str]()
+        with connected(self, lambda client, why_not: answers.put(why_not)) as client:
+            client.loop_start()
+            try:
+                why_not = answers.get(
+                    timeout=5.0
+                )  # what is sent before there is a connection would be lost, and this one closed
+            except Empty:
+                why_not = "no answer"
+            if why_not:
+                raise OSError(f"mqtt {self.host}:{self.port}: not connected: {why_not}")
 
-        client = connected(self)
-        client.loop_start()
+            def send(data: bytes) -> None:
+                told: Any = client.publish(self.topic, data)
+                if told.rc:
+                    raise OSError(f"mqtt {self.host}:{self.port}: not connected")
 
-        def send(data: bytes) -> None:
-            told: Any = client.publish(self.topic, data)
-            if told.rc:
-                raise OSError(f"mqtt {self.host}:{self.port}: not connected")
-
-        try:
             yield send
-        finally:
-            client.loop_stop()
-            client.disconnect()
