@@ -15,7 +15,7 @@ from vedette.space import Array
 from vedette.types import Track
 from vedette_files import read_series
 from vedette_files.libraries import needed
-from vedette_files.writing import unfinished
+from vedette_files.writing import whole_bytes
 from vedette_report.drawing import canvas
 from vedette_report.exporting.run import CHI_SQUARE_95, OUTLINE, Run
 from vedette_report.page.columns import middle
@@ -33,9 +33,9 @@ def write_rerun(path: Path, run: Run, ellipses: int) -> None:
     rr = needed("rerun", "Rerun's files need rerun-sdk", "rerun")
     series = read_series(run.folder / "series.npz")
     centre = middle(series)
-    with unfinished(path) as place:
+    with whole_bytes(path) as file:
         stream = rr.RecordingStream("vedette", recording_id=f"vedette {run.folder.resolve().name}", send_properties=False)
-        stream.save(place)
+        content = stream.binary_stream()  # Rerun tells of a full disk by a traceback, and not always
         stream.send_recording_name(run.title)
         about = {"origin": str(run.terms.origin or "unknown"), "centre": centre.tolist(), **run.about}
         stream.log("about", rr.TextDocument(json.dumps(about, indent=2)), static=True)
@@ -45,7 +45,7 @@ def write_rerun(path: Path, run: Run, ellipses: int) -> None:
             _points(rr, stream, run, series, centre)
         for i, track in enumerate(run.tracks):
             _track(rr, stream, run, track, centre, canvas.TRACKS[i % len(canvas.TRACKS)])
-        stream.flush()
+        file.write(content.read() or b"")
         stream.disconnect()
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.space import Array
 from vedette_files.writing import whole_file
 
@@ -55,12 +55,15 @@ class Kept:
         return len(self._found)
 
     def add(self, values: tuple[float, ...], figures: Array | None) -> None:
-        """Keep what came of an evaluation: numbers (s,), or None where it cannot run."""
+        """Keep what came of an evaluation: numbers (s,), or None where it cannot run. VedetteError if none can be kept."""
         self._found[values] = figures
         if self._folder is not None:
             line = json.dumps({"values": values, "found": None if figures is None else figures.tolist()})
-            with (self._folder / EVALUATIONS).open("a", encoding="utf-8") as file:
-                file.write(line + "\n")
+            try:
+                with (self._folder / EVALUATIONS).open("a", encoding="utf-8") as file:
+                    file.write(line + "\n")
+            except OSError as error:
+                raise VedetteError(f"{self._folder}: {error.strerror or error}{self.then}") from None
 
     def forget(self) -> None:
         """Delete the files: the tuning is done."""
