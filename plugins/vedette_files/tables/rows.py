@@ -49,7 +49,8 @@ class Dialect:
 
     def cells(self, line: str) -> list[str] | None:
         """Return the cells of a line, with decimal points; None as `cells_of` does."""
-        cells = cells_of(line.lstrip("# ").rstrip() if self.delimiter == " " else line, self.delimiter)
+        blank = self.delimiter == " "
+        cells = cells_of(line.replace("\t", " ").lstrip("# ").rstrip() if blank else line, self.delimiter)
         if self.decimal == "." or cells is None:
             return cells
         return [COMMA.sub(r"\1.\2", cell) if COMMA.fullmatch(cell) else cell for cell in cells]

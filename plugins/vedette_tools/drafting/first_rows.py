@@ -72,7 +72,8 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
         raise InputError(f"{path}:{number}: {_no_titles(path, number, [first, *text], delimiter)}")
     at, between_cells = _first_of_most(header, text)
     rows = [cells for line in text if (cells := fitted(dialect.cells(line), len(header))) and len(cells) == len(header)]
-    unfit = len(header) == 1 or (len(rows) < HELD * len(text) and not any(meaning(cell).axis for cell in header))
+    named = not first.startswith("#") and any(meaning(cell).axis for cell in header)
+    unfit = len(header) == 1 or (len(rows) < HELD * len(text) and not named)
     if at is not None and unfit:
         of_row = _is_row(Dialect(between_cells).cells(text[at]) or [])
         told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else ONE_EACH

@@ -52,6 +52,7 @@ PLAIN = table("time,x,y", plain)
 READ = {
     "blanks between columns": table("time x y", plain, " "),
     "blanks between columns, aligned": table("#  time      x      y", lambda *look: (f"{cell:12.2f}" for cell in look), " "),
+    "tabs between columns, blanks between titles": "# 0.5 fps\n" + table("# time x y", plain, "\t"),
     "a date in columns": table(
         "year,month,day,hour,minute,second,x,y",
         lambda time, x, y: (2026, 5, 12, 8, 30 + int(time // 60), f"{time % 60:.1f}", x, y),
@@ -255,6 +256,10 @@ REFUSED = {
     "comments above rows without titles": (
         "# by A\n# of 12 May\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
         r"d.csv:3: must be a header line .*\(echo 'c1 c2 c3 c4'; tail -n \+3",
+    ),
+    "a comment of seven words above rows of six cells": (
+        "# Frame of X and Y: ground truth\n" + "\n".join(f"{k} {k / 7} {k / 9} 1 2 3" for k in range(20)),
+        r"d.csv:2: must be a header line .*\(echo 'c1 c2 c3 c4 c5 c6'; tail -n \+2",
     ),
     "how far and where to something went": (
         table("t,distance travelled,angle", plain),
