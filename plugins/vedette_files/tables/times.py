@@ -39,8 +39,11 @@ DATED = "s since 1970-01-01T00:00:00Z"
 
 
 def check_pattern(pattern: str) -> None:
-    """Raise ValueError unless a pattern of dates has a year, a month and a day, and reads what it writes."""
-    moment = datetime(2026, 11, 23, 4, 5, 6)
+    """Raise ValueError unless a pattern of dates has year, month and day, no name of a zone, and reads what it writes."""
+    if "%Z" in pattern:
+        cure = "write the zone out, as '%H:%M:%S PDT', and times are as if in UTC; %z reads offsets, as +02:00"
+        raise ValueError(f"dates: must not hold %Z, got {pattern!r}: names of zones tell no time; {cure}")
+    moment = datetime(2026, 11, 23, 4, 5, 6, tzinfo=UTC)
     try:
         read = datetime.strptime(moment.strftime(pattern), pattern)
     except (ValueError, re.error) as error:
@@ -138,7 +141,8 @@ class Times:
                 plain_number(cell)
             except ValueError:
                 told = f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}"
-                cure = _patterns(cell) or "; name another column, or say how dates are written: dates"
+                else_ = "; name another column, or say how dates are written: dates in the source, or --dates"
+                cure = _patterns(cell) or else_
                 raise ValueError(told + cure) from None
             return self._past_midnight(self._column.of(row))
         try:

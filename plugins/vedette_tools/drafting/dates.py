@@ -12,6 +12,11 @@ _DATE = re.compile(
     r"(?P<gap>T|,? )(?P<hour>\d{1,2}):\d\d(?P<seconds>:\d\d(?P<part>\.\d{1,6})?)?(?P<half> ?[APap][Mm])?"
 )
 
+_SPELT = ("%a %b %d %H:%M:%S{} %Y", "%a, %d %b %Y %H:%M:%S{}")
+"""As Unix and letters spell dates, with a zone in {}: Mon Nov 23 08:39:04 PDT 2026; Mon, 23 Nov 2026 08:39:04 +0000."""
+
+_ZONE = re.compile(r"(?<=\d) [A-Z]{1,5}\b")
+
 _COMPACT = re.compile(r"(19|20)\d{6}(\d\d){0,3}")
 
 _DAY = re.compile(r"\d{1,4}(?P<between>[./-])(\d{1,2}|[A-Za-z]{3})(?P=between)\d{1,4}(T00:00:00)?")
@@ -61,6 +66,10 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
         pattern = "%Y%m%d%H%M%S"[: len(given[0]) - 2]
         if len(_read(given, pattern)) == len(given):
             return pattern, f"dates are written as {pattern}"
+    if given and (spelt := _spelt(given)):
+        zone = _ZONE.search(spelt.replace("%S", "00"))
+        unread = zone and zone[0].strip() not in ("UTC", "GMT", "Z")
+        return spelt, f"{zone[0].strip()} is no zone that is read: times are as if in UTC" if zone and unread else ""
     if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
         return "", ""
     between, whole = parts["between"], len(parts["first"]) == 4
@@ -80,6 +89,16 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
         return best, ""
     (other,) = set(read) - {best}
     return best, f"dates are written as {best}; if not, say --dates '{other}'"
+
+
+def _spelt(cells: Sequence[str]) -> str:
+    """Return the pattern of dates that begin with the day of the week; "" if they are others."""
+    zone = _ZONE.search(cells[0])
+    for each in _SPELT:
+        for pattern in (each.format(" %z"), each.format(zone[0] if zone else "")):
+            if len(_read(cells, pattern)) >= ENOUGH * len(cells):
+                return pattern
+    return ""
 
 
 def _by_iso(cells: Sequence[str]) -> bool:

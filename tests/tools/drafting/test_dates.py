@@ -39,6 +39,31 @@ def test_dates_are_read_as_they_were_written(pattern, begin, minutes):
 
 
 @pytest.mark.parametrize(
+    ("spelt", "told"),
+    [
+        ("%a %b %d %H:%M:%S %Y", False),
+        ("%a %b %d %H:%M:%S PDT %Y", True),
+        ("%a %b %d %H:%M:%S UTC %Y", False),
+        ("%a, %d %b %Y %H:%M:%S +0200", False),
+    ],
+)
+def test_dates_as_unix_and_mail_spell_them(spelt, told):
+    """A zone without an offset is told, as it is not read."""
+    moments = [datetime(2026, 9, 7, 6) + timedelta(minutes=47 * k) for k in range(60)]
+    cells = [moment.strftime(spelt) for moment in moments]
+    found, said = pattern_of(cells)
+    check_pattern(found)
+    late = 7200.0 if "+0200" in spelt else 0.0
+    assert [stamp(cell, found)[1] + late for cell in cells] == [stamp(moment.isoformat())[1] for moment in moments]
+    assert ("PDT" in said) == told == bool(said)
+
+
+def test_a_pattern_with_the_name_of_a_zone_is_refused():
+    with pytest.raises(ValueError, match="must not hold %Z"):
+        check_pattern("%d/%m/%Y %H:%M:%S %Z")
+
+
+@pytest.mark.parametrize(
     "cells", [[], ["12.5", "13"], ["2026-11-23 08:39:04"], ["2026-11-23T08:39:04.5Z"], ["08:39:04"], ["99/99/2026 10:00"]]
 )
 def test_other_times_have_no_pattern(cells):
