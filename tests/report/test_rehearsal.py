@@ -73,7 +73,7 @@ def track(number, y, count=30):
     mean[:, 0], mean[:, list(space.names).index("y")] = np.arange(count), y
     cov, sure = np.tile(np.eye(4), (count, 1, 1)), np.ones(count, dtype=bool)
     return Track(number, space, np.arange(count, dtype=float), mean, cov, sure, np.ones(count), None,
-                 (np.ones(1),) * count, np.zeros(count), np.zeros(count))  # fmt: skip
+                 (np.ones(1),) * count, np.zeros(count), np.ones(count))  # fmt: skip
 
 
 @pytest.mark.costly
@@ -84,5 +84,7 @@ def test_tracks_that_lie_on_each_other_are_counted():
     assert coalesced([]) == []
     twice = track(1, 0.0)
     assert coalesced([evolve(twice, times=twice.times // 2), track(7, 9.0)]) == []  # two sensors that look at a time
+    waits = [evolve(track(i, 0.1 * i), cov=np.tile(1e6 * np.eye(4), (30, 1, 1)), hit=np.zeros(30)) for i in range(3)]
+    assert coalesced(waits) == []  # unseen, they may be anywhere
     crowd = [track(i, 10.0 * i) for i in range(150)]
     assert coalesced([*crowd, track(200, 70.4)]) == [(7, 200, 30)]

@@ -62,6 +62,8 @@ def test_what_is_right_is_not_said():
     assert said(steady()) == []
     assert said([plane(2.0 * t, [5.0 * t, 0.0]) for t in range(30)]) == []
     assert said([polar(t) for t in range(5)]) == []
+    at_rest = [plane(2.0 * t, [7.0, 5.0]) for t in range(30)]  # its returns are where they are expected, to the last bit
+    assert not any("did a track take a return" in each for each in said(at_rest))
 
 
 @pytest.mark.parametrize(

@@ -146,7 +146,7 @@ class Intake:
         self._count(scan)
         if len(before.ids) and after.distances.shape[-1]:
             self.tracked += 1
-            self.hits += bool(np.any(after.nis > 0))
+            self.hits += bool(np.any(after.hit[np.isin(after.ids, before.ids)] > 0))
             self.outside += _outside(scan, before, after)
         if scan.frame is not None:
             self.lost = int(np.count_nonzero(after.confirmed & (after.existence < 0.5)))

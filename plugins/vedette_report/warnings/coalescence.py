@@ -14,16 +14,18 @@ NEAR, LONG, SAMPLED = 0.5, 10, 400
 """Two tracks lie on each other within this part of the smaller one's standard deviation, in at least so many scans, of so
 many that are looked at, at most. Chosen by hand.
 """
+SHARED = 0.05
+"""Only scans count of which both took a return with such a probability: what waits is unsure, and may lie anywhere."""
 FEW = 100
 """So many tracks are compared pair by pair."""
 
 
 def coalesced(tracks: Sequence[Track]) -> list[tuple[int, int, int]]:
-    """Return the pairs of confirmed tracks that lay on each other, by ids, and in how many of the scans looked at.
+    """Return the pairs of confirmed tracks that took returns and lay on each other, by ids, and in how many scans looked at.
 
     The standard deviation is the root of the trace of the position's covariance.
     """
-    rows = [(track, np.flatnonzero(track.confirmed)) for track in tracks]
+    rows = [(track, np.flatnonzero(track.confirmed & (track.hit > SHARED))) for track in tracks]
     where = [i for i, axis in enumerate(tracks[0].space.axes) if axis.unit == "m"] if tracks else []
     if len(tracks) < 2 or not where:
         return []
