@@ -57,9 +57,9 @@ SENT = BORNE[:3]
 
 NAMES = (
     *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
-    "device_id", "user_id", "uid", "player_id", "person_id", "individual_local_identifier", "imo", "id", *BORNE[4:],
-    "registration", "tail_number", "flight", "shipname", "ship_name", "vessel_name", "vehicle", "particle", "trajectory_id",
-    "trajectory", "trip_id", "tracker", "tag", "name",
+    "device_id", "user_id", "uid", "player_id", "player", "person_id", "individual_local_identifier", "imo", "id",
+    *BORNE[4:], "registration", "tail_number", "flight", "shipname", "ship_name", "vessel_name", "vehicle", "particle",
+    "trajectory_id", "trajectory", "trip_id", "tracker", "tag", "name",
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
