@@ -85,7 +85,8 @@ def _locked(path: Path, refusal: Problem) -> Iterator[None]:
         raise ConfigError([Problem(refusal.place, told)]) from None
     with held:
         try:
-            path.write_text(f" {os.getpid()}", encoding="utf-8")
+            with of(path.parent):
+                path.write_text(f" {os.getpid()}", encoding="utf-8")
             yield
         finally:
             path.unlink(missing_ok=True)  # while it is held: whoever waits for it looks whether it is still there
@@ -233,6 +234,16 @@ def unfinished_runs(folder: Path) -> list[Path]:
 
 
 @contextmanager
+def of(path: Path) -> Iterator[None]:
+    """Let an error say what was being written, if it does not: a full disk does not say where."""
+    try:
+        yield
+    except OSError as error:
+        error.filename = error.filename or str(path)
+        raise
+
+
+@contextmanager
 def whole_file(path: Path) -> Iterator[TextIO]:
     """Open a file for text, UTF-8 with line ends of Unix, that takes its name only once all is written.
 
@@ -264,10 +275,8 @@ def unfinished(path: Path) -> Iterator[Path]:
         raise InputError(f"{path}: is a link, and files are not written through links: delete it, or name another file")
     place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        yield place
-        place.replace(path)
-    except OSError as error:
-        error.filename = error.filename or str(path)  # a full disk does not say where
-        raise
+        with of(path):
+            yield place
+            place.replace(path)
     finally:
         place.unlink(missing_ok=True)

@@ -62,3 +62,10 @@ def test_a_tuning_names_its_folder_and_goes_on(given):
     tune = ["tune", "recorded.json", "--free", "sensors.radar.sigma_range=1..30", "--starts", "1", "--out", "tuned"]
     assert full(*tune) == "vedette: error: tuned: File too large; --resume goes on from here"
     assert main([*tune, "--resume"]) == 0
+
+
+def test_a_disk_that_is_full_already(given):
+    """No place was named: what fails first is the lock of the folder."""
+    assert full("run", "config.json", "--out", "out", most=0) == "vedette: error: out: File too large"
+    assert not Path("out").exists()
+    assert full("new", "plugin", "road", most=0).endswith("pyproject.toml: File too large")

@@ -13,6 +13,7 @@ from pathlib import Path
 from string import Template
 
 from vedette.errors import ConfigError, Problem
+from vedette_files.writing import whole_file
 
 USES = {
     "motion": 'motion = { kind = "${short}_motion", sigma_accel = 0.5 }',
@@ -67,9 +68,11 @@ def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
     for path, template in written.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         text = (templates / template).read_text(encoding="utf-8")
-        path.write_text(Template(text).substitute(names), encoding="utf-8", newline="\n")
+        with whole_file(path) as file:
+            file.write(Template(text).substitute(names))
     if listed:
-        init.write_text(listed, encoding="utf-8", newline="\n")
+        with whole_file(init) as file:
+            file.write(listed)
     return [*written, *([init] if listed else [])]
 
 
