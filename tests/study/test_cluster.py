@@ -17,7 +17,7 @@ from vedette_report import identity, provenance
 from vedette_study import execution, executors
 from vedette_study.plan import plan
 
-distributed = pytest.importorskip("distributed")
+dask, distributed = pytest.importorskip("dask"), pytest.importorskip("distributed")
 
 pytestmark = pytest.mark.filterwarnings("ignore")
 
@@ -27,8 +27,12 @@ CONFIG = boat(duration=20)
 
 @pytest.fixture(scope="module")
 def cluster():
+    """It waits for workers that are killed: one that took more than 15 s to come back on a busy machine was given up."""
     options = {"dashboard_address": None, "silence_logs": 50, "host": "127.0.0.1"}
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **options) as made:
+    with (
+        dask.config.set({"distributed.deploy.lost-worker-timeout": "10m"}),
+        distributed.LocalCluster(n_workers=2, threads_per_worker=1, processes=True, **options) as made,
+    ):
         yield made
 
 
@@ -211,7 +215,7 @@ def test_chunks_follow_from_the_study_and_not_from_who_runs_it():
 
 
 def wait_for_workers(cluster):
-    deadline = time.monotonic() + 30
+    deadline = time.monotonic() + 120
     with distributed.Client(cluster.scheduler_address, set_as_default=False) as client:
         while not client.scheduler_info(n_workers=-1)["workers"] and time.monotonic() < deadline:
             time.sleep(0.05)
