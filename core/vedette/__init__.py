@@ -41,7 +41,7 @@ _HOMES = {
     "types": "Detections Frame Gaussian Innovation LazyScans Mixtures Newborn Pose Recording Review Rows Scan "
     "Track Trajectory new_gaussian new_innovation",
     "values": "maker",
-    "wrapping": "WrappedMotion WrappedSensor",
+    "wrapping": "WrappedEstimator WrappedMotion WrappedSensor",
 }
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names.split()}
 

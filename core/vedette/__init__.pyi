@@ -64,6 +64,7 @@ from vedette.types import Trajectory as Trajectory
 from vedette.types import new_gaussian as new_gaussian
 from vedette.types import new_innovation as new_innovation
 from vedette.values import maker as maker
+from vedette.wrapping import WrappedEstimator as WrappedEstimator
 from vedette.wrapping import WrappedMotion as WrappedMotion
 from vedette.wrapping import WrappedSensor as WrappedSensor
 from vedette_report.recorded import recorded_consistency as recorded_consistency

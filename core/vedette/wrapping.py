@@ -1,13 +1,14 @@
-"""The bases of motion models and sensors that change something about another one, and forward the rest."""
+"""The bases of motion models, sensors and estimators that change something about another one, and forward the rest."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping
+from typing import Any, Generic
 
 from attrs import evolve, frozen
 
-from vedette.roles import MotionModel, Sensor
+from vedette.roles import B, Estimator, MotionModel, Sensor
 from vedette.space import Array, Mask, Space
 from vedette.types import Gaussian, Pose
 
@@ -140,3 +141,25 @@ class WrappedSensor(Sensor):
     def at(self, pose: Pose) -> Sensor:
         """Return the same around the sensor standing at `pose`."""
         return evolve(self, of=self.of.at(pose))  # type: ignore[call-arg]  # `of` is a parameter of every subclass
+
+
+@frozen
+class WrappedEstimator(Estimator[B], Generic[B]):
+    """An estimator over the axes of another one, `of`, for the sensors that this takes; its belief is its own."""
+
+    @property
+    @abstractmethod
+    def of(self) -> Estimator[Any]:
+        """The estimator that is wrapped: a parameter of the subclass."""
+
+    @property
+    def state(self) -> Space:
+        return self.of.state
+
+    @property
+    def zero_variance(self) -> Space:
+        return self.of.zero_variance
+
+    def refuses(self, sensor: Sensor) -> str | None:
+        """Return why `of` refuses a sensor, or None."""
+        return self.of.refuses(sensor)

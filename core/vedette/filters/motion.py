@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from typing import Generic, TypeVar
+from typing import Generic
 
 import numpy as np
 from attrs import frozen
 
 from vedette.kernels import backward
-from vedette.roles import Estimator, MotionModel
+from vedette.roles import B, Estimator, MotionModel
 from vedette.space import Space
 from vedette.types import Gaussian
-
-B = TypeVar("B")
 
 
 @frozen

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Sensor, Space, WrappedEstimator, fields
 from vedette.filters import GaussianFilter, has_gaussian_belief
 
 
@@ -29,7 +29,7 @@ class MonitoredInnovation:
 
 @final
 @frozen
-class ResidualMonitored(Estimator[Monitored]):
+class ResidualMonitored(WrappedEstimator[Monitored]):
     """A Gaussian filter with process noise D Q D, D = sqrt(a) on `blocks`: log a += gain * (NIS / m - 1), times the hit.
 
     On matched truth the mean of NIS / m is 1, so a stays near 1; where residuals exceed their covariance, a grows until
@@ -81,18 +81,6 @@ class ResidualMonitored(Estimator[Monitored]):
             raise ValueError(f"of: must be a filter whose belief is a mean and a covariance, got {self.of.kind!r}")
         if unknown := [name for name in self.blocks if name not in self.state]:
             raise ValueError(f"blocks: must be axes of {self.state}, got {unknown[0]!r}")
-
-    @property
-    def state(self) -> Space:
-        return self.of.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.of.zero_variance
-
-    def refuses(self, sensor: Sensor) -> str | None:
-        """Say why the filter refuses `sensor`, or return None."""
-        return self.of.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Monitored:
         """Start the filter, with its noise as stated."""

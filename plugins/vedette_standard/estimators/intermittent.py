@@ -18,6 +18,7 @@ from vedette import (
     Sensor,
     Space,
     Traits,
+    WrappedEstimator,
     fields,
     kernels,
 )
@@ -41,7 +42,7 @@ class Seen:
 
 @final
 @frozen
-class Intermittent(Estimator[InSight]):
+class Intermittent(WrappedEstimator[InSight]):
     """Another filter, of a target that goes out of sight and comes back: it is detected only while it is in sight.
 
     In sight, with probability v, and hidden are the states of a Markov chain whose mean times are `in_sight` and `hidden`.
@@ -79,18 +80,6 @@ class Intermittent(Estimator[InSight]):
     of: Estimator[Any] = fields.part("the filter")
     in_sight: float = fields.quantity("s", "mean time for which a target stays in sight", above=0, tried=(2.0, 30.0))
     hidden: float = fields.quantity("s", "mean time for which it stays out of sight", above=0, tried=(0.5, 10.0))
-
-    @property
-    def state(self) -> Space:
-        return self.of.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.of.zero_variance
-
-    def refuses(self, sensor: Sensor) -> str | None:
-        """Say why the filter refuses `sensor`, or return None."""
-        return self.of.refuses(sensor)
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> InSight:
         """Start the filter with a target in sight."""
