@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any, TypeVar
 
 import numpy as np
@@ -45,6 +45,15 @@ class Misuse(VedetteError, ValueError):
     """The kit was used wrongly; the message says how to put it right."""
 
 
+@contextmanager
+def closed_if(refused: type[Exception] | tuple[type[Exception], ...], why: str) -> Iterator[None]:
+    """Raise Closed where something within is `refused`; "{}" in `why` stands for what the refusal says."""
+    try:
+        yield
+    except refused as refusal:
+        raise Closed(why.format(refusal)) from None
+
+
 def demand(holds: Any, otherwise: str) -> None:
     """Raise Broken with a sentence unless the condition holds."""
     if not holds:
@@ -63,10 +72,8 @@ def stated(component: Any, name: str, unit: str) -> float:
 
 def varied(component: T, **values: Any) -> T:
     """Return a component with other values of parameters; Closed if it takes none of these."""
-    try:
+    with closed_if(ValueError, "it does not take what this law tries: {}"):
         return evolve(component, **values)  # type: ignore[misc]
-    except ValueError as refusal:
-        raise Closed(f"it does not take what this law tries: {refusal}") from None
 
 
 def same(
@@ -100,8 +107,7 @@ def deviations(cov: Array) -> Array:
 
 def products(spread: Array) -> Array:
     """Return the products (*b, n, n) of every two of (*b, n), in which covariances are compared."""
-    pairs: Array = spread[..., :, None] * spread[..., None, :]
-    return pairs
+    return spread[..., :, None] * spread[..., None, :]
 
 
 def same_moments(what: str, space: Space, got: Gaussian, wanted: Gaussian, tolerance: float) -> None:
@@ -182,11 +188,7 @@ def derivative(
 
 
 def is_derivative(
-    function: Callable[[Array], Array],
-    difference: Callable[[Array, Array], Array],
-    stated: Array,
-    x: Array,
-    step: Array,
+    function: Callable[[Array], Array], difference: Callable[[Array, Array], Array], stated: Array, x: Array, step: Array
 ) -> None:
     """Raise Broken unless `stated` (m, n) is the derivative of `function` at x (n,); not judged where there is none.
 

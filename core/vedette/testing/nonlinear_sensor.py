@@ -41,12 +41,10 @@ class Unlike(Sensor):
 
     def measure(self, x: Array) -> Array:
         u = self._u(x)
-        z: Array = MEASURED.canonical(u @ self.A.T + u**2 @ self.B.T + [self.turn, 0.0, 0.0])
-        return z
+        return MEASURED.canonical(u @ self.A.T + u**2 @ self.B.T + [self.turn, 0.0, 0.0])
 
     def jacobian(self, x: Array) -> Array:
-        slope: Array = (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
-        return slope
+        return (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
 
     def noise(self, x: Array) -> Array:
         R: Array = self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]

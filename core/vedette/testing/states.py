@@ -7,7 +7,7 @@ from functools import cache
 import numpy as np
 from hypothesis import strategies as st
 
-from vedette import kernels
+from vedette import filters, kernels
 from vedette.space import Array, Axis, Space
 from vedette.types import Gaussian
 
@@ -73,9 +73,7 @@ def random_covariance(space: Space, rng: np.random.Generator, batch: tuple[int, 
 
 def without_variance(belief: Gaussian, space: Space, fixed: Space) -> Gaussian:
     """Return a belief over a space without variance on some of its axes."""
-    keep = np.ones(len(space))
-    keep[space.locate(fixed)] = 0.0
-    return Gaussian(belief.mean, belief.cov * (keep[:, None] * keep))
+    return Gaussian(belief.mean, filters.without_variance(belief.cov, space.locate(fixed)))
 
 
 def random_gaussian(space: Space, rng: np.random.Generator, batch: tuple[int, ...] = ()) -> Gaussian:

@@ -48,9 +48,7 @@ CATALOGUE = {
     "associator": ("pda", "gnn"),
     "birth": ("given",),
     "lifecycle": ("single_target",),
-    "preprocessor": (),
     "source": ("simulation",),
-    "reproduction": (),
 }
 """What is used where a component holds others and no strategy was given for them."""
 

@@ -12,7 +12,7 @@ from vedette.config import build
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import Birth, Lifecycle
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.testing.comparisons import Closed, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.birth_cases import Returns
@@ -75,11 +75,9 @@ def _usual(cell: float) -> Tracker:
 
 def _judge(part: dict[str, Any], seed: int, cell: float = 0.0, *, shares: bool = False) -> None:
     """Compare the tracks of each scene alone with those of all together, after the first scan if they share existence."""
-    try:
+    with closed_if(ValueError, "it takes another tracker: {}"):
         tracker = evolve(_usual(cell), **part)
         given = len(tracker.start().ids)
-    except ValueError as error:
-        raise Closed(f"it takes another tracker: {error}") from None
     if given:
         raise Closed("it has tracks before the first scan")
     rng = np.random.default_rng(seed)

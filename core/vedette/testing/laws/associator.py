@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import product
-
 import numpy as np
 
 from vedette.roles import Associator
@@ -220,17 +218,14 @@ def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
 
 def brute_force(scores: Array, exclusive: bool, best: bool) -> Array:
     """Weights (t, 1+k) from all associations of scores (t, 1+k): their marginals, or those of the best one alone."""
-    t, columns = scores.shape
-    choices = [
-        choice
-        for choice in product(range(columns), repeat=t)
-        if not exclusive or len(set(taken := [i for i in choice if i])) == len(taken)
-    ]
-    total = np.array([sum(scores[row, i] for row, i in enumerate(choice)) for choice in choices])
-    share = np.where(total == total.max(), 1.0, 0.0) if best else np.exp(total - total.max())
+    joint = hypotheses.enumerated(scores, exclusive)
+    if best:
+        most = max(weight for _, weight in joint)
+        first = [choice for choice, weight in joint if weight == most]
+        joint = [(choice, 1.0 / len(first)) for choice in first]
     weights = np.zeros(scores.shape)
-    for choice, part in zip(choices, share / share.sum(), strict=True):
-        weights[range(t), choice] += part
+    for choice, weight in joint:
+        weights[range(len(scores)), choice] += weight
     return weights
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from vedette.roles import Associator
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS
@@ -20,8 +19,8 @@ class Scores:
 
     scores: Array
     evidence: Array
-    tracks: NDArray[np.int64]
-    returns: NDArray[np.int64]
+    tracks: Indices
+    returns: Indices
 
 
 SIZES = st.tuples(st.integers(1, 4), st.integers(0, 4), st.sampled_from([0.5, 3.0, 30.0]), SEEDS)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, frozen_copy
+from vedette.testing.comparisons import Closed, closed_if, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
 from vedette.testing.strategies import SENSOR, usual
@@ -84,7 +84,5 @@ def begun(birth: Birth, given: Returns, claimed: Array | None = None) -> Newborn
     found, chosen = None, given.claimed if claimed is None else claimed
     if birth.models_unseen:
         found = birth.reveal(unseen(birth, given), given.estimator, given.sensor, given.detections, P_GATE)[1]
-    try:
+    with closed_if(ValueError, "it starts no tracks there: {}"):
         return birth.begin(found, given.estimator, given.sensor, SENSOR, given.detections, chosen)
-    except ValueError as refusal:
-        raise Closed(f"it starts no tracks there: {refusal}") from None

@@ -110,13 +110,9 @@ def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
             same(f"given: variance of {name}", prior.cov[:, i, i], np.full(t, float(deviation) ** 2), 1e-9)
 
 
-def _unseen(birth: Birth) -> None:
+def _lifetime(birth: Birth) -> float:
     if not birth.models_unseen:
         raise Closed("it does not say that it models targets without a track")
-
-
-def _lifetime(birth: Birth) -> float:
-    _unseen(birth)
     return stated(birth, "lifetime", "s")
 
 

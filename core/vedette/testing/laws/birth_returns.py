@@ -7,7 +7,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, products, same, same_moments
+from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, products, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, elsewise
 from vedette.testing.strategies import SENSOR, usual
@@ -87,12 +87,10 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     drawn = evolve(drawn, sensor=evolve(drawn.sensor, clutter_density=1e-12))  # type: ignore[misc]  # for rare targets
     grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
     scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * drawn.dt * i for i in range(3)]
-    try:
+    with closed_if(ValueError, "it starts no tracks there: {}"):
         before = last(birth, drawn, *scans[:2])
         scans = scans[:2] if len(before.returns) else scans
         before = before if len(before.returns) else last(birth, drawn, *scans)
-    except ValueError as refusal:
-        raise Closed(f"it starts no tracks there: {refusal}") from None
     if not len(before.returns) and (getattr(birth, "least", 0.0) > 1e-4 or not getattr(birth, "deviations", 1.0)):
         raise Closed("it starts only tracks that likely exist, or none but where a return lies exactly")
     demand(len(before.returns), "begin: none of 25 targets, seen three times and never claimed, starts a track")

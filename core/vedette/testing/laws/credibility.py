@@ -12,7 +12,7 @@ from vedette.metrics.consistency import nees
 from vedette.roles import Estimator
 from vedette.space import Space
 from vedette.testing.bands import judge_run_means, judge_scale
-from vedette.testing.comparisons import Closed, Misuse, covariance, demand, finite
+from vedette.testing.comparisons import Closed, Misuse, closed_if, covariance, demand, finite
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import Scene
@@ -87,10 +87,8 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     interval = 2.0 if motion is not None and motion.linear else 0.2  # long enough for what the motion adds to count
     times = interval * np.arange(scans + 1)
     prior = Gaussian(mean, 0.04 * cov)
-    try:
+    with closed_if(Misuse, "{}"):
         truth = draw_truth(estimator, prior, times, rng, runs)
-    except Misuse as reason:
-        raise Closed(str(reason)) from None
     n, m = len(state) - len(estimator.zero_variance), len(drawn.watch.R)
     where = state.locate(drawn.watch.observes)
     watch = evolve(drawn.watch, R=0.04 * drawn.watch.R, probability=1.0)

@@ -86,14 +86,11 @@ def _begin(estimator: Estimator[Any], drawn: Scene) -> tuple[Picture, Gaussian, 
         elif name in ("vx", "vy"):
             mean[..., i], deviation[i] = moves["xy".index(name[1])] / drawn.dt, 0.2 / drawn.dt
     deviation[state.locate(estimator.zero_variance)] = 0.0
-    return (
-        camera,
-        Gaussian(frozen_copy(mean), frozen_copy(np.broadcast_to(np.diag(deviation**2), (2, 1, *[len(state)] * 2)))),
-        path,
-    )
+    cov = np.broadcast_to(np.diag(deviation**2), (2, 1, *[len(state)] * 2))
+    return camera, Gaussian(frozen_copy(mean), frozen_copy(cov)), path
 
 
-def _after(estimator: Estimator[Any], drawn: Scene, camera: Picture, belief: Any, pixels: Array) -> tuple[Any, Array]:
+def _after(estimator: Estimator[Any], camera: Picture, belief: Any, pixels: Array) -> tuple[Any, Array]:
     """Return the belief after a frame, weighted by what it says, and the log ratio (b, t) of seen to missed."""
     found = estimator.evaluate(belief, camera, Frame(frozen_copy(pixels)), P_GATE)
     whole = not np.isnan(found.loglik).any() and np.all(np.isfinite(found.loglik[..., 0]))
@@ -119,19 +116,19 @@ def frames_show_the_target(estimator: Estimator[Any], drawn: Scene) -> None:
         belief = estimator.start(Gaussian(prior.mean[own], prior.cov[own]), estimator.state, rng)
         for frame in range(FRAMES):
             belief = predicted(estimator, belief, drawn.dt, rng) if frame else belief
-            belief, ratio = _after(estimator, drawn, camera, belief, pixels[frame, own])
+            belief, ratio = _after(estimator, camera, belief, pixels[frame, own])
             ends.append(estimator.moments(belief))
             if own.stop == frame == 1:
                 alike(estimator, Gaussian(ends[1].mean[:1], ends[1].cov[:1]), ends[-1], 1e-6, "of two runs, the first: ")
                 return
         end = ends[-1]
-        _, empty = _after(estimator, drawn, camera, belief, noise[-1])
+        _, empty = _after(estimator, camera, belief, noise[-1])
         told = f"loglik: speaks no more for the target that a frame shows, {ratio.tolist()}, than without, {empty.tolist()}"
         demand(np.all(empty < ratio), told)
         away = end.mean[:, 0, estimator.state.locate(camera.observes)] - path[-1]
         told = f"mean: after {FRAMES} frames is {away.tolist()} px from the target"
         demand(np.all((np.abs(away) < NEAR[estimator.traits.conservative]) | (ratio < 0)), told)
-        dead, _ = _after(estimator, drawn, camera, belief, np.full((2, *SHAPE), np.nan))
+        dead, _ = _after(estimator, camera, belief, np.full((2, *SHAPE), np.nan))
         alike(estimator, dead, end, 1e-6, "after a frame of unknown pixels: ")
 
 
@@ -141,12 +138,12 @@ def frames_are_compared_with_the_first(estimator: Estimator[Any], drawn: Scene) 
     begin = estimator.start(prior, estimator.state, drawn.rng())
     one, other = drawn.rng().standard_normal((2, 2, *SHAPE)) + LEVEL
     target = camera.picture(path[0])[0]
-    belief, _ = _after(estimator, drawn, camera, begin, one + target)
-    again, faint = (_after(estimator, drawn, camera, belief, other + share * target)[1] for share in (1.0, 0.8))
+    belief, _ = _after(estimator, camera, begin, one + target)
+    again, faint = (_after(estimator, camera, belief, other + share * target)[1] for share in (1.0, 0.8))
     told = f"loglik: speaks more for the target when it is fainter, {faint.tolist()}, than before, {again.tolist()}"
     demand(np.all(faint <= again), told)
-    belief, _ = _after(estimator, drawn, camera, begin, np.full((2, *SHAPE), LEVEL))
-    _, ratio = _after(estimator, drawn, camera, belief, other)
+    belief, _ = _after(estimator, camera, begin, np.full((2, *SHAPE), LEVEL))
+    _, ratio = _after(estimator, camera, belief, other)
     demand(np.all(ratio <= 0), f"loglik: after a flat frame an empty one speaks for the target, by {ratio.tolist()}")
 
 

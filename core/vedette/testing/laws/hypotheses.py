@@ -7,7 +7,7 @@ below which one is dropped), the kit gives it room for all.
 from __future__ import annotations
 
 from itertools import product
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from attrs import evolve, frozen
@@ -22,24 +22,14 @@ from vedette.testing.laws.lifecycle_cases import still
 from vedette.tracking import pytrees
 from vedette.types import Gaussian
 
+A = TypeVar("A", bound=Associator)
 ROOM = {"exact": 16, "hypotheses": 1000, "associations": 1000, "leaves": 1000, "m": 1000, "scans": 10, "least": 0.0}
 """Values of the parameters of these names under which nothing is dropped."""
 
 
-def keeping(associator: Associator) -> HypothesisAssociator:
-    """Return the associator, which keeps hypotheses."""
-    assert isinstance(associator, HypothesisAssociator)
-    return associator
-
-
-def with_room(associator: Associator) -> Associator:
+def with_room(associator: A) -> A:
     """Return the associator with room for all associations of a small problem."""
     return varied(associator, **{name: value for name, value in ROOM.items() if hasattr(associator, name)})
-
-
-def roomy(associator: Associator) -> HypothesisAssociator:
-    """Return the associator, which keeps hypotheses, with room for all of a small problem."""
-    return keeping(with_room(associator))
 
 
 @frozen(eq=False)
@@ -81,24 +71,26 @@ def _table(scan: Scan) -> Array:
     return table
 
 
-def enumerated(scores: Array) -> list[tuple[tuple[int, ...], float]]:
-    """Return every joint association of scores (t, 1+k), what each track takes, with its probability."""
+def enumerated(scores: Array, exclusive: bool = True) -> list[tuple[tuple[int, ...], float]]:
+    """Return every joint association of scores (t, 1+k), what each track takes, with its probability.
+
+    If not `exclusive`, several tracks may take the same return.
+    """
     t, columns = scores.shape
     joint = []
     for choice in product(range(columns), repeat=t):
         taken = [i for i in choice if i]
         total = sum(scores[row, i] for row, i in enumerate(choice))
-        if len(set(taken)) == len(taken) and total > -np.inf:
+        if (not exclusive or len(set(taken)) == len(taken)) and total > -np.inf:
             joint.append((choice, float(total)))
     best = max(total for _, total in joint)
     weights = np.exp([total - best for _, total in joint])
     return [(choice, float(weight)) for (choice, _), weight in zip(joint, weights / weights.sum(), strict=True)]
 
 
-def leaves_are_of_the_scan(associator: Associator, drawn: Scores) -> None:
+def leaves_are_of_the_scan(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: leaves continue leaves, each in its own way, or begin, and take what they may."""
-    kept = keeping(associator)
-    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
+    scan = first_scan(associator, drawn.scores[0], _begins(drawn))
     parent, choice, (t, columns) = scan.branching.parent, scan.branching.choice, scan.scores.shape
     demand(np.all((parent >= -1) & (parent < t)), f"branch: parents must be rows of {t} leaves or -1, got {parent}")
     demand(np.all((choice >= 0) & (choice < columns)), f"branch: choices must be 0 to {columns - 1}, got {choice}")
@@ -113,9 +105,9 @@ def leaves_are_of_the_scan(associator: Associator, drawn: Scores) -> None:
     demand(np.all((scan.probability > 0) & (scan.probability < 1 + 1e-9)), "probability: of a leaf must be > 0 and <= 1")
 
 
-def given_tracks_are_somewhere(associator: Associator, drawn: Scores) -> None:
+def given_tracks_are_somewhere(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: a given track's leaves have probability 1, or less without room; a return is taken once."""
-    for kept in (keeping(associator), roomy(associator)):
+    for kept in (associator, with_room(associator)):
         table = _table(first_scan(kept, drawn.scores[0], _begins(drawn)))
         for what, total in (
             ("a track's leaves are there", table[:-1].sum(axis=-1)),
@@ -126,10 +118,10 @@ def given_tracks_are_somewhere(associator: Associator, drawn: Scores) -> None:
     same("probability of a track's leaves, in sum", table[:-1].sum(axis=-1), np.ones(len(table) - 1), 1e-9)
 
 
-def first_scan_is_enumerated(associator: Associator, drawn: Scores) -> None:
+def first_scan_is_enumerated(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: with room for all, leaves have the probabilities of all joint associations, written down."""
     scores, begins = drawn.scores[0], _begins(drawn)
-    table = _table(first_scan(roomy(associator), scores, begins))
+    table = _table(first_scan(with_room(associator), scores, begins))
     same("probability of (track, choice), beginning tracks last", table, _wanted(enumerated(scores), begins), 1e-6, 1.0)
 
 
@@ -142,9 +134,9 @@ def _wanted(joint: list[tuple[tuple[int, ...], float]], begins: Mask) -> Array:
     return wanted
 
 
-def histories_multiply(associator: Associator, drawn: Scores) -> None:
+def histories_multiply(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: with room, a lone track's leaf weighs the product of its scores, and the heaviest is shown."""
-    kept = roomy(associator)
+    kept = with_room(associator)
     if kept.merges == "kept":
         raise Closed("it merges leaves after each scan")
     rng = np.random.default_rng(int(drawn.tracks.sum()) + 5 * drawn.scores.shape[-1])
@@ -169,9 +161,9 @@ def histories_multiply(associator: Associator, drawn: Scores) -> None:
             demand(shown == [best], f"reported: must be the leaf of history {paths[best]}, got that of {paths[shown[0]]}")
 
 
-def order_of_a_scan_is_free(associator: Associator, drawn: Scores) -> None:
+def order_of_a_scan_is_free(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: another order of tracks or returns, or a constant on a track's scores, changes nothing."""
-    kept, scores, begins = roomy(associator), drawn.scores[0], _begins(drawn)
+    kept, scores, begins = with_room(associator), drawn.scores[0], _begins(drawn)
     table = _table(first_scan(kept, scores, begins))
     columns = np.concatenate([[0], 1 + drawn.returns])
     moved = _table(first_scan(kept, scores[drawn.tracks][:, columns], begins[drawn.returns]))
@@ -181,9 +173,9 @@ def order_of_a_scan_is_free(associator: Associator, drawn: Scores) -> None:
     same("probability with constants added", shifted, table, 1e-7, 1.0)
 
 
-def keeping_all_changes_nothing(associator: Associator, drawn: Scores) -> None:
+def keeping_all_changes_nothing(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: with room, only leaves that ended go, and none of the others becomes less probable."""
-    kept = roomy(associator)
+    kept = with_room(associator)
     scan = first_scan(kept, drawn.scores[0], _begins(drawn))
     count = len(scan.probability)
     hypotheses, rows = kept.keep(scan.branching.hypotheses, np.ones(count, dtype=bool))
@@ -200,9 +192,9 @@ def keeping_all_changes_nothing(associator: Associator, drawn: Scores) -> None:
     demand(loss < 1e-9, f"probability: a leaf that goes on becomes less probable by {loss:.3g} when others end")
 
 
-def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
+def one_hypothesis_is_the_best(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it has `hypotheses`: where one is kept, it is the best joint association, and it is certain."""
-    kept = roomy(associator)
+    kept = with_room(associator)
     if not hasattr(kept, "hypotheses"):
         raise Lacking("hypotheses")
     alone = varied(kept, hypotheses=1)
@@ -213,23 +205,22 @@ def one_hypothesis_is_the_best(associator: Associator, drawn: Scores) -> None:
     same("probability of (track, choice)", table, _wanted([(joint[0][0], 1.0)], _begins(drawn)), 1e-9, 1.0)
 
 
-def shown_once_oldest_first(associator: Associator, drawn: Scores) -> None:
+def shown_once_oldest_first(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: at most one leaf of each track is shown, the oldest track first."""
-    kept = keeping(associator)
-    scan = first_scan(kept, drawn.scores[0], _begins(drawn))
-    shown: Indices = np.asarray(kept.reported(scan.branching.hypotheses, np.ones(len(scan.probability))))
+    scan = first_scan(associator, drawn.scores[0], _begins(drawn))
+    shown: Indices = np.asarray(associator.reported(scan.branching.hypotheses, np.ones(len(scan.probability))))
     demand(np.all((shown >= 0) & (shown < len(scan.probability))), f"reported: must be rows of leaves, got {shown}")
     parent, choice = scan.branching.parent[shown], scan.branching.choice[shown]
     track = np.where(parent >= 0, parent, len(scan.scores) + choice)
     demand(np.all(np.diff(track) > 0), f"reported: tracks must come once each and oldest first, got {track}")
 
 
-def merging_keeps_every_weight(associator: Associator, drawn: Scores) -> None:
+def merging_keeps_every_weight(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it merges leaves: what a leaf gives to all that it is merged into is its probability, and those far away get none.
 
     If it has `show`: it merges those shown where that is "mean", and else not.
     """
-    kept = roomy(associator)
+    kept = with_room(associator)
     if isinstance(show := getattr(kept, "show", None), str):
         demand((show == "mean") == (kept.merges == "shown"), f"merges: is {kept.merges!r}, and it shows the {show}")
     if not kept.merges:
@@ -254,20 +245,19 @@ def merging_keeps_every_weight(associator: Associator, drawn: Scores) -> None:
     demand(len(after) == len(merging.own), f"merge: hypotheses are over {len(after)} leaves, must be {len(merging.own)}")
 
 
-def branches_purely(associator: Associator, drawn: Scores) -> None:
+def branches_purely(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: branching again gives the same, and leaves the hypotheses as they were."""
-    kept = keeping(associator)
-    start, scores = kept.initial_hypotheses(drawn.scores.shape[-2]), drawn.scores[0]
-    before = np.array(kept.probability(start))
+    start, scores = associator.initial_hypotheses(drawn.scores.shape[-2]), drawn.scores[0]
+    before = np.array(associator.probability(start))
     same("probability of given tracks", before, np.ones(len(scores)), 1e-12)
     found: list[Any] = []
     for _ in range(2):
-        branching = kept.branch(start, LeafScores.of(scores), _begins(drawn))
-        found.append(np.concatenate([branching.parent, branching.choice, kept.probability(branching.hypotheses)]))
+        branching = associator.branch(start, LeafScores.of(scores), _begins(drawn))
+        found.append(np.concatenate([branching.parent, branching.choice, associator.probability(branching.hypotheses)]))
     same("branched again", found[1], found[0], 0.0)
     again = pytrees.take(start, slice(None), 0)  # its arrays without what it may have computed of them
-    same("probability before, afterwards", np.asarray(kept.probability(again)), before, 0.0)
-    none = first_scan(kept, scores[:, :1], np.zeros(0, dtype=bool))
+    same("probability before, afterwards", np.asarray(associator.probability(again)), before, 0.0)
+    none = first_scan(associator, scores[:, :1], np.zeros(0, dtype=bool))
     same("probability after a scan without returns", _table(none)[:-1, 0], before, 1e-9)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, same_moments, whitened
+from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, same_moments, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks, noise_of, regular
 from vedette.types import Gaussian
@@ -19,10 +19,8 @@ SHARP = 1e-4
 
 def inverted(sensor: Sensor, z: Array, noise: Array | None = None) -> Gaussian:
     """What one return gives; Closed if it gives no position."""
-    try:
+    with closed_if(NotImplementedError, "one return does not give a position"):
         return sensor.invert(frozen_copy(z), None if noise is None else frozen_copy(noise))
-    except NotImplementedError:
-        raise Closed("one return does not give a position") from None
 
 
 def a_sharp_return_inverts_exactly(sensor: Sensor, drawn: Looks) -> None:

@@ -7,9 +7,8 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import frozen_copy
 from vedette.testing.law import Profile
@@ -27,7 +26,7 @@ class Lives:
     hit: Array
     p_detect: Array
     spread: Array
-    order: NDArray[np.int64]
+    order: Indices
     dt: float
     later: float
 

@@ -9,7 +9,7 @@ from attrs import evolve, fields
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.testing.comparisons import Closed, Unlike, demand, same
+from vedette.testing.comparisons import Closed, Unlike, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, alike, innovation_of
@@ -127,14 +127,12 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
     before, chain = initial_of(estimator), chain_of(estimator, dt)
     share = (before @ chain)[:, None, None, None] * np.exp(np.stack(likely) - np.max(likely, axis=0))
     share = weights * share / share.sum(axis=0)  # of mode and return, (modes, 2, 2, 1 + returns)
-    try:
+    with closed_if(NotImplementedError, "it does not smooth"):
         found = estimator.smooth_step(now, later, dt, rng)
         back = [
             mode.moments(mode.smooth_step(part, mode.update(*end, each / each.sum(axis=-1, keepdims=True)), dt, rng))
             for mode, part, end, each in zip(modes, own, ends, share, strict=True)
         ]
-    except NotImplementedError:
-        raise Closed("it does not smooth") from None
     after = np.moveaxis(share.sum(axis=-1), 0, -1)
     alike(estimator, found, cases.mixture_moments(estimator.state, after, back), 1e-6, "smoothed ")
     wanted = np.sum(after[..., None, :] * before[:, None] * chain / (before @ chain), axis=-1)

@@ -208,8 +208,7 @@ def reframing_keeps_a_belief(model: MotionModel, drawn: Moves) -> None:
 
 def differences_undo_steps(model: MotionModel, drawn: Moves) -> None:
     """In the state space, difference and displace are inverse, and speeds are in the units of what moves."""
-    spaces.difference_undoes_displace(model.state, drawn.x, drawn.step)
-    spaces.plain_axes_do_not_wrap(model.state, drawn.x, drawn.step)
+    spaces.differences_undo_steps(model.state, drawn.x, drawn.step)
     spaces.speeds_have_their_units(model.state)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, same, same_moments
+from vedette.testing.comparisons import Closed, closed_if, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.inversion import a_sharp_return_inverts_exactly, inverted
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular
@@ -44,10 +44,8 @@ def shifted(space: Space, values: Array, sign: float, speed: Array) -> Array:
 
 def placed(sensor: Sensor, pose: Pose) -> Sensor:
     """The sensor at a pose; Closed if it cannot be placed."""
-    try:
+    with closed_if(NotImplementedError, "it cannot be placed"):
         return sensor.at(pose)
-    except NotImplementedError:
-        raise Closed("it cannot be placed") from None
 
 
 def at_home(sensor: Sensor) -> Sensor:

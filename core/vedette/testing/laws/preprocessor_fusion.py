@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.config.parameters import parameters
 from vedette.metrics.consistency import nees
-from vedette.sampling import psd_root
+from vedette.sampling import returns
 from vedette.space import Array
 from vedette.supporting import Preprocessor
 from vedette.testing.bands import judge_run_means
@@ -87,11 +87,9 @@ def _of_targets(preprocessor: Preprocessor, drawn: Raw) -> tuple[Array, Detectio
     x[:, exact.where[0]] += 1e4 * np.arange(len(x))
     scans = {}
     for name, sensor in preprocessor.sensors.items():
-        m = len(sensor.measurement)
-        root = psd_root(np.broadcast_to(sensor.noise(x), (len(x), m, m)))
-        z = sensor.measurement.displace(sensor.measure(x), (root @ rng.standard_normal((len(x), m, 1)))[..., 0])
-        seen = rng.random(len(x)) < sensor.detects(x)  # in 20 runs, as pairs of 600 take long
-        scans[name] = Scan(5.0, name, Detections(z.reshape(20, -1, m), seen.reshape(20, -1)))
+        standard = rng.standard_normal((len(x), len(sensor.measurement)))
+        z, seen = returns(sensor, x, rng.random(len(x)), standard)  # in 20 runs, as pairs of 600 take long
+        scans[name] = Scan(5.0, name, Detections(z.reshape(20, -1, z.shape[-1]), seen.reshape(20, -1)))
     made, at = made_of(preprocessor, scans), x[:, exact.where]
     if len(made.z) < 120:
         raise Closed("it makes few returns of targets")

@@ -13,7 +13,7 @@ from vedette import fields
 from vedette.filters import predicted, unforwarded
 from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, not_refused, soft
 from vedette.testing.laws.motion_cases import Moves
@@ -27,20 +27,25 @@ TURNED = np.array([2.0, 0.0])
 """How far the second scene is turned: the first lies on the wrap, the second does not."""
 
 
+class Shift(MotionModel):
+    """A motion x' = F x, not wrapped: that is the estimator's to do."""
+
+    divisible: ClassVar[bool] = True
+    linear: ClassVar[bool] = True
+
+    def move(self, x: Array, dt: float) -> Array:
+        return x @ self.jacobian(x, dt).T
+
+
 @final
 @frozen
-class Spin(MotionModel):
+class Spin(Shift):
     """A heading that turns at a rate, under white noise of the rate's derivative."""
 
     kind: ClassVar[str] = "kit_spin"
-    divisible: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
     state: ClassVar[Space] = STATE
 
     density: float = fields.quantity("rad^2/s^3", "spectral density of the noise", above=0)
-
-    def move(self, x: Array, dt: float) -> Array:
-        return x @ self.jacobian(x, dt).T  # not wrapped: that is the estimator's to do
 
     def jacobian(self, x: Array, dt: float) -> Array:
         return np.array([[1.0, dt], [0.0, 1.0]])
@@ -51,20 +56,15 @@ class Spin(MotionModel):
 
 @final
 @frozen
-class Marked(MotionModel):
+class Marked(Shift):
     """A position that drifts, and a mark without variance that `reframe` sets to the combined position."""
 
     kind: ClassVar[str] = "kit_marked"
-    divisible: ClassVar[bool] = True
-    linear: ClassVar[bool] = True
     reframes: ClassVar[bool] = True
     state: ClassVar[Space] = MARKED
     zero_variance: ClassVar[Space] = Space.of(mark="m")
 
     density: float = fields.quantity("m^2/s^3", "spectral density of the noise", above=0)
-
-    def move(self, x: Array, dt: float) -> Array:
-        return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
         return np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
@@ -94,10 +94,8 @@ def _remade(make: Callable[[float], MotionModel], component: Any, count: list[in
 def over_the_kits(make: Callable[[float], MotionModel], component: C) -> C:
     """Return an estimator or a motion around the kit's motions; Closed if it holds none, or they do not go together."""
     count: list[int] = []
-    try:
+    with closed_if((ValueError, NotImplementedError), "it does not go with the kit's motion: {}"):
         remade: C = _remade(make, component, count)
-    except (ValueError, NotImplementedError) as refusal:
-        raise Closed(f"it does not go with the kit's motion: {refusal}") from None
     if not count:
         raise Closed("it holds no motion that could be replaced by the kit's")
     return remade

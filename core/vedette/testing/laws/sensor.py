@@ -197,8 +197,7 @@ def standing_elsewhere_keeps_the_axes(sensor: Sensor, drawn: Looks) -> None:
 
 def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
     """In the measurement space, difference and displace are inverse; speeds are in the units of what moves."""
-    spaces.difference_undoes_displace(sensor.measurement, drawn.z, drawn.step)
-    spaces.plain_axes_do_not_wrap(sensor.measurement, drawn.z, drawn.step)
+    spaces.differences_undo_steps(sensor.measurement, drawn.z, drawn.step)
     for space in (sensor.measurement, sensor.observes):
         spaces.speeds_have_their_units(space)
 

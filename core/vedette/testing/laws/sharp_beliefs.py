@@ -15,7 +15,7 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling import psd_root
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, demand, deviations, frozen_copy, products, same, whitened
+from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, products, same, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft, started, sure
 from vedette.testing.linear_sensor import Watch
@@ -217,12 +217,10 @@ def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> No
     ahead = predicted(estimator, now, dt, rng)
     innovation = estimator.evaluate(ahead, drawn.watch, drawn.seen, P_GATE)
     later = estimator.update(ahead, innovation, sure(innovation.loglik, 1))
-    try:
+    with closed_if(NotImplementedError, "it does not smooth"):
         cross = estimator.cross_covariance(now, dt)
         found = estimator.moments(estimator.smooth_step(now, later, dt, rng))
         at_once = estimator.moments(estimator.smooth_step(now, later, 0.0, rng))
-    except NotImplementedError:
-        raise Closed("it does not smooth") from None
     F = motion.jacobian(drawn.prior.mean, dt)
     P, Q = drawn.prior.cov, motion.noise(drawn.prior.mean, dt)
     wide = F @ P @ np.swapaxes(F, -1, -2) + Q

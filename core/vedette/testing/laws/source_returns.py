@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 from itertools import islice
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
 from vedette.roles import Sensor
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette.supporting import Source
 from vedette.testing.bands import judge_scale
 from vedette.testing.comparisons import Closed, Lacking, Unlike, demand, same
@@ -26,7 +25,7 @@ CROWDED = 1e-4
 MANY = 1000
 """Looks of a scene that are judged."""
 
-Look = tuple[int, int, NDArray[np.int64], float]
+Look = tuple[int, int, Indices, float]
 """Of a target in a scan: which scan, how many returns it has, those near the target, and how surely it is detected."""
 
 

@@ -8,8 +8,11 @@ from vedette.space import Array, Space
 from vedette.testing.comparisons import demand, same
 
 
-def difference_undoes_displace(space: Space, x: Array, step: Array) -> None:
-    """A step of less than half a period is what the displaced point differs by, across the wrap too."""
+def differences_undo_steps(space: Space, x: Array, step: Array) -> None:
+    """A step of less than half a period is what the displaced point differs by, across the wrap too.
+
+    An axis without a period is subtracted and added as it is.
+    """
     periods = np.array([np.inf if axis.period is None else axis.period for axis in space.axes])
     short = np.clip(step, -0.49 * periods, 0.49 * periods)
     near_wraps = [np.where(np.isfinite(periods), share * periods, x) for share in (0.499, -0.499)]
@@ -17,6 +20,8 @@ def difference_undoes_displace(space: Space, x: Array, step: Array) -> None:
         for change in (short, -short):
             there = space.displace(point, change)
             same("difference", space.difference(there, point), change, 1e-9, np.abs(point).max(initial=1.0))
+    plain = ~np.isfinite(periods)
+    same("difference", space.difference(x + step, x)[..., plain], step[..., plain], 1e-9, np.abs(x).max(initial=1.0))
 
 
 def wraps_are_canonical(space: Space, x: Array, step: Array) -> None:
@@ -32,12 +37,6 @@ def wraps_are_canonical(space: Space, x: Array, step: Array) -> None:
         apart = np.abs(there[..., i] - x[..., i])
         turns = axis.period * (1.0 + np.abs(np.round(step[..., i])))
         same(f"{axis.name} after whole turns", np.minimum(apart, axis.period - apart), np.zeros(apart.shape), 1e-9, turns)
-
-
-def plain_axes_do_not_wrap(space: Space, x: Array, step: Array) -> None:
-    """An axis without a period is subtracted and added as it is."""
-    plain = [i for i, axis in enumerate(space.axes) if axis.period is None]
-    same("difference", space.difference(x + step, x)[..., plain], step[..., plain], 1e-9, np.abs(x).max(initial=1.0))
 
 
 def speeds_have_their_units(space: Space) -> None:
