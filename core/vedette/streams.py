@@ -13,9 +13,7 @@ from threading import Event
 from time import monotonic, time
 from typing import Any, ClassVar, Protocol
 
-import numpy as np
 from attrs import Factory, field, frozen
-from numpy.typing import NDArray
 
 from vedette.roles import Component
 from vedette.space import Array, Indices, Mask, Space
@@ -98,7 +96,7 @@ class TrackReport:
     number: int
     time: float
     space: Space
-    ids: NDArray[np.int64]
+    ids: Indices
     mean: Array
     cov: Array
     existence: Array

@@ -234,11 +234,11 @@ class Track:
     weights: tuple[Array, ...]
     nis: Array
     hit: Array
-    returns: tuple[NDArray[np.int64] | None, ...] | None = None
+    returns: tuple[Indices | None, ...] | None = None
     parents: tuple[int, ...] = ()
     merged: tuple[float, int] | None = None
     confirmed_at: Array | None = None
-    identity: NDArray[np.int64] | None = None
+    identity: Indices | None = None
     link: Array | None = None
 
 

@@ -6,12 +6,9 @@ import heapq
 from itertools import count
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vedette.kernels.results import Assignments
-from vedette.space import Array
-
-Columns = NDArray[np.int64]
+from vedette.space import Array, Indices
 
 
 def k_best(cost: Array, k: int) -> Assignments:
@@ -23,8 +20,8 @@ def k_best(cost: Array, k: int) -> Assignments:
     """
     cost = np.asarray(cost, dtype=float)
     n = cost.shape[0]
-    cheapest: list[Columns] = []
-    waiting: list[tuple[float, int, int, Array, Columns]] = []
+    cheapest: list[Indices] = []
+    waiting: list[tuple[float, int, int, Array, Indices]] = []
     order = count()
 
     def divide(first: int, costs: Array) -> None:
@@ -51,7 +48,7 @@ def k_best(cost: Array, k: int) -> Assignments:
     return Assignments(ranked[ascending], totals[ascending])
 
 
-def _sums(cost: Array, columns: Columns) -> Array:
+def _sums(cost: Array, columns: Indices) -> Array:
     """Return the costs (k,) of assignments (k, n), added row by row."""
     total = np.zeros(len(columns))
     for row, taken in zip(cost, columns.T, strict=True):
@@ -59,7 +56,7 @@ def _sums(cost: Array, columns: Columns) -> Array:
     return total
 
 
-def _cheapest(cost: Array) -> Columns | None:
+def _cheapest(cost: Array) -> Indices | None:
     """Return the columns (n,) of the cheapest assignment, or None if there is none."""
     from scipy.optimize import linear_sum_assignment
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vedette.kernels.results import BoxPairs
-from vedette.space import Array, Periods
+from vedette.space import Array, Indices, Periods
 
 _AT_ONCE = 1_000_000
 
@@ -42,7 +41,7 @@ def pairs_in_boxes(low: Array, high: Array, points: Array, periods: Periods, mos
     return BoxPairs(np.concatenate(first)[: most + 1], np.concatenate(second)[: most + 1])
 
 
-def linked_clusters(tracks: NDArray[np.int64], returns: NDArray[np.int64], t: int, k: int) -> NDArray[np.int64]:
+def linked_clusters(tracks: Indices, returns: Indices, t: int, k: int) -> Indices:
     """Return the number (t+k,) of the cluster that each track, and each return, is in, in the order of their first members.
 
     tracks and returns (p,): the pairs that link them. What is in no pair is a cluster of its own.
@@ -54,5 +53,4 @@ def linked_clusters(tracks: NDArray[np.int64], returns: NDArray[np.int64], t: in
         np.minimum.at(labels, tracks, least)
         np.minimum.at(labels, t + returns, least)
         labels = labels[labels]
-    numbers: NDArray[np.int64] = np.unique(labels, return_inverse=True)[1].reshape(t + k)
-    return numbers
+    return np.unique(labels, return_inverse=True)[1].reshape(t + k)

@@ -6,10 +6,9 @@ from typing import Any
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
 from vedette.sampling.seeds import Seed, Seeds
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.tracking import plain
 from vedette.tracking.identity import Names
 from vedette.tracking.lineage import Gates, Lineage, lineage
@@ -37,7 +36,7 @@ class State:
     belief: Any
     memory: Any
     unseen: Any
-    ids: NDArray[np.int64]
+    ids: Indices
     existence: Array
     confirmed: Mask
     weights: Array
@@ -47,12 +46,12 @@ class State:
     seed: Seed | Seeds
     steps: int
     leaves: Any
-    returns: NDArray[np.int64] | None = None
+    returns: Indices | None = None
     gates: Gates | None = None
     names: Names | None = None
     lost: float = 0.0
     offsets: Gaussian | None = None
-    linked: NDArray[np.int64] | None = None
+    linked: Indices | None = None
 
     def to_data(self) -> Any:
         """Return the state as plain data, which JSON holds and `Tracker.state_from` reads back to the last bit.
@@ -82,7 +81,7 @@ class State:
         return getattr(self.belief, "links", None) if self.leaves is None else self.leaves.links
 
     @property
-    def identity(self) -> NDArray[np.int64] | None:
+    def identity(self) -> Indices | None:
         """The code (*b, t) that each track most likely bears, -1 for none; None where no return named its object."""
         return None if self.names is None else self.names.borne
 

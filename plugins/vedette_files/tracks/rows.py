@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 from attrs import evolve, field, frozen
-from numpy.typing import NDArray
 
 from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Track
@@ -81,7 +80,7 @@ class TrackRows:
     """
 
     space: Space
-    track: NDArray[np.int64]
+    track: Indices
     time: Array
     mean: Array
     cov: Array
@@ -91,12 +90,12 @@ class TrackRows:
     miss: Array
     nis: Array
     modes: Array
-    columns: NDArray[np.int64]
+    columns: Indices
     below: Ragged
     weights: Ragged
     confirmed_at: Array | None = None
     link: Array | None = None
-    identity: NDArray[np.int64] | None = None
+    identity: Indices | None = None
     parents: Mapping[int, tuple[int, ...]] = field(factory=dict)
     merged: Mapping[int, tuple[float, int]] = field(factory=dict)
 

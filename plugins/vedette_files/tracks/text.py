@@ -7,10 +7,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vedette.errors import InputError
-from vedette.space import Array, Space
+from vedette.space import Array, Indices, Space
 from vedette.types import Track
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.input_files import lines, shown
@@ -173,6 +172,6 @@ def _track(identity: int, space: Space, rows: list[dict[str, Any]], merged: tupl
     )
 
 
-def _returns(rows: list[Array | None]) -> tuple[NDArray[np.int64] | None, ...] | None:
+def _returns(rows: list[Array | None]) -> tuple[Indices | None, ...] | None:
     whole = [None if row is None else row.astype(np.int64) for row in rows]
     return tuple(whole) if any(row is not None for row in whole) else None

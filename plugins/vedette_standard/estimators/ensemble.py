@@ -7,13 +7,13 @@ from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
 from vedette import (
     Array,
     Detections,
     Frame,
     Gaussian,
+    Indices,
     Innovation,
     MotionModel,
     Sensor,
@@ -32,7 +32,7 @@ class Ensemble:
     """Equally likely states (*b, t, p, n), and what the draws of the next update are seeded with (*b, t)."""
 
     points: Array
-    key: NDArray[np.int64]
+    key: Indices
 
 
 @frozen(eq=False)
@@ -57,7 +57,7 @@ class EnsembleKalman(OverMotion[Ensemble]):
     Errors fall as 1 / sqrt(members). A new track's points have exactly its prior's moments.
     Burgers, van Leeuwen, Evensen, Analysis Scheme in the Ensemble Kalman Filter, Monthly Weather Review 126, 1998.
 
-    >>> from vedette import Detections, Gaussian
+    >>> from vedette import Detections, Gaussian, Indices
     >>> from vedette_standard import LinearSensor, RandomWalk
     >>> rng, prior = np.random.default_rng(1), Gaussian(np.array([[100.0]]), np.array([[[9.0]]]))
     >>> estimator = EnsembleKalman(RandomWalk(2.0, axes=("x",)), members=2000)
@@ -164,6 +164,6 @@ class EnsembleKalman(OverMotion[Ensemble]):
         return space.mean(points, np.full(points.shape[:-1], 1 / points.shape[-2]))
 
 
-def _key(points: Array, rng: np.random.Generator) -> NDArray[np.int64]:
+def _key(points: Array, rng: np.random.Generator) -> Indices:
     """Return a number for each track, drawn."""
     return rng.integers(2**62, size=points.shape[:-2])

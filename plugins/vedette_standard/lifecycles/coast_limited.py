@@ -6,9 +6,8 @@ from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
-from vedette import Array, Mask, Review, fields
+from vedette import Array, Indices, Mask, Review, fields
 from vedette_standard.lifecycles.limited import DETECTED, Limited
 
 
@@ -16,7 +15,7 @@ from vedette_standard.lifecycles.limited import DETECTED, Limited
 class Coasting:
     """hits (*b, t): detections so far; missed (*b, t): detections expected since the last; confirmed (*b, t)."""
 
-    hits: NDArray[np.int64]
+    hits: Indices
     missed: Array
     confirmed: Mask
 

@@ -2,25 +2,22 @@
 
 from __future__ import annotations
 
-from typing import ClassVar, TypeAlias, final
+from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
-from vedette import Array, Mask, Review, fields, maker
+from vedette import Array, Indices, Mask, Review, fields, maker
 from vedette_standard.compiled import fastest
 from vedette_standard.lifecycles.limited import COVERED, DETECTED, Limited
-
-Counts: TypeAlias = NDArray[np.int64]
 
 
 @frozen(eq=False)
 class Looks:
     """hits (*b, t): one bit per look, the latest lowest; looks (*b, t): how many there were; confirmed (*b, t)."""
 
-    hits: Counts
-    looks: Counts
+    hits: Indices
+    looks: Indices
     confirmed: Mask
 
 
@@ -87,8 +84,8 @@ new_looks = maker(Looks)
 
 @fastest
 def m_of_n(
-    hits: Counts, looks: Counts, confirmed: Mask, hit: Array, p_detect: Array, worth: float, m: int, n: int, misses: int
-) -> tuple[Counts, Counts, Mask, Mask]:
+    hits: Indices, looks: Indices, confirmed: Mask, hit: Array, p_detect: Array, worth: float, m: int, n: int, misses: int
+) -> tuple[Indices, Indices, Mask, Mask]:
     """Return hits and looks after a scan, which tracks are confirmed, and which are alive."""
     detected = hit > DETECTED
     looked = detected | (p_detect >= worth)
