@@ -9,7 +9,7 @@ from __future__ import annotations
 import gc
 import os
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -30,7 +30,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     traceback = False
     try:
         parser = _parser()
-        parsed = parser.given(list(_values_joined(sys.argv[1:] if arguments is None else arguments)))
+        parsed = parser.given(_values_joined(sys.argv[1:] if arguments is None else arguments))
         traceback = parsed.traceback
         if parsed.limits is not None:
             os.environ[FACTOR] = parsed.limits
@@ -59,21 +59,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code
 
 
-def _values_joined(arguments: Sequence[str]) -> Iterator[str]:
-    """Yield the arguments with `--origin -33.8,151.2` as one: argparse takes what begins with a minus for an option."""
-    waiting = ""
+def _values_joined(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments with `--origin -33.8,151.2` as one: argparse takes what begins with a minus for an option."""
+    joined = [""]
     for argument in arguments:
-        if waiting and argument[:1] == "-" and argument[1:2].isdigit():
-            yield f"{waiting}={argument}"
-            waiting = ""
-            continue
-        if waiting:
-            yield waiting
-        waiting = argument if argument.startswith("--") and "=" not in argument else ""
-        if not waiting:
-            yield argument
-    if waiting:
-        yield waiting
+        if joined[-1].startswith("--") and "=" not in joined[-1] and argument[:1] == "-" and argument[1:2].isdigit():
+            joined[-1] += f"={argument}"
+        else:
+            joined.append(argument)
+    return joined[1:]
 
 
 def _open_streams() -> None:

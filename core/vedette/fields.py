@@ -17,6 +17,7 @@ if most of these make no sense, takes those of `tried`.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from operator import ge, gt, le, lt
 from typing import Any
 
 import numpy as np
@@ -29,10 +30,10 @@ ABSURD = 1e15
 """The largest allowed number: no physical quantity of a tracker is larger, and products of larger ones could overflow."""
 
 _LIMITS: dict[str, tuple[str, Callable[[float, float], bool]]] = {
-    "above": (">", lambda value, bound: value > bound),
-    "at_least": (">=", lambda value, bound: value >= bound),
-    "below": ("<", lambda value, bound: value < bound),
-    "at_most": ("<=", lambda value, bound: value <= bound),
+    "above": (">", gt),
+    "at_least": (">=", ge),
+    "below": ("<", lt),
+    "at_most": ("<=", le),
 }
 
 
@@ -159,12 +160,7 @@ def flag(doc: str, *, default: Any = NOTHING) -> Any:
 
 
 def array(
-    unit: str,
-    doc: str,
-    *,
-    ndim: int,
-    default: Any = NOTHING,
-    check: Callable[[Array], str | None] | None = None,
+    unit: str, doc: str, *, ndim: int, default: Any = NOTHING, check: Callable[[Array], str | None] | None = None
 ) -> Any:
     """Declare numbers in `unit` with `ndim` axes, read-only; `check` returns what is wrong with them, or None."""
     numbers_of = "numbers" if unit == "1" else f"numbers in {unit}"

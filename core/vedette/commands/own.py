@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import platform
 from argparse import ArgumentParser, Namespace
+from collections import Counter
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
 from typing import ClassVar, final
@@ -69,7 +70,5 @@ def _version(name: str) -> str | None:
 
 def _plugins(registry: Registry) -> dict[str, str]:
     """Return the number of components of each distribution."""
-    counts: dict[str, int] = {}
-    for entry in registry:
-        counts[entry.distribution] = counts.get(entry.distribution, 0) + 1
+    counts = Counter(entry.distribution for entry in registry)
     return {name: f"({count} component{'s' * (count > 1)})" for name, count in counts.items()}

@@ -24,7 +24,7 @@ from vedette.config.parameters import (
     parameters,
     words_of,
 )
-from vedette.config.registry import Registry
+from vedette.config.registry import Registry, choice_of
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.errors import ConfigError, Problem, VedetteError
 from vedette.tracking.faults import raised_by
@@ -205,40 +205,33 @@ class Builder:
             return given
         candidates = [entry for entry in self.registry.of_role(shape.role) if issubclass(entry.cls, shape.base)]
         if not isinstance(given, Mapping):
-            named = (
-                f", as {{ kind = {given!r} }}"
-                if isinstance(given, str) and given in [entry.kind for entry in candidates]
-                else ""
+            known = isinstance(given, str) and given in [entry.kind for entry in candidates]
+            named = f", as {{ kind = {given!r} }}" if known else ""
+            return self.fail(
+                place, f"must be a table that names its kind{named}, got {told(given)}; {choice_of(candidates)}"
             )
-            return self.fail(place, f"must be a table that names its kind{named}, got {told(given)}; {_kinds(candidates)}")
         at_kind = below(place, "kind")
         if "kind" not in given:
             typo = nearest("kind", [name for name in given if isinstance(name, str)])
             if typo is not None:
                 return self.fail(below(place, typo), "unknown; did you mean 'kind'?")
-            return self.fail(at_kind, f"missing; {_kinds(candidates)}")
+            return self.fail(at_kind, f"missing; {choice_of(candidates)}")
         kind = given["kind"]
         if not isinstance(kind, str):
-            return self.fail(at_kind, f"must be the name of a kind, got {told(kind)}; {_kinds(candidates)}")
+            return self.fail(at_kind, f"must be the name of a kind, got {told(kind)}; {choice_of(candidates)}")
         entry = next((entry for entry in candidates if entry.kind == kind), None)
         if entry is None:
             self.problems.append(Problem(at_kind, self._why_not(shape, kind, candidates)))  # never cut: it holds the cause
             return FAILED
-        known = ["kind", *(parameter.name for parameter in entry.parameters)]
-        meant = self.check_names(given, known, place, repr(kind))
+        names = ["kind", *(parameter.name for parameter in entry.parameters)]
+        meant = self.check_names(given, names, place, repr(kind))
         return self.construct(entry.cls, entry.parameters, given, place, meant)
 
     def _why_not(self, shape: Part, kind: str, candidates: list[Installed]) -> str:
         """Return why a kind cannot be used here: it is not installed, or not of the narrower base that is needed."""
         if self.registry.find(shape.role, kind) is None:
             return self.registry.unknown(shape.role, kind, candidates)
-        return f"must be a {shape.base.__name__}, and {kind!r} is none; {_kinds(candidates)}"
-
-
-def _kinds(candidates: Iterable[Installed]) -> str:
-    """Return the kinds to choose from."""
-    kinds = ", ".join(entry.kind for entry in candidates)
-    return f"installed: {kinds}" if kinds else "none is installed"
+        return f"must be a {shape.base.__name__}, and {kind!r} is none; {choice_of(candidates)}"
 
 
 def _converted(attribute: attrs.Attribute[Any], given: Any) -> Any:

@@ -42,6 +42,8 @@ class Installed:
 
     def describe(self) -> dict[str, Any]:
         """Return a full description as plain data, for listings."""
+        contributions = {name: list(parts) for name, parts in self.contributions.items()}
+        further = {"misprint": self.cls.misprint, "contributions": contributions}
         return {
             "role": self.role,
             "kind": self.kind,
@@ -49,8 +51,7 @@ class Installed:
             "version": self.version,
             "summary": self.summary,
             "parameters": [parameter.describe() for parameter in self.parameters],
-            **_told(misprint=self.cls.misprint),
-            **_told(contributions={name: list(parts) for name, parts in self.contributions.items()}),
+            **{name: value for name, value in further.items() if value},
         }
 
     @property
@@ -58,11 +59,6 @@ class Installed:
         """What a reproduced paper contributes, and which components it is; empty for other roles."""
         elements = getattr(self.cls, "elements", ()) if self.role == "reproduction" else ()
         return {f"{element.what}, {element.where}": element.made_of for element in elements if element.made_of}
-
-
-def _told(**given: Any) -> dict[str, Any]:
-    """Return what there is to tell."""
-    return {name: value for name, value in given.items() if value}
 
 
 def check_version(module: Any) -> None:

@@ -29,8 +29,7 @@ def _usual_birth(config: Mapping[str, Any], registry: Registry) -> Mapping[str, 
     kind = lifecycle.get("kind") if isinstance(lifecycle, Mapping) else None
     entry = registry.find("lifecycle", kind) if isinstance(kind, str) else None
     cls = lifecycle if isinstance(lifecycle, Lifecycle) else None if entry is None else entry.cls
-    usual: Mapping[str, Any] | None = getattr(cls, "usual_birth", None)
-    return usual
+    return getattr(cls, "usual_birth", None)
 
 
 def _names(birth: Mapping[str, Any] | None, registry: Registry) -> set[str]:

@@ -198,8 +198,7 @@ def holds_parts(shape: Shape) -> bool:
 
 def words_of(cls: type) -> Mapping[str, Mapping[str, Any]]:
     """Return the words that a config may write for a plain attrs class, each with the table that it stands for."""
-    words: Mapping[str, Mapping[str, Any]] = getattr(cls, "words", {})
-    return words
+    return getattr(cls, "words", {})
 
 
 def tables(given: Iterable[Parameter]) -> list[type]:
@@ -225,7 +224,7 @@ def _table_of(shape: Shape) -> type | None:
 
 _LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}
 _ARRAYS = {1: "list of numbers", 2: "matrix"}
-_PLURALS = {"motion": "motion models", "whole number": "whole numbers", "true or false": "true or false", "text": "texts"}
+_PLURALS = {"motion": "motion models", "whole number": "whole numbers"}
 
 
 def _several(shape: Shape) -> str:

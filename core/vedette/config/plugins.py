@@ -82,16 +82,12 @@ def _found(places: tuple[tuple[str, int], ...]) -> tuple[tuple[Loaded, ...], tup
 @lru_cache(maxsize=1)
 def _loaded(points: tuple[EntryPoint, ...], places: tuple[str, ...]) -> tuple[tuple[Loaded, ...], tuple[SetAside, ...]]:
     """Load plugins once, while what is installed, and in which `places`, stays the same."""
-    used: list[Loaded] = []
-    aside: list[SetAside] = []
     owners = {id(dist): _owner(dist) for dist in {id(point.dist): point.dist for point in points}.values()}
-    for point in sorted(points, key=lambda point: (owners[id(point.dist)], point.name)):
-        plugin = _load(point, *owners[id(point.dist)])
-        if isinstance(plugin, Loaded):
-            used.append(plugin)
-        else:
-            aside.append(plugin)
-    return tuple(used), tuple(aside)
+    in_order = sorted(points, key=lambda point: (owners[id(point.dist)], point.name))
+    plugins = [_load(point, *owners[id(point.dist)]) for point in in_order]
+    return tuple(one for one in plugins if isinstance(one, Loaded)), tuple(
+        one for one in plugins if isinstance(one, SetAside)
+    )
 
 
 def _owner(dist: Distribution | None) -> tuple[str, str]:

@@ -41,6 +41,12 @@ class Clash:
         )
 
 
+def choice_of(candidates: Iterable[Installed]) -> str:
+    """Return the kinds to choose from, in words."""
+    kinds = ", ".join(entry.kind for entry in candidates)
+    return f"installed: {kinds}" if kinds else "none is installed"
+
+
 def _in_order(entries: Iterable[Installed]) -> tuple[Installed, ...]:
     roles = list(ROLES)
     return tuple(sorted(entries, key=lambda entry: (roles.index(entry.role), entry.kind)))
@@ -128,10 +134,8 @@ class Registry:
         if unused := self.unused(kind, [role]):
             return "; ".join(unused)
         offered = [*candidates]
-        kinds = [entry.kind for entry in offered]
         elsewhere = [entry.role for entry in self.entries if entry.kind == kind]
         hint = f" it is a kind of {' and '.join(elsewhere)};" if elsewhere else which_kind(kind, offered)
-        known = f"installed: {', '.join(kinds)}" if kinds else "none is installed"
         causes = "".join(f" {cause};" for cause in self.unreadable())
         shown = repr(kind) if len(kind) <= 60 else f"{kind[:57]!r}... of {len(kind):,} characters"
-        return f"unknown kind {shown};{hint}{causes} {known}"
+        return f"unknown kind {shown};{hint}{causes} {choice_of(offered)}"

@@ -98,5 +98,4 @@ def _arrived(
 
 def _times(matrix: Array, vector: Array) -> Array:
     """Multiply (*b, p, q) by (*b, q): (*b, p)."""
-    product: Array = (matrix @ vector[..., None])[..., 0]
-    return product
+    return (matrix @ vector[..., None])[..., 0]

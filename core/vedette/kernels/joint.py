@@ -208,5 +208,4 @@ def _none_of(new: int) -> Any:
 
 def _of(sums: Array, places: list[int], column: int, taken: int) -> Array:
     """Return the sums for which an open column is taken (1) or not (0), a view."""
-    part: Array = sums[(slice(None),) * places.index(column) + (taken, ...)]
-    return part
+    return sums[(slice(None),) * places.index(column) + (taken, ...)]

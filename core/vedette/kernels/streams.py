@@ -13,15 +13,9 @@ Generators = Sequence[np.random.Generator]
 
 def normals(rngs: Generators, shape: tuple[int, ...]) -> Array:
     """Draw standard normal numbers (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
-    drawn = np.empty((len(rngs), *shape))
-    for i, rng in enumerate(rngs):
-        drawn[i] = rng.standard_normal(shape)
-    return drawn
+    return np.array([rng.standard_normal(shape) for rng in rngs]).reshape(len(rngs), *shape)
 
 
 def uniforms(rngs: Generators, shape: tuple[int, ...]) -> Array:
     """Draw uniform numbers in [0, 1) (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
-    drawn = np.empty((len(rngs), *shape))
-    for i, rng in enumerate(rngs):
-        drawn[i] = rng.random(shape)
-    return drawn
+    return np.array([rng.random(shape) for rng in rngs]).reshape(len(rngs), *shape)

@@ -59,8 +59,7 @@ def cancels(P: Array, F: Array, cov: Array) -> bool:
 
 
 def _diagonal(matrix: Array) -> Array:
-    diagonal: Array = matrix.diagonal(axis1=-2, axis2=-1)
-    return diagonal
+    return matrix.diagonal(axis1=-2, axis2=-1)
 
 
 def measure_twin(x: Array, function: Any, parameters: Array, m: int) -> Measured | None:

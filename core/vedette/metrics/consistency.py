@@ -31,8 +31,7 @@ def gate_threshold(axes: Array | int, gate_probability: Array | float) -> Array:
     """Return the largest squared distance inside a gate: the quantile of chi2_m, m of any shape."""
     from scipy.special import gammaincinv
 
-    quantile: Array = 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability)
-    return quantile
+    return 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability)
 
 
 def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array:
@@ -43,8 +42,7 @@ def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array
     from scipy.special import gammainc
 
     half = 0.5 * gate_threshold(axes, gate_probability)
-    factor: Array = gammainc(np.asarray(axes) / 2.0 + 1.0, half) / gate_probability
-    return factor
+    return gammainc(np.asarray(axes) / 2.0 + 1.0, half) / gate_probability
 
 
 def within_gate(nis: Array, hit: Array, axes: Array | int, gate_probability: Array | float) -> Mask:
@@ -52,8 +50,7 @@ def within_gate(nis: Array, hit: Array, axes: Array | int, gate_probability: Arr
 
     Those beyond it that count as a sure track's own are not of the cut chi-square, whose mean is `gate_truncation`.
     """
-    inside: Mask = nis <= gate_threshold(axes, gate_probability) * np.maximum(hit, 1e-300)
-    return inside
+    return nis <= gate_threshold(axes, gate_probability) * np.maximum(hit, 1e-300)
 
 
 def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:

@@ -31,8 +31,7 @@ def distances(truth: Array, estimates: Array) -> Array:
     square = np.zeros((len(truth), len(estimates)))
     for axis in range(truth.shape[-1]):
         square += (truth[:, None, axis] - estimates[None, :, axis]) ** 2
-    apart: Array = np.sqrt(square)
-    return apart
+    return np.sqrt(square)
 
 
 def gospa(distance: Array | Near, cutoff: float, order: float = 2.0) -> Gospa:

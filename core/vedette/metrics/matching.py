@@ -68,14 +68,7 @@ def nees_or_nan(error: Array, cov: Array) -> Array:
         return np.full(len(error), np.nan)
 
 
-def matched(
-    entries: Entries,
-    truth: Truth,
-    judged: Indices,
-    options: Judge,
-    held: Held,
-    which: Indices,
-) -> Match:
+def matched(entries: Entries, truth: Truth, judged: Indices, options: Judge, held: Held, which: Indices) -> Match:
     """Match the entries of confirmed tracks with the truth at the scans `judged`, the known offset removed.
 
     `held` says which matches there were before; `which` of its true objects are those of `truth`.

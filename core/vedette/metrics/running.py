@@ -92,10 +92,7 @@ class RunningJudge:
         self._held, self._held_longer = Held(len(truth)), Held(len(truth))
         self._sets, self._later, self._errors, self._nis = Total(), Total(), Errors(), Nis()
         self._fates = [Fate() for _ in truth]
-        self._further: dict[str, Collected] = {}
-        for figure in figures:
-            if figure.start is not None:
-                self._further[figure.name] = figure.start()
+        self._further: dict[str, Collected] = {one.name: one.start() for one in figures if one.start is not None}
         self._looks: list[Scan] = []
         self._numbers: list[int] = []
 
@@ -106,8 +103,8 @@ class RunningJudge:
         names = ids[confirmed]
         self.tracks += len(new := set(names.tolist()) - self._confirmed)
         self._confirmed |= new
-        columns = {"track": names, "mean": estimate.mean, "cov": estimate.cov, "nis": nis, "hit": hit, "modes": modes}
-        kept = {name: values[confirmed] for name, values in columns.items() if name != "track" and values is not None}
+        columns = {"mean": estimate.mean, "cov": estimate.cov, "nis": nis, "hit": hit, "modes": modes}
+        kept = {name: values[confirmed] for name, values in columns.items() if values is not None}
         bare = scan if scan.frame is None else evolve(scan, frame=None)  # frames of a whole block would not fit
         self._rows.append({"scan": bare, "gate": gate_of(scan, self._gate), "track": names, **kept})
 

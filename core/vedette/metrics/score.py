@@ -180,11 +180,7 @@ class Score:
     mode_prob: tuple[float, ...] | None = _of("1", "mean mode probability")
     lost: Number = _of("1", "part of the objects that are lost", "lost", label="share of lost runs", within=_SHARE)
     coverage: Number = _of(
-        "1",
-        "part of the scans in which an object is covered",
-        "coverage",
-        label="share of time covered",
-        within=_SHARE,
+        "1", "part of the scans in which an object is covered", "coverage", label="share of time covered", within=_SHARE
     )
     id_switches: int | None = _of("1", "identity switches", "id_switches")
     false_tracks: Number = _of(
@@ -226,10 +222,9 @@ class Score:
 
     def figures(self) -> dict[str, Any]:
         """Return plain numbers, tuples and tables by name, as JSON takes them; nothing is NaN."""
-        told, more = attrs.asdict(self), {name: value for name, value in self.more.items() if value is not None}
-        return {**{name: value for name, value in told.items() if name not in ("more", "truths")}, **more} | {
-            "truths": told["truths"]
-        }
+        told = attrs.asdict(self)
+        more, truths = told.pop("more"), told.pop("truths")
+        return told | {name: value for name, value in more.items() if value is not None} | {"truths": truths}
 
 
 FIGURES = declared(Score)

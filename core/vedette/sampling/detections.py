@@ -61,11 +61,7 @@ def shuffled(z: Array, valid: Mask, rng: np.random.Generator) -> Detections:
 
 
 def draw_detections(
-    sensor: Sensor,
-    x: Array,
-    rng: np.random.Generator,
-    region: Mapping[str, Bounds] | None = None,
-    alive: Mask | None = None,
+    sensor: Sensor, x: Array, rng: np.random.Generator, region: Mapping[str, Bounds] | None = None, alive: Mask | None = None
 ) -> Detections:
     """Draw one scan of objects, in random order.
 

@@ -78,8 +78,7 @@ def _weighed(it: Expected, scores: Array) -> Array:
     """Return the weights (*b, t, 1+k) of returns with evidence, or of a frame: several tracks may appear in it."""
     associator, evidence = it.plan.associator, it.observed.evidence
     if isinstance(it.observed, Frame):
-        alone: Array = associator.associate(scores[..., None, :], None)[..., 0, :]
-        return alone
+        return associator.associate(scores[..., None, :], None)[..., 0, :]
     return associator.associate(scores, None if evidence is None else evidence[..., None, :])
 
 

@@ -151,10 +151,7 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
 
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
     rows = _rows(plan, state)
-    belief, existence = rows.belief, rows.existence
-    if estimator.traits.reframes and dt > 0:
-        belief = estimator.reframe(belief, estimator.moments(belief))
-    belief = estimator.predict(belief, dt, rng)
+    belief, existence = predicted(estimator, rows.belief, dt, rng), rows.existence
     if not plan.lifecycle.certain:
         existence = plan.lifecycle.predict(existence, dt)
         if isinstance(observed, Frame):

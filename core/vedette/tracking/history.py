@@ -66,10 +66,7 @@ class History:
         order = order[np.isin(ids[order], ids[self._column("confirmed")])]
         edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
         columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
-        if self._rows[0]["mode_prob"] is not None:
-            columns["mode_prob"] = self._column("mode_prob")[order]
-        if self._rows[0]["link"] is not None:
-            columns["link"] = self._column("link")[order]
+        columns |= {name: self._column(name)[order] for name in ("mode_prob", "link") if self._rows[0][name] is not None}
         if any(row["identity"] is not None for row in self._rows):
             columns["identity"] = np.concatenate([_codes(row) for row in self._rows])[order]
         weights = [row for rows in self._rows for row in rows["weights"]]

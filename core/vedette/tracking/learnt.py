@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
+from vedette import kernels
 from vedette.space import Array, Indices
 from vedette.types import Gaussian
 
@@ -23,14 +24,14 @@ class Information:
     def posterior(self) -> Gaussian:
         """The numbers after it."""
         cov = np.linalg.inv(np.eye(self.matrix.shape[-1]) + self.matrix)
-        return Gaussian((cov @ self.vector[..., None])[..., 0], 0.5 * (cov + np.swapaxes(cov, -1, -2)))
+        return Gaussian((cov @ self.vector[..., None])[..., 0], kernels.symmetric(cov))
 
     @property
     def as_return(self) -> Gaussian:
         """A return z = b + v that says the same, and next to nothing where this says nothing."""
         value, axes = np.linalg.eigh(self.matrix)
         cov = (axes / np.maximum(value, UNKNOWN)[..., None, :]) @ np.swapaxes(axes, -1, -2)
-        return Gaussian((cov @ self.vector[..., None])[..., 0], 0.5 * (cov + np.swapaxes(cov, -1, -2)))
+        return Gaussian((cov @ self.vector[..., None])[..., 0], kernels.symmetric(cov))
 
 
 def within(L: Array, origin: Array, offsets: Gaussian) -> Gaussian:
@@ -54,15 +55,13 @@ def of_tracks(learnt: Information, shares: Array, track: Indices | None) -> Info
     """Return what tracks learnt, from rows that are theirs with probabilities `shares`, by the moments of the mixture."""
     row = learnt.posterior
     nothing = np.eye(row.cov.shape[-1])
-    if track is not None:
-        _, track = np.unique(track, return_inverse=True)
     p = shares[..., None, None]
     mean, cov = p[..., 0] * row.mean, p * (row.cov + row.mean[..., :, None] * row.mean[..., None, :])
     if track is not None:
-        count = int(track.max()) + 1
-        summed = [np.zeros((count, *part.shape[1:])) for part in (mean, cov, p)]
+        which = np.unique(track, return_inverse=True)[1]
+        summed = [np.zeros((int(which.max()) + 1, *part.shape[1:])) for part in (mean, cov, p)]
         for to, part in zip(summed, (mean, cov, p), strict=True):
-            np.add.at(to, track, part)
+            np.add.at(to, which, part)
         mean, cov, p = summed
     cov = cov + (1.0 - p) * nothing - mean[..., :, None] * mean[..., None, :]
     return gained(Gaussian(mean, cov), Gaussian(np.zeros_like(mean), np.broadcast_to(nothing, cov.shape)))

@@ -58,8 +58,7 @@ def meet(it: Expected) -> Met:
     elif it.scan.detections.z.size > FEW and is_sparse(plan, it.state, it.scan) and isinstance(observed, Detections):
         return None, None, tuple(_of_few(it, observed, *few) for few in _candidates(it, observed))
     innovation = it.innovation
-    rate = None if it.undetected is None else it.undetected.rate
-    scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, rate, it.confirmed)
+    scores = plan.gate.scores(innovation, it.sensor, observed, it.existence, it.gate, it.rate, it.confirmed)
     if observed.identity is not None:
         scores = weighed(plan.identity, it.names, observed.identity, scores)
     return innovation, scores, None
@@ -88,7 +87,7 @@ def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indic
         tracks, returns = tracks[counts], returns[counts]
     number = np.bincount(tracks, minlength=t)
     starts = np.cumsum(number) - number
-    width = np.where(number > 1, 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64), 1)
+    width = 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
     groups = []
     for w in np.unique(width).tolist():
         rows = np.flatnonzero(width == w)

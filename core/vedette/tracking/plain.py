@@ -100,8 +100,7 @@ def _array(data: Mapping[str, Any]) -> np.ndarray[Any, Any]:
     content = b64decode(data["bytes"], validate=True)
     if len(content) != math.prod(shape) * dtype.itemsize:
         raise ValueError(f"{len(content)} bytes do not make {shape} of {dtype}")
-    native: np.ndarray[Any, Any] = np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="))
-    return native
+    return np.frombuffer(content, dtype).reshape(shape).astype(dtype.newbyteorder("="))
 
 
 def name_of(cls: type) -> str:

@@ -20,7 +20,7 @@ from vedette.tracking.identity import Identity
 from vedette.tracking.position_spread import check_spread
 from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
-from vedette.types import Detections, Gaussian, Mixtures
+from vedette.types import Detections, Mixtures, Newborn
 
 _MERGE = "'kalman', 'ekf' and an 'imm' of them"
 
@@ -134,8 +134,7 @@ def _coarse(sensors: Mapping[str, Sensor], associator: Associator, gate: Gate) -
 def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
     """Raise ValueError if tracks begin with less existence than the lifecycle ends them with."""
     first = None if birth is None or lifecycle.certain else birth.initial_existence
-    if first is not None and first < lifecycle.least_existence:
-        least = lifecycle.least_existence
+    if first is not None and first < (least := lifecycle.least_existence):
         raise ValueError(f"birth: must begin tracks with an existence of at least {least:g}, where they end, got {first:g}")
 
 
@@ -175,11 +174,15 @@ def _own_words() -> Iterator[None]:
         raise ValueError(f"birth.{error}") from None
 
 
+def of_no_track(estimator: Estimator[Any]) -> tuple[Any, np.random.Generator]:
+    """Return the belief of no track at all, to ask what an estimator can do, and the generator to ask with."""
+    rng = np.random.default_rng(0) if estimator.traits.draws else NO_DRAWS
+    return estimator.start(Newborn.none(len(estimator.state)).prior, estimator.state, rng), rng
+
+
 def _merges(estimator: Estimator[Any]) -> bool:
     """Return whether the estimator merges beliefs."""
-    n, nothing = len(estimator.state), np.zeros(0, dtype=np.int64)
-    rng = np.random.default_rng(0) if estimator.traits.draws else NO_DRAWS
-    none = estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), estimator.state, rng)
+    none, nothing = of_no_track(estimator)[0], np.zeros(0, dtype=np.int64)
     try:
         estimator.merge(none, Mixtures(nothing, nothing, np.zeros(0), 0))
     except NotImplementedError:

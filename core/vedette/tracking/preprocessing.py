@@ -135,9 +135,8 @@ def _whole(scan: Scan) -> Scan:
     if detections.missing is None:
         return scan
     valid = detections.valid & ~np.any(detections.missing, axis=-1)
-    return evolve(
-        scan, detections=evolve(detections, z=np.where(valid[..., None], detections.z, 0.0), valid=valid, missing=None)
-    )
+    whole = evolve(detections, z=np.where(valid[..., None], detections.z, 0.0), valid=valid, missing=None)
+    return evolve(scan, detections=whole)
 
 
 def preprocess(
@@ -159,7 +158,7 @@ def _sound(
     scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, strict: bool
 ) -> Iterator[Scan]:
     """Yield the scans without what no preprocessor can take."""
-    raw = {name: sensor for preprocessor in preprocessors.values() for name, sensor in preprocessor.sensors.items()}
+    raw = raw_sensors(preprocessors, {})
     for i, scan in enumerate(scans):
         scan = with_axes(scan, raw)
         if scan.sensor in raw and (refused := flaws(scan, raw, scan.time)):

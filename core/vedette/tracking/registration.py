@@ -12,7 +12,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
+from vedette import fields, kernels
 from vedette.filters.motion import predicted
 from vedette.roles import Estimator, Sensor
 from vedette.sampling.generators import NO_DRAWS
@@ -108,7 +108,7 @@ class Offsets:
         gain[..., self.at, :] = np.eye(len(self.at))
         step = (gain @ (offsets.mean - marginal.mean)[..., None])[..., 0]
         cov = prior.cov + gain @ (offsets.cov - marginal.cov) @ np.swapaxes(gain, -1, -2)
-        return Gaussian(self.state.displace(prior.mean, step), 0.5 * (cov + np.swapaxes(cov, -1, -2)))
+        return Gaussian(self.state.displace(prior.mean, step), kernels.symmetric(cov))
 
     def begun(self, sensor: Sensor, begin: Newborn, offsets: Gaussian) -> Newborn:
         """Return tracks that begin at returns of a sensor, with the offsets as they are known by now."""

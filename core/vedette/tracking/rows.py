@@ -57,9 +57,6 @@ def compact(rows: Rows) -> Rows:
     weights, distances = np.zeros((len(rows.ids), 1 + width)), np.zeros((len(rows.ids), width))
     names = np.full((len(rows.ids), width), -1)
     weights[:, 0] = rows.weights[:, 0]
-    weights[tracks, 1 + column], distances[tracks, column] = (
-        rows.weights[tracks, 1 + returns],
-        rows.distances[tracks, returns],
-    )
-    names[tracks, column] = returns
+    weights[tracks, 1 + column], names[tracks, column] = rows.weights[tracks, 1 + returns], returns
+    distances[tracks, column] = rows.distances[tracks, returns]
     return evolve(rows, weights=weights, distances=distances, returns=names)

@@ -20,17 +20,16 @@ from vedette.sampling.generators import NO_DRAWS
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.tracking import pytrees
 from vedette.tracking.history import History
+from vedette.tracking.plan import of_no_track
 from vedette.tracking.retelling import retold, smoothed_rows
 from vedette.tracking.state import State, next_state
 from vedette.tracking.tracker import Tracker
-from vedette.types import Gaussian, Track
+from vedette.types import Track
 
 
 def check_smoothing(tracker: Tracker) -> None:
     """Raise ConfigError if the tracker's estimator cannot smooth, before a long run rather than after it."""
-    n = len(tracker.state)
-    rng = np.random.default_rng(0) if tracker.estimator.traits.draws else NO_DRAWS
-    none = tracker.estimator.start(Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), tracker.state, rng)
+    none, rng = of_no_track(tracker.estimator)
     try:
         tracker.estimator.smooth_step(none, none, 1.0, rng)
     except NotImplementedError as error:

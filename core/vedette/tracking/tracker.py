@@ -33,7 +33,7 @@ from vedette.tracking.registration import Registration
 from vedette.tracking.state import State
 from vedette.tracking.validation import admitted, checked_prior
 from vedette.tracking.whole_scan import in_one_call
-from vedette.types import Gaussian, Recording, Scan, new_gaussian
+from vedette.types import Gaussian, Newborn, Recording, Scan, new_gaussian
 
 
 def _shown(estimate: Gaussian) -> Gaussian:
@@ -126,7 +126,7 @@ class Tracker:
         prior = self.given(Recording(())) if given is None else checked_prior(given, n)
         confirmed = prior is not None
         if prior is None:
-            prior = Gaussian(np.zeros((0, n)), np.zeros((0, n, n)))
+            prior = Newborn.none(n).prior
         shape, offsets = prior.mean.shape[:-1], None
         if (common := self._plan.offsets) is not None:
             offsets = Gaussian(

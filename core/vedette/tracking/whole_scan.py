@@ -36,15 +36,10 @@ def in_one_call(plan: Plan, state: State, scan: Scan, observed: Detections | Fra
         state,
         time=scan.time,
         belief=belief,
-        existence=state.existence,
         weights=weights,
         distances=distances,
-        approximated=state.approximated,
         steps=state.steps + 1,
         returns=None,
-        names=state.names,
-        offsets=None,
-        linked=state.linked,
     )
 
 
