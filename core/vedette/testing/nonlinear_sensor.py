@@ -18,13 +18,13 @@ MEASURED = Space.of(z0="rad mod 2pi", z1="m", z2="m")
 
 @final
 @frozen(eq=False)
-class Unlike(Sensor):
+class Bent(Sensor):
     """z = (a bearing, two bent lengths) of u = (x - centre) / size, with noise and detection that depend on the state.
 
     z0 = turn + A0 u + B0 u^2 modulo 2 pi, z1 and z2 = A u + B u^2. R = C (1 + tanh(g u) / 2), P_D = .7 + .2 tanh(d u).
     """
 
-    kind: ClassVar[str] = "kit_unlike"
+    kind: ClassVar[str] = "kit_bent"
     measurement: ClassVar[Space] = MEASURED
     optional: ClassVar[Mapping[str, float]] = {"z1": 50.0, "z2": 50.0}
 

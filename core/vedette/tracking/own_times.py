@@ -19,7 +19,7 @@ from vedette.types import Detections, Innovation, Mixtures, Scan
 
 
 @frozen(eq=False)
-class Taken:
+class AtOwnTimes:
     """The detail of an innovation: `places` (t, k) in `beliefs` of what each track is at the scan if it took each return."""
 
     places: Indices
@@ -43,7 +43,7 @@ def evaluated(
 ) -> Innovation:  # fmt: skip
     """Return the innovation of tracks whose `beliefs` are those after the last scan and at this one, dt s later.
 
-    Of a return within `limit`, the gate's squared distance, its detail, `Taken`, has what it makes of a track.
+    Of a return within `limit`, the gate's squared distance, its detail, `AtOwnTimes`, has what it makes of a track.
     """
     before, now = beliefs
     nothing = Detections.of([], observed.z.shape[-1])
@@ -63,13 +63,13 @@ def evaluated(
         after = estimator.update(pytrees.take(belief, tracks, 0), pytrees.take(met, tracks, 0), sure)
         places[tracks, some[column]], count = count + np.arange(len(tracks)), count + len(tracks)
         beliefs_after.append(predicted(estimator, after, rest, rng))
-    return Innovation(loglik, distance, volume, nis, Taken(places, pytrees.Common(pytrees.in_order(beliefs_after))))
+    return Innovation(loglik, distance, volume, nis, AtOwnTimes(places, pytrees.Common(pytrees.in_order(beliefs_after))))
 
 
 def updated(estimator: Estimator[Any], belief: Any, innovation: Innovation, weights: Array) -> Any:
     """Return the posterior under association weights (t, 1+k), whatever the times of the returns."""
     taken = innovation.detail
-    if not isinstance(taken, Taken):
+    if not isinstance(taken, AtOwnTimes):
         return estimator.update(belief, innovation, weights)
     rows, column = np.nonzero(weights)
     parts = np.where(column > 0, len(weights) + taken.places[rows, column - 1], rows) if column.any() else rows

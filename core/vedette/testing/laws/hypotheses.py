@@ -33,7 +33,7 @@ def with_room(associator: A) -> A:
 
 
 @frozen(eq=False)
-class Scan:
+class FirstScan:
     """A scan's branching and what was asked: log scores (t, 1+k) of one leaf a track, and where tracks may begin (k,)."""
 
     scores: Array
@@ -46,7 +46,7 @@ class Scan:
         return self.branching.parent >= 0
 
 
-def first_scan(associator: HypothesisAssociator, scores: Array, begins: Mask) -> Scan:
+def first_scan(associator: HypothesisAssociator, scores: Array, begins: Mask) -> FirstScan:
     """Return what becomes of given tracks in their first scan."""
     start = associator.initial_hypotheses(len(scores))
     branching = associator.branch(start, LeafScores.of(frozen_copy(scores)), np.array(begins))
@@ -54,7 +54,7 @@ def first_scan(associator: HypothesisAssociator, scores: Array, begins: Mask) ->
     demand(len(branching.choice) == count, f"branch: {count} parents, but {len(branching.choice)} choices")
     probability = np.asarray(associator.probability(branching.hypotheses))
     demand(probability.shape == (count,), f"probability: must have shape {(count,)}, got {probability.shape}")
-    return Scan(scores, begins, branching, probability)
+    return FirstScan(scores, begins, branching, probability)
 
 
 def _begins(drawn: Scores) -> Mask:
@@ -62,7 +62,7 @@ def _begins(drawn: Scores) -> Mask:
     return begins
 
 
-def _table(scan: Scan) -> Array:
+def _table(scan: FirstScan) -> Array:
     """Return the probability of each track and choice (t, 1+k), and in a last row that a track begins at a return."""
     t, columns = scan.scores.shape
     table = np.zeros((t + 1, columns))

@@ -19,7 +19,7 @@ from vedette.testing.comparisons import Closed, closed_if, demand, deviations, f
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft, started, sure
 from vedette.testing.linear_sensor import Watch
-from vedette.testing.nonlinear_sensor import MEASURED, Tangent, Unlike
+from vedette.testing.nonlinear_sensor import MEASURED, Bent, Tangent
 from vedette.testing.states import random_covariance, sizes
 from vedette.testing.truth import modes_of, motion_of
 from vedette.types import Detections, Gaussian, Innovation
@@ -33,7 +33,7 @@ class Sharp:
     """Two runs of two tracks far apart with sharp beliefs (2, 2, n), an unlike sensor, and returns (2, 2, 3)."""
 
     prior: Gaussian
-    sensor: Unlike | Watch
+    sensor: Bent | Watch
     z: Array
 
     def scan(self, noise: Array | None = None, missing: Array | None = None) -> Detections:
@@ -57,7 +57,7 @@ def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
     centre = state.canonical(mean[0, 0])[where]
     A, B = rng.uniform(0.4, 1.2, (3, n)) * rng.choice([-1.0, 1.0], (3, n)), 0.3 * rng.standard_normal((3, n))
     root = SHARP * (np.eye(3) + 0.3 * rng.standard_normal((3, 3)))
-    sensor = Unlike(free, centre, size, A, B, root @ root.T, float(np.pi - 0.5 * SHARP))
+    sensor = Bent(free, centre, size, A, B, root @ root.T, float(np.pi - 0.5 * SHARP))
     spread = SHARP * np.sqrt(np.sum(A**2, axis=-1) + 1.0)
     prior = Gaussian(frozen_copy(mean), frozen_copy(cov))
     if estimator.refuses(sensor) is None:
