@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from attrs import evolve, frozen
 
 import vedette
 from testing.test_assert_consistent import IMM, LINEAR
@@ -32,6 +33,29 @@ def test_noise_that_is_correlated_is_seen_though_each_variance_is_right():
     (told,) = (verdict for verdict in report.verdicts if verdict.name == "innovation covariance")
     assert "x and y" in told.text
     assert consistency(mixed(TILTED)).consistent
+
+
+@frozen
+class OfScans(vedette.WrappedMotion):
+    """A motion that adds the noise of 1 s in every scan, however long after the last."""
+
+    kind = "of_scans"
+    of: vedette.MotionModel
+
+    def noise(self, x, dt):
+        return self.of.noise(x, 1.0)
+
+
+@pytest.mark.costly
+def test_a_noise_of_scans_shows_at_uneven_times():
+    right, uneven = mixed(PLAIN), (0.2, 0.2, 4.0)
+    of_scans = evolve(right, estimator=evolve(right.estimator, motion=OfScans(right.estimator.motion)))
+    assert consistency(of_scans, world=right).consistent
+    assert "NEES by time" in wrong(consistency(of_scans, world=right, interval=uneven))
+    report = consistency(right, interval=uneven)
+    assert report.consistent
+    np.testing.assert_allclose(report.times[:6], [0.2, 0.4, 4.4, 4.6, 4.8, 8.8])
+    assert consistency(right, interval=(1.0,)).text == consistency(right).text
 
 
 @pytest.mark.costly

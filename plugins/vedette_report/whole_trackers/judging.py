@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec, cast
@@ -121,7 +121,7 @@ def consistency(
     prior: Mapping[str, tuple[float, float]] | None = None,
     runs: int = 200,
     scans: int = 50,
-    interval: float = 1.0,
+    interval: float | Sequence[float] = 1.0,
     alpha: float = 1e-6,
     band: tuple[float, float] = (0.85, 1.15),
     seed: int = 0,
@@ -142,7 +142,7 @@ def consistency(
     runs, scans
         Number of runs, at least 30, and of scans of each sensor in a run, at least 10.
     interval
-        Time between scans in s.
+        Time between scans in s; or several, which take turns: scans at uneven times show a noise that does not fit them.
     alpha
         Probability with which a consistent tracker is found not to be, over all verdicts together.
     band
@@ -171,7 +171,9 @@ def consistency(
         tracker = tracker.tracker
     elif not isinstance(tracker, Tracker):
         tracker = build(tracker)
-    times, start = interval * np.arange(scans + 1), prior_of(tracker, prior)
+    each = np.resize(interval, scans)
+    times = np.concatenate([[0.0], np.cumsum(each)]) if len(np.unique(each)) > 1 else each[0] * np.arange(scans + 1)
+    start = prior_of(tracker, prior)
     scene = world_of(tracker, world, start)
     played = play(tracker, start, times, runs, np.random.default_rng(seed), scene)
     usual = None
@@ -184,17 +186,19 @@ def consistency(
     return attrs.evolve(report, cause=cause)
 
 
-def _check_options(runs: int, scans: int, interval: float, alpha: float, seed: int) -> None:
+def _check_options(runs: int, scans: int, interval: float | Sequence[float], alpha: float, seed: int) -> None:
     """Raise Misuse for options with which nothing can be judged."""
     for name, given, least in (("runs", runs, 30), ("scans", scans, 2 * LAGS), ("seed", seed, 0)):
         if not isinstance(given, int | np.integer) or given < least:
             raise Misuse(f"{name}: must be a whole number of at least {least}, got {given!r}")
-    for name, value, most, said in (
-        ("interval", interval, ABSURD, "a number of s above 0"),
-        ("alpha", alpha, 1.0, "between 0 and 1"),
+    several = list(interval) if isinstance(interval, list | tuple | np.ndarray) else [interval]
+    for name, values, most, said in (
+        ("interval", several, ABSURD, "a number of s above 0, or several"),
+        ("alpha", [alpha], 1.0, "between 0 and 1"),
     ):
-        if not isinstance(value, int | float | np.number) or not 0 < value < most:
-            raise Misuse(f"{name}: must be {said}, got {value!r}")
+        wrong = [value for value in values if not isinstance(value, int | float | np.number) or not 0 < value < most]
+        if wrong or not values:
+            raise Misuse(f"{name}: must be {said}, got {wrong[0] if wrong else values!r}")
 
 
 def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:

@@ -34,7 +34,7 @@ def likely_cause(
         return "the detection probability or clutter density above; judge Q and R when these are right"
     if "lost" in wrong and (len(wrong) == 1 or lost_runs(played).mean() > 0.5):
         return "that it loses its targets: too much clutter for the associator, or far too small a Q; judge it in less"
-    times = np.concatenate([[2 * played.times[0] - played.times[1]], played.times])
+    times = np.concatenate([[0.0], played.times])
     if usual is not None and _by_transition(played, tracker, world, prior, times, runs, seed, usual):
         return "the chain by which the modes switch: with the world's own the mode probabilities are right"
     if "bias" in wrong:
