@@ -44,9 +44,11 @@ def batches_as_it_loops(associator: Associator, drawn: Scores) -> None:
 
 
 def rows_sum_to_one(associator: Associator, drawn: Scores) -> None:
-    """Weights are probabilities, and those of a track sum to one."""
+    """Weights are probabilities, and those of a track sum to one; each is 0 or 1 if it says that it decides."""
     weights = _weights(associator, drawn.scores, drawn.evidence)
     demand(np.all(weights >= 0), f"weights: must be >= 0, got {weights.min():.6g}")
+    sure = not associator.decides or bool(np.all((weights == 0) | (weights == 1)))
+    demand(sure, "weights: must be 0 or 1, as it says that it decides: `decides`")
     same("sum of a row", weights.sum(axis=-1), np.ones(weights.shape[:-1]), 1e-9)
 
 
@@ -59,8 +61,7 @@ def forbidden_stays_forbidden(associator: Associator, drawn: Scores) -> None:
 
 def row_constants_change_nothing(associator: Associator, drawn: Scores) -> None:
     """A constant added to a track's scores changes nothing: only their differences count."""
-    t = drawn.scores.shape[-2]
-    shifted = drawn.scores + np.linspace(-900.0, 850.0, t)[:, None]
+    shifted = drawn.scores + np.linspace(-900.0, 850.0, drawn.scores.shape[-2])[:, None]
     weights = _weights(associator, drawn.scores, drawn.evidence)
     same("weights", _weights(associator, shifted, drawn.evidence), weights, 1e-7, 1.0)
 
@@ -97,8 +98,7 @@ def no_returns_is_a_miss(associator: Associator, drawn: Scores) -> None:
 
 def each_return_is_claimed_once(associator: Associator, drawn: Scores) -> None:
     """If exclusive: no return is claimed more than once in total."""
-    claimed = _weights(associator, drawn.scores, drawn.evidence)[..., 1:].sum(axis=-2)
-    worst = float(claimed.max(initial=0.0))
+    worst = float(_weights(associator, drawn.scores, drawn.evidence)[..., 1:].sum(axis=-2).max(initial=0.0))
     demand(worst <= 1 + 1e-9, f"weights: a return is claimed {worst:.6g} times in total, allowed 1")
 
 
@@ -119,7 +119,7 @@ def settles_ties(associator: Associator, drawn: Scores) -> None:
 
 
 def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
-    """A scan without evidence is normal, and more evidence for a return never makes it weigh less for a track by itself.
+    """A scan without evidence is normal; more of it for a return never makes it weigh less for a track alone, much most.
 
     Of several tracks only exact associators promise that: with approximate shares a rival may take more than it leaves.
     """
@@ -128,14 +128,14 @@ def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
     alone = drawn.scores[..., :1, :]
     for given, nats in ((alone, 2000.0), (alone, -2000.0), (drawn.scores, CONTESTED), (drawn.scores, -CONTESTED)):
         strong = np.where(np.arange(given.shape[-1] - 1) == 0, nats, drawn.evidence)
-        _weights(associator, np.concatenate([given[..., :1], given[..., 1:] + strong - drawn.evidence], axis=-1), strong)
+        raised = np.concatenate([given[..., :1], given[..., 1:] + strong - drawn.evidence], axis=-1)
+        taken = _weights(associator, raised, strong)[np.isfinite(raised) & (raised > 1000.0)]
+        demand(
+            np.all(taken > 0.5), "weights: a track by itself takes less than half of a return that is likely by 1000 nats"
+        )
     before = _weights(associator, alone, drawn.evidence)
-    for i in range(drawn.scores.shape[-1] - 1):
-        more = np.array(drawn.evidence)
-        more[..., i] += 3.0
-        raised = np.array(alone)
-        raised[..., 1 + i] += 3.0  # the scores hold the evidence
-        change = (_weights(associator, raised, more) - before)[..., 1 + i].sum(axis=-1)
+    for i, more in enumerate(3.0 * np.eye(drawn.scores.shape[-1])[1:]):
+        change = (_weights(associator, alone + more, drawn.evidence + more[1:]) - before)[..., 1 + i].sum(axis=-1)
         demand(np.all(change >= -1e-7), f"weights: 3 nats more evidence for return {i} take {-change.min():.3g} off it")
 
 
