@@ -160,7 +160,7 @@ def test_the_picture_is_drawn(tmp_path):
         ({"runs": 99.5}, r"runs: must be a whole number.*got 99.5"),
         ({"seed": -1}, r"seed: must be a whole number.*got -1"),
         ({"interval": 0.0}, r"interval: must be a number of s.*got 0\.0"),
-        ({"interval": (1.0, -0.5)}, r"interval: must be a number of s above 0, or several, got -0\.5"),
+        ({"interval": (1.0, -0.5)}, r"interval: .*got -0\.5"),
         ({"interval": []}, r"interval: .*got \[\]"),
         ({"alpha": 2}, "alpha: must be between 0 and 1, got 2"),
     ],
