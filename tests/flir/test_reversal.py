@@ -5,7 +5,7 @@ import pytest
 
 from support import infrared
 from support.spots import gaussian
-from vedette_flir.estimators import template
+from vedette_flir.estimators import judged, template
 
 SIZE, FRAMES = (70, 190), 72
 pytestmark = pytest.mark.costly
@@ -15,7 +15,11 @@ def path(k):
     return np.array([40.0 + 1.2 * k, 35.0])
 
 
-def drawn(k, cloud, dark, shown, turn):
+def perched(k):
+    return np.array([60.0, 35.0])
+
+
+def drawn(k, cloud, dark, shown, turn, path=path):
     """Frame k of a land of 60 count, its cloud and its dark spots; a target of 120 count hides what is behind it."""
     y, x = (axis + by * k for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], turn[::-1], strict=True))
     behind = 60.0 + 5.0 * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
@@ -26,9 +30,9 @@ def drawn(k, cloud, dark, shown, turn):
     return behind + hides * (120.0 - behind) + np.random.default_rng([9, k]).normal(0.0, 1.0, SIZE)
 
 
-def followed(cloud, dark=(), shown=lambda k: 1.0, turn=(0.0, 0.0)):
+def followed(cloud, dark=(), shown=lambda k: 1.0, turn=(0.0, 0.0), path=path):
     """Existence (FRAMES,) of the example's track, and by how many px it is off in the last frame."""
-    frames = [drawn(k, cloud, dark, shown(k), turn) for k in range(FRAMES)]
+    frames = [drawn(k, cloud, dark, shown(k), turn, path) for k in range(FRAMES)]
     existence, place = infrared.followed(frames, [*path(0), 14.0, 9.0])
     return existence, float(np.hypot(*(place[-1] - path(FRAMES - 1) + np.array(turn) * (FRAMES - 1))))
 
@@ -57,3 +61,15 @@ def test_a_dark_spot_is_not_taken_for_a_target_that_vanishes(turn, beside):
     existence, _ = followed(60.0, dark, lambda k: float(np.interp(k, [34, 42], [1.0, 0.0])), turn)
     assert existence[:30].min() > 0.9
     assert existence[55:].max() < 0.5
+
+
+@TURNS
+@pytest.mark.parametrize("gap", [(0.0, -4.0), (3.0, 2.0)])
+def test_the_gap_that_a_bird_leaves_is_not_the_bird(monkeypatch, turn, gap):
+    """It sat before a gap between branches from the first frame on: what was behind it was never seen, and it never went."""
+    gone = lambda k: float(k < 30)  # noqa: E731
+    existence, _ = followed(60.0, [perched(0) + gap], gone, turn, perched)
+    assert existence[:30].min() > 0.9
+    assert existence[45:].max() < 0.5
+    monkeypatch.setattr(judged, "goes", lambda appearance: True)
+    assert followed(60.0, [perched(0) + gap], gone, turn, perched)[0][45:].max() > 0.5

@@ -10,7 +10,7 @@ from attrs import evolve, frozen
 from vedette import Array
 from vedette_flir.estimators.earlier import Elsewhere
 from vedette_flir.estimators.seen_before import CLEAR, remembered
-from vedette_flir.estimators.standing import stood
+from vedette_flir.estimators.standing import goes, stood
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import BESIDE, NEAR, Look, Matcher
 from vedette_flir.estimators.whole_frame import LEAST
@@ -42,7 +42,7 @@ class Judged:
 
     standing  what the ratio holds of what was seen there before, and of how the target came there
     of_late   likeness to the target as it looked in the last frames, as likely as it was there then
-    known     whether the scene around is known, and what was there before, or it is near where it was expected
+    known     whether the scene around is known, and what was there before, or it is near where one that moves was expected
     is_scenery  whether it is known as scenery, more than half a size from where the target was expected: none of it is there
     negative  the probability that the frame shows the target in the negative
     """
@@ -78,7 +78,7 @@ def judged(
     if off > APART and look.likeness > ALIKE and not np.isfinite(newness):
         told = elsewhere.new(by, look)
         newness, changed = told if np.isfinite(told[0]) else (newness, changed)
-    appearance, stands = stood(appearance, travelled, existence, look.likeness)
+    appearance, stands = stood(appearance, travelled, existence * (look.likeness > ALIKE), look.likeness)
     usual_first, least = float(appearance.usual_first), float(appearance.least)
     first = 0.0 if look.negative else look.first
     scene = scene_ratio(newness, changed, dull=look.dull)
@@ -95,7 +95,7 @@ def judged(
         ratio,
         standing,
         of_late,
-        changed < CLEAR and (off < BESIDE or bool(np.isfinite(newness))),
+        changed < CLEAR and (bool(np.isfinite(newness)) or (off < BESIDE and goes(appearance))),
         is_scenery,
     )
 

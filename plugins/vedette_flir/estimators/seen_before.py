@@ -91,8 +91,7 @@ def remembered(
         if known:
             far, gone = float(np.hypot(*(part.off / own))), part.off - went[0]
             rate, went, at = rate + STEADY * (gone - rate), went + gone, part.off if part.sure else at
-            apart = far >= 1.0 or look.negative  # where it was itself before, it is new in the negative
-            new = new_in(by, look, before[0], part, SCENE.step(sizes[0])) if apart else np.nan
+            new = new_in(by, look, before[0], part, SCENE.step(sizes[0])) if far >= 1.0 else np.nan
             moves = np.hypot(*rate) > MOVING and not look.negative
             if new < NEWNESS[1] and moves and _follows(by, appearance, pixels, place + part.off):
                 new = np.nan  # who flies ahead of it was there before

@@ -24,7 +24,8 @@ def stood(
 
     Over `LAG` frames it `travelled` so many px in the frames, NaN if that is not known. One that hovers went no farther as a
     rule, and one that a camera follows stands in the frames while what is around it passes. A track that has taken a wisp of
-    cloud goes where the cloud goes, however the camera turns. The least `likeness` is forgotten as the target moves.
+    cloud goes where the cloud goes, however the camera turns. What it does as a rule is learned with the weight `existence`:
+    0 where the look is unlike it. The least `likeness` is forgotten as the target moves.
     """
     least = np.minimum(appearance.least, likeness)
     if not np.isfinite(travelled):
@@ -36,6 +37,11 @@ def stood(
         travelled = in_scene
         drift = travelled if np.isnan(drift) else drift + SETTLING * (travelled - drift)
     speed = usual + existence * SLOW * (travelled - usual) if usual > 0 else travelled
-    stands = travelled < STILL < PART * usual or (known and drift + STILL < PART * usual)
+    stands = (travelled < STILL and goes(appearance)) or (known and drift + STILL < PART * usual)
     least = least if stands else least + SLOW * (1.0 - least)
     return evolve(appearance, drift=np.asarray(drift), speed=np.asarray(speed), least=np.asarray(least)), stands
+
+
+def goes(appearance: TemplateAppearance) -> bool:
+    """Return whether a target as a rule goes as far as tells it from one that stands."""
+    return PART * float(appearance.speed) > STILL
