@@ -85,7 +85,7 @@ def _locked(path: Path, refusal: Problem) -> Iterator[None]:
         raise ConfigError([Problem(refusal.place, told)]) from None
     with held:
         try:
-            with of(path.parent):
+            with naming(path.parent):
                 path.write_text(f" {os.getpid()}", encoding="utf-8")
             yield
         finally:
@@ -234,7 +234,7 @@ def unfinished_runs(folder: Path) -> list[Path]:
 
 
 @contextmanager
-def of(path: Path) -> Iterator[None]:
+def naming(path: Path) -> Iterator[None]:
     """Let an error say what was being written, if it does not: a full disk does not say where."""
     try:
         yield
@@ -275,7 +275,7 @@ def unfinished(path: Path) -> Iterator[Path]:
         raise InputError(f"{path}: is a link, and files are not written through links: delete it, or name another file")
     place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        with of(path):
+        with naming(path):
             yield place
             place.replace(path)
     finally:

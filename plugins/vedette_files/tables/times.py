@@ -141,9 +141,8 @@ class Times:
                 plain_number(cell)
             except ValueError:
                 told = f"{self.title} must be a number, or a date and time {EXAMPLES[ZONED]}, got {shown(cell)}"
-                else_ = "; name another column, or say how dates are written: dates in the source, or --dates"
-                cure = _patterns(cell) or else_
-                raise ValueError(told + cure) from None
+                cure = "; name another column, or say how dates are written: dates in the source, or --dates"
+                raise ValueError(told + (_patterns(cell) or cure)) from None
             return self._past_midnight(self._column.of(row))
         try:
             name, seconds = stamp(cell, self._form.pattern)

@@ -210,9 +210,8 @@ class MqttOutput(Output):
         with connected(self, lambda client, why_not: answers.put(why_not)) as client:
             client.loop_start()
             try:
-                why_not = answers.get(
-                    timeout=5.0
-                )  # what is sent before there is a connection would be lost, and this one closed
+                # what is sent before there is a connection would be lost, and this one closed
+                why_not = answers.get(timeout=5.0)
             except Empty:
                 why_not = "no answer"
             if why_not:

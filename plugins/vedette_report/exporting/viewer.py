@@ -44,6 +44,7 @@ def write_rerun(path: Path, run: Run, ellipses: int) -> None:
             stream.log("map", view, static=True)
             _points(rr, stream, run, series, centre)
         for i, track in enumerate(run.tracks):
+            file.write(content.read() or b"")
             _track(rr, stream, run, track, centre, canvas.TRACKS[i % len(canvas.TRACKS)])
         file.write(content.read() or b"")
         stream.disconnect()

@@ -57,7 +57,7 @@ class EnsembleKalman(OverMotion[Ensemble]):
     Errors fall as 1 / sqrt(members). A new track's points have exactly its prior's moments.
     Burgers, van Leeuwen, Evensen, Analysis Scheme in the Ensemble Kalman Filter, Monthly Weather Review 126, 1998.
 
-    >>> from vedette import Detections, Gaussian, Indices
+    >>> from vedette import Detections, Gaussian
     >>> from vedette_standard import LinearSensor, RandomWalk
     >>> rng, prior = np.random.default_rng(1), Gaussian(np.array([[100.0]]), np.array([[[9.0]]]))
     >>> estimator = EnsembleKalman(RandomWalk(2.0, axes=("x",)), members=2000)

@@ -17,7 +17,7 @@ from vedette.errors import InputError
 from vedette.progress import Progress
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import SUFFIX, pyarrow
-from vedette_files.writing import of, unfinished
+from vedette_files.writing import naming, unfinished
 from vedette_study.executors import worked_elsewhere
 from vedette_tools.drafting.recognising import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
@@ -90,7 +90,7 @@ def smooth_files(
     out.parent.mkdir(parents=True, exist_ok=True)
     titles = titles_of(paths[0])
     columns = Columns.of(paths[0], by, titles, wishes)
-    with of(out), TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
+    with naming(out), TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
         folder = Path(name)
         rows, lost = _parted(paths, columns, titles, folder, progress)
         parts = sorted(folder.glob("*.rows"))
