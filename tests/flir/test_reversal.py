@@ -67,9 +67,9 @@ def test_a_dark_spot_is_not_taken_for_a_target_that_vanishes(turn, beside):
 @pytest.mark.parametrize("gap", [(0.0, -4.0), (3.0, 2.0)])
 def test_the_gap_that_a_bird_leaves_is_not_the_bird(monkeypatch, turn, gap):
     """It sat before a gap between branches from the first frame on: what was behind it was never seen, and it never went."""
-    gone = lambda k: float(k < 30)  # noqa: E731
-    existence, _ = followed(60.0, [perched(0) + gap], gone, turn, perched)
+    given = 60.0, [perched(0) + gap], lambda k: float(k < 30), turn, perched
+    existence, _ = followed(*given)
     assert existence[:30].min() > 0.9
     assert existence[45:].max() < 0.5
     monkeypatch.setattr(judged, "goes", lambda appearance: True)
-    assert followed(60.0, [perched(0) + gap], gone, turn, perched)[0][45:].max() > 0.5
+    assert followed(*given)[0][45:].max() > 0.5

@@ -147,7 +147,7 @@ class Intake:
         if len(before.ids) and after.distances.shape[-1]:
             self.tracked += 1
             # a target's first frame only shows what it looks like
-            self.hits += bool(np.any((after.hit[np.isin(after.ids, before.ids)] if scan.frame is None else after.nis) > 0))
+            self.hits += bool(np.any((after.hit[after.ids < before.born] if scan.frame is None else after.nis) > 0))
             self.outside += _outside(scan, before, after)
         if scan.frame is not None:
             self.lost = int(np.count_nonzero(after.confirmed & (after.existence < 0.5)))

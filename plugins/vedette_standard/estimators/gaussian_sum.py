@@ -7,13 +7,13 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, fields
+from vedette import Array, Detections, Estimator, Frame, Gaussian, Innovation, Sensor, Space, WrappedEstimator, fields
 from vedette_standard.estimators.imm import Imm, Modes
 
 
 @final
 @frozen
-class GaussianSum(Estimator[Modes]):
+class GaussianSum(WrappedEstimator[Modes]):
     """Splits a new track's prior into Gaussians, each with its own filter; their weights follow the likelihoods.
 
     Along the direction d of the prior's greatest spread (or the regression on `axis`) the parts are at x + a g_j d with
@@ -64,16 +64,8 @@ class GaussianSum(Estimator[Modes]):
         return Imm((self.each,) * self.parts, transition=np.eye(self.parts))
 
     @property
-    def state(self) -> Space:
-        return self.each.state
-
-    @property
-    def zero_variance(self) -> Space:
-        return self.each.zero_variance
-
-    def refuses(self, sensor: Sensor) -> str | None:
-        """Say why its parts refuse `sensor`, or return None."""
-        return self.each.refuses(sensor)
+    def of(self) -> Estimator[Any]:
+        return self.each
 
     def start(self, prior: Gaussian, axes: Space, rng: np.random.Generator) -> Modes:
         """Split the prior."""
