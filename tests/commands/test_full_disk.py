@@ -69,3 +69,13 @@ def test_a_disk_that_is_full_already(given):
     assert full("run", "config.json", "--out", "out", most=0) == "vedette: error: out: File too large"
     assert not Path("out").exists()
     assert full("new", "plugin", "road", most=0).endswith("pyproject.toml: File too large")
+
+
+def test_a_disk_that_gets_full_leaves_no_half_of_a_plugin(given):
+    """The files before the one that did not fit stayed, and the same command was then refused."""
+    assert full("new", "plugin", "road", most=800).endswith("motion.py: File too large")
+    assert [path.name for path in Path().iterdir()] == ["config.json"]
+    assert main(["new", "plugin", "road"]) == 0
+    before = {path: path.read_bytes() for path in Path().rglob("*.*")}
+    assert full("new", "plugin", "road", "--role", "birth", most=800).endswith("birth.py: File too large")
+    assert {path: path.read_bytes() for path in Path().rglob("*.*")} == before

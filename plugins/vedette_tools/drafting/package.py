@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager, suppress
 from importlib.resources import files
 from pathlib import Path
 from string import Template
@@ -65,15 +66,31 @@ def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
     written = {folder / place.format(**names): template.format(**names) for template, place in places.items()}
     if there := [path for path in written if path.exists()]:
         raise ConfigError([Problem("--role", f"{str(there[0])!r} exists already: delete it, or choose another role")])
-    for path, template in written.items():
-        path.parent.mkdir(parents=True, exist_ok=True)
-        text = (templates / template).read_text(encoding="utf-8")
-        with whole_file(path) as file:
-            file.write(Template(text).substitute(names))
-    if listed:
-        with whole_file(init) as file:
-            file.write(listed)
+    with _all_or_none(written):
+        for path, template in written.items():
+            path.parent.mkdir(parents=True, exist_ok=True)
+            text = (templates / template).read_text(encoding="utf-8")
+            with whole_file(path) as file:
+                file.write(Template(text).substitute(names))
+        if listed:
+            with whole_file(init) as file:
+                file.write(listed)
     return [*written, *([init] if listed else [])]
+
+
+@contextmanager
+def _all_or_none(paths: Iterable[Path]) -> Iterator[None]:
+    """Let files be written that are not there yet; unless all are, nothing is left of them and of folders made for them."""
+    made = {folder for path in paths for folder in path.parents if not folder.exists()}
+    try:
+        yield
+    except BaseException:
+        for path in paths:
+            path.unlink(missing_ok=True)
+        for folder in sorted(made, reverse=True):
+            with suppress(OSError):  # it was not made, or another process wrote into it
+                folder.rmdir()
+        raise
 
 
 def _listed(init: Path, names: Mapping[str, str]) -> str:
