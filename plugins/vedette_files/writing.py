@@ -10,6 +10,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import rmtree
+from signal import SIG_DFL, SIGTERM, default_int_handler, getsignal, signal
+from threading import current_thread, main_thread
 from typing import Any, BinaryIO, TextIO, final
 from uuid import uuid4
 
@@ -231,6 +233,19 @@ def unfinished_runs(folder: Path) -> list[Path]:
         return sorted(left, key=lambda path: path.stat().st_mtime)
     except OSError:
         return []
+
+
+@contextmanager
+def terminable() -> Iterator[None]:
+    """Let SIGTERM end what is within as Ctrl-C does: by an exception, after which nothing half done is on the disk."""
+    if current_thread() is not main_thread() or getsignal(SIGTERM) is not SIG_DFL:
+        yield
+        return
+    signal(SIGTERM, default_int_handler)
+    try:
+        yield
+    finally:
+        signal(SIGTERM, SIG_DFL)
 
 
 @contextmanager

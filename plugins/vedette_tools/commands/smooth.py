@@ -14,6 +14,7 @@ from vedette.commands import DONE, options
 from vedette.errors import ConfigError, Problem
 from vedette_files.files_read import Inputs
 from vedette_files.tables.columnar import SUFFIX
+from vedette_files.writing import terminable
 from vedette_report.figures import count
 from vedette_report.progress import on_terminal
 from vedette_study.executors import dask_client, processes
@@ -44,7 +45,8 @@ def run(arguments: Namespace) -> int:
     wishes = Wishes.of(*stated, None, None)
     every, gap = seconds("--every", arguments.every), seconds("--gap", arguments.gap)
     on_one = nullcontext() if workers == 1 else processes(workers)
-    with dask_client(arguments.scheduler) if arguments.scheduler else on_one as executor, on_terminal() as progress:
+    on_several = dask_client(arguments.scheduler) if arguments.scheduler else on_one
+    with terminable(), on_several as executor, on_terminal() as progress:
         told, why, assumed = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
     parts = f"{count(told.objects, 'object')} in {count(told.pieces, 'piece')}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""

@@ -1,6 +1,9 @@
 """`vedette smooth`: files in, the same columns out, whatever way they are cut into files and parts."""
 
 import json
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -120,3 +123,20 @@ def test_a_folder_of_parquet_files_holds_what_one_file_does(frame, monkeypatch):
     assert {path.name for path in Path().iterdir()} == {"plots.parquet", "one.parquet", "many"}
     assert main(["smooth", "plots.parquet", "--workers", "1", "--out", "many"]) != DONE
     assert main(["smooth", "plots.parquet", "--workers", "1", "--out", "many.csv"]) != DONE
+
+
+@pytest.mark.costly
+@pytest.mark.skipif(sys.platform == "win32", reason="no signal ends a process in order there")
+@pytest.mark.parametrize("workers", ["1", "2"])
+def test_one_that_is_told_to_end_leaves_nothing(workers, tmp_path):
+    """SIGTERM left its hidden folder, as large as the table."""
+    reports_frame(objects=60, rows=600)[0].to_csv(tmp_path / "plots.csv", index=False)
+    line = [sys.executable, "-m", "vedette", "smooth", "plots.csv", "--workers", workers]
+    process = subprocess.Popen(line, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+    while not [*tmp_path.glob(".*")]:
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.terminate()
+    _, told = process.communicate(timeout=300)
+    assert (process.returncode, told) == (130, "vedette: interrupted\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["plots.csv"]
