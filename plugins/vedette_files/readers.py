@@ -36,7 +36,8 @@ def find(path: str, wanted: str) -> Path:
     except ValueError as error:
         raise ConfigError([Problem("path", f"{error}. Wanted: {wanted}")]) from None
     if not file.exists():
-        raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}. Wanted: {wanted}")])
+        begins = "" if file.is_absolute() else f", as paths begin in the current folder, {str(Path.cwd())!r}"
+        raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}{begins}. Wanted: {wanted}")])
     if not file.is_file() and not file.is_dir():
         raise ConfigError([Problem("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")])
     return file

@@ -24,7 +24,7 @@ WRONG = {
     "a seed that is no number": (lambda path: ["run", path, "--seed", "x"], "seed: must be a number"),
     "no recording": (
         lambda path: ["run", path, "--set", "source.kind=jsonl", "--set", "source.path=none"],
-        "source.path: there is no file or folder 'none'",
+        f"source.path: there is no file or folder 'none', as paths begin in the current folder, '{Path.cwd().anchor}",
     ),
     "a recording of another format": (
         lambda path: ["run", path, "--set", "source.kind=jsonl", "--set", f"source.path={path}"],
