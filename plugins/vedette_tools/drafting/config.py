@@ -12,7 +12,6 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
-from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
 from vedette_files.tables.columnar import TablePath
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
@@ -30,6 +29,7 @@ from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import Trial, at_the_end, tried
+from vedette_tools.drafting.unread import readable, told_of
 from vedette_tools.drafting.wishes import Wishes
 
 UNREAD = 0.5
@@ -88,22 +88,12 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     file has no header, or no column that looks like a time or a position.
     """
     begun = process_time()
-    table = read_table(path, use, wishes)
-    recording = opened(table)
-    if table.scan and any(NOT_OF_SCAN in problem.text for problem in recording.refused):
-        told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
-        table = evolve(table, scan="", assumed=(*table.assumed, told))
-        recording = opened(table)
-    late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
-    if late:
-        told = f"rows go back in time and are sorted, no clock was set back: {late}"
-        table = evolve(table, sort=True, assumed=(*table.assumed, told))
-        recording = opened(table)
+    table, recording = readable(read_table(path, use, wishes))
     rows, moments = recording.rows["detections"], {scan.time for scan in recording.scans}
     if rows.total > 1 == len(moments) and all(scan.detections.time is None for scan in recording.scans):
         raise one_moment(f"{table.path or path}: {table.time.title}", f"{moments.pop():.15g}")
     if rows.refused:
-        told = f"{rows.refused} of {rows.total} rows cannot be read, the first of them {recording.refused[0]}"
+        told = f"{rows.refused} of {rows.total} rows cannot be read{told_of(recording.refused)}"
         if rows.refused > UNREAD * rows.total:
             raise InputError(f"{table.path or path}: {told}")
         table = evolve(table, assumed=(*table.assumed, told))

@@ -23,9 +23,25 @@ LOOKED_AT = 2000
 
 ONE_EACH = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
 
+HEARD = "which tells who heard a tag, and no positions: track those that a positioning service makes of it, as time,id,x,y"
+
+FAMILIAR = {
+    ("receiver", "transmitter"): f"a table of VEMCO's, {HEARD}",
+    ("vehicle_id", "local_x", "local_y"): "trajectories of NGSIM, in feet and ms: keep the rows of one Location, and say "
+    "--time Global_Time --columns x=Local_X,y=Local_Y --units time=ms,x=ft,y=ft",
+}
+"""Titles of tables that many have, in small letters, and what to do with such a table."""
+
 NO_ROWS = {
     re.compile(r"(^|\\)[!$][A-Z]{5},"): "sentences of NMEA 0183, not a table: decode them to one first, let `vedette serve` "
     "read them, or, if TAG blocks tell times, the source `stream`; or let gpsbabel make GPX of a receiver's own positions",
+    re.compile(r"^B\d{13}[NS]\d{8}[EW][AV]"): "fixes of a logger by IGC, not a table: `gpsbabel -i igc -f FILE -o gpx -F "
+    "FILE.gpx` makes GPX of them, which is read",
+    re.compile(r"^\s*((Asterix\.)?CAT\d{3}|Category\s*[:=] *\d+|(Item\s*)?I\d{3}(/\d{3})?\s*:)[^,;]*$", re.IGNORECASE): (
+        "ASTERIX as a decoder prints it for people: have it print JSON, or let the source `stream` or `vedette serve` read "
+        "the bytes themselves, format = { kind = 'asterix' }"
+    ),
+    re.compile(r"^VEMCO DATA LOG,"): f"a log of VEMCO's, {HEARD}",
     re.compile(r"^1 \d{5}[A-Z] \d{5}[A-Z ]"): "elements of orbits (TLE), not positions: work out those of each moment first",
 }
 """Lines of what is no table, and what to do with it."""
@@ -55,11 +71,12 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
         raise InputError(f"{path}: is no text; {wanted}")
     numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
     text = [line for _, line in numbered]
-    for each, line in [(number, first), *numbered]:
+    start = next(lines(path))[1]
+    for each, line in [(1, start), (number, first), *numbered]:
         for lines_of, told in NO_ROWS.items():
             if lines_of.search(line):
                 raise InputError(f"{path}:{each}: holds {told}")
-    if (start := next(lines(path))[1]).lstrip().startswith("<?xml") or first.lstrip().startswith("<"):
+    if start.lstrip().startswith("<?xml") or first.lstrip().startswith("<"):
         cure = "XML is read as GPX alone, from a file named .gpx: gpsbabel makes it of KML and TCX; save others as CSV"
         raise InputError(f"{path}:1: must be the titles of the columns, got {shown(start)}; {cure}")
     delimiter = max(BETWEEN[:-1], key=first.count)
@@ -143,6 +160,12 @@ def of_header(path: TablePath, titles: Sequence[str], below: Sequence[str]) -> s
     if "sample_token" in titles:
         return "; nuScenes keeps it in sample.json: join the two by sample_token"
     return ""
+
+
+def familiar(titles: Sequence[str]) -> str:
+    """Return what to do with a table that many have, by its titles, or ""."""
+    small = {title.lower() for title in titles}
+    return next((told for known, told in FAMILIAR.items() if small.issuperset(known)), "")
 
 
 def units_below(rows: list[list[str]]) -> list[str]:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import zip_longest
 
 import numpy as np
 
 from vedette.space import Array
 from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.chains import Chain
-from vedette_tools.drafting.titles import Meaning
+from vedette_tools.drafting.titles import Meaning, meaning
 
 THIRD: dict[str, dict[str, tuple[str, ...]]] = {
     "range": {"range_rate": ("range_rate",)},
@@ -27,6 +28,15 @@ UNSURE = 0.2
 
 EVEN = 0.01
 """Three returns are even in time if their two steps differ by less than this share."""
+
+
+def fullest(height: Meaning, columns: Mapping[str, list[str]], below: Sequence[str]) -> Meaning:
+    """Return which of the heights that a table has, as baroaltitude and geoaltitude, has the most numbers; if alike, the one
+    that was found. `below`: the row of units, or [].
+    """
+    others = (meaning(title, stated) for title, stated in zip_longest(columns, below, fillvalue=""))
+    alike = (each for each in others if (each.axis, each.own) == (height.axis, height.own))
+    return max((height, *alike), key=lambda each: sum(map(is_number, columns[each.title])))
 
 
 def third_column(first: str, measured: Mapping[str, Meaning], columns: Mapping[str, list[str]]) -> dict[str, str]:

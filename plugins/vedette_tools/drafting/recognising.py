@@ -18,8 +18,8 @@ from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import is_day, pattern_of
-from vedette_tools.drafting.first_rows import LOOKED_AT, first_rows, of_header, units_below
-from vedette_tools.drafting.height_and_rate import own_velocity, third_column
+from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_below
+from vedette_tools.drafting.height_and_rate import fullest, own_velocity, third_column
 from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
 from vedette_tools.drafting.naming import by_words, named_by
 from vedette_tools.drafting.own_errors import own_errors, roundings
@@ -80,6 +80,8 @@ class Columns:
             measured |= position_of(cells, _in_degrees(titles))
         measured |= {axis: with_hemisphere(measured[axis], cells) for axis in GEODETIC if axis in measured}
         measured |= {"time": time} if time is not None else {}
+        if "altitude" in measured and "altitude" not in wishes.columns:
+            measured["altitude"] = fullest(measured["altitude"], cells, below)
         cells = with_made(cells, measured)
         if time is None:
             index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
@@ -137,6 +139,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
     """
     table, told = Columns.of(path, wishes).geodetic()
+    if not wishes.columns and (known := familiar(table.titles)):
+        raise InputError(f"{path}: holds {known}")
     columns, measured, titles, time = table.cells, table.measured, table.titles, table.time
     assumed: list[str] = []
     who, sensors = who_of(measured, columns, assumed)

@@ -215,6 +215,33 @@ REFUSED = {
         + "\n".join(f"39.9{k:02d}123,116.3{k:02d}456,0,492,39744.12,2008-10-23,02:53:{k:02d}" for k in range(20)),
         r"d.csv:7: must be a header line .*\(echo 'latitude,longitude,c3,c4,c5,date,time'; tail -n \+7 ",
     ),
+    "fixes of a logger, as IGC": (
+        "AXXX001\nHFDTE120526\n" + "".join(f"B0830{k:02d}5426123N01030456EA0058700612\n" for k in range(40)),
+        r"d.csv:3: holds fixes .*gpsbabel -i igc",
+    ),
+    "ASTERIX, printed": (
+        "Category: 48\nLen: 55\nI010: Data Source Identifier\nSAC: 25\nSIC: 10\nI040: Measured Position\nRHO: 12.5\n" * 9,
+        r"d.csv:1: holds ASTERIX .*JSON",
+    ),
+    "a log of VEMCO's": (
+        "VEMCO DATA LOG,2.0.0,vdat-9.3.0\nRECORD TYPE,FIELD,FIELD\nDET_DESC,Time,Full ID\n"
+        + "".join(f"DET,2026-05-12 08:30:{k:02d},A69-1303-{k}\n" for k in range(40)),
+        "d.csv:1: holds a log of VEMCO's",
+    ),
+    "a table of VEMCO's": (
+        table(
+            "Date and Time (UTC),Receiver,Transmitter,Station Name,Latitude,Longitude",
+            lambda time, x, y: (f"2026-05-12 08:30:{time / 2:02.0f}", "VR2W-1", f"A69-{x:.0f}", "", "+0", "+0"),
+        ),
+        "d.csv: holds a table of VEMCO's, .* no positions",
+    ),
+    "NGSIM's trajectories": (
+        table(
+            "Vehicle_ID,Frame_ID,Total_Frames,Global_Time,Local_X,Local_Y,Global_X,Global_Y,Location",
+            lambda time, x, y: (7, time, 40, 1113437421700 + 50 * int(time), x, y, x + 6e6, y + 2e6, "us-101"),
+        ),
+        "holds trajectories of NGSIM, .*--columns x=Local_X,y=Local_Y --units",
+    ),
     "AIS": ("!AIVDM,1,1,,B,177KQJ5000G?tO`K>RA1wUbN0TKH,0*5C\n" * 3, "d.csv:1: holds sentences of NMEA 0183, not a table"),
     "AIS below words": ("slot, timeout\n\n!AIVDM,1,1,,A,15B4FT5000JRP>PE6E68Nbkl0PS5,0*70\n", "d.csv:3: holds sentences of"),
     "letters after latitudes": (
@@ -378,6 +405,14 @@ def test_it_is_refused_with_what_would_be_right(name, tmp_path):
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     with pytest.raises(InputError, match=told):
         draft_config(path)
+
+
+def test_what_is_said_of_ngsims_trajectories_can_be_typed(tmp_path):
+    (tmp_path / "d.csv").write_text(REFUSED["NGSIM's trajectories"][0])
+    stated = "Global_Time", None, "x=Local_X,y=Local_Y", "time=ms,x=ft,y=ft", None, None, None
+    read = read_table(tmp_path / "d.csv", wishes=Wishes.of(*stated))
+    assert read.measured == {"x": "Local_X", "y": "Local_Y"}
+    assert (read.time_unit, read.units, read.identity) == ("ms", {"x": "ft", "y": "ft"}, "Vehicle_ID")
 
 
 @pytest.mark.costly

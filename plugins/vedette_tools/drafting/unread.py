@@ -1,0 +1,58 @@
+"""What of a table cannot be read as its first rows let it seem: it is read otherwise, or told."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from attrs import evolve
+
+from vedette.errors import Problem
+from vedette.types import Recording
+from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
+from vedette_tools.drafting.reading import opened
+from vedette_tools.drafting.table import Table
+
+LACKING = 0.01
+"""Where such a part of the rows has no height, it is not read: their objects are tracked in the plane. By hand."""
+
+KINDS = 3
+"""So many kinds of faults are told."""
+
+_OF_ROW = re.compile(r", got .*|\d[\d.e+-]*")
+"""What a fault says of its row alone."""
+
+
+def readable(table: Table) -> tuple[Table, Recording]:
+    """Open a table, as it must be read so that no rows are refused that can be taken; it says what was changed."""
+    recording = opened(table)
+    if table.scan and any(NOT_OF_SCAN in problem.text for problem in recording.refused):
+        told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
+        table = evolve(table, scan="", assumed=(*table.assumed, told))
+        recording = opened(table)
+    late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
+    if late:
+        told = f"rows go back in time and are sorted, no clock was set back: {late}"
+        table = evolve(table, sort=True, assumed=(*table.assumed, told))
+        recording = opened(table)
+    if table.third:
+        begins, total = f"{table.measured[table.third]} must ", recording.rows["detections"].total
+        lacking = sum(problem.rows for problem in recording.refused if problem.text.startswith(begins))
+        if lacking > LACKING * total:
+            table = table.without_third(f"{lacking:,} of {total:,} rows have none")
+            recording = opened(table)
+    return table, recording
+
+
+def told_of(refused: Sequence[Problem]) -> str:
+    """Name the first row of each kind of fault, the most frequent kinds first, with how many rows have it."""
+    kinds: dict[str, list[Problem]] = {}
+    for problem in refused:
+        kinds.setdefault(_OF_ROW.sub("", problem.text), []).append(problem)
+    counts = {kind: sum(problem.rows for problem in of_kind) for kind, of_kind in kinds.items()}
+    often = sorted(kinds, key=lambda kind: -counts[kind])
+    if len(often) == 1:
+        return f", the first of them {refused[0]}"
+    told = "; ".join(f"{counts[kind]:,} as {kinds[kind][0]}" for kind in often[:KINDS])
+    rest = sum(counts[kind] for kind in often[KINDS:])
+    return f": {told}; {rest:,} for other reasons" if rest else f": {told}"

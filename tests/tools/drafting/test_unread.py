@@ -1,0 +1,49 @@
+"""Rows that cannot be read as the first ones let it seem: they are read otherwise, or told with what is wrong with them."""
+
+import pytest
+
+from vedette.errors import Problem
+from vedette_tools.drafting.recognising import read_table
+from vedette_tools.drafting.unread import readable, told_of
+
+
+def flights(lacks):
+    """State vectors as OpenSky tells them; those that `lacks` says have no barometric height."""
+    rows = [
+        (10 * k, f"4067f{i}", 46 + k / 900 + i, 7 + i, 100 + k, "" if lacks(k, i) else 3000 + k, 3050 + k)
+        for k in range(700)
+        for i in range(4)
+    ]
+    titles = "time,icao24,lat,lon,velocity,baroaltitude,geoaltitude"
+    return "\n".join([titles, *(",".join(map(str, row)) for row in rows)]) + "\n"
+
+
+@pytest.mark.parametrize(
+    ("lacks", "read"),
+    [
+        (lambda k, i: False, "baroaltitude"),
+        (lambda k, i: i == 2 and k < 400, "geoaltitude"),
+        (lambda k, i: i == 2 and k > 600, ""),
+        (lambda k, i: k == 650 and i in (2, 650), "baroaltitude"),
+    ],
+    ids=["all have it", "one lacks it", "one lacks it later", "one row lacks it"],
+)
+@pytest.mark.by_turns
+def test_what_has_no_height_is_tracked_by_another_one_or_in_the_plane(lacks, read, tmp_path):
+    """Its rows were refused."""
+    (tmp_path / "d.csv").write_text(flights(lacks))
+    table, recording = readable(read_table(tmp_path / "d.csv"))
+    assert table.measured.get("altitude", "") == read
+    assert len(recording.refused) == (lacks(650, 650) and 1)
+    assert recording.rows["detections"].total == 2800
+
+
+def test_kinds_of_faults_are_counted_apart():
+    """The first refused row was all that a draft told of them."""
+    rows = [Problem(f"d.csv:{k}", f"x must be a number, got 'n{k}'") for k in range(4)]
+    assert told_of(rows) == f", the first of them {rows[0]}"
+    late = [Problem(f"d.csv:{k}", f"time {k}.5 s is out of order: it stands after 90.0 s") for k in range(90, 99)]
+    others = [Problem("d.csv:7", f"y must be {kind}") for kind in ("a number, got ''", "finite", "near")]
+    told = told_of([*rows, *others, *late])
+    assert told.startswith(f": 9 as {late[0]}; 4 as {rows[0]}; ")
+    assert told.endswith("2 for other reasons")
