@@ -39,7 +39,7 @@ class Profile:
         return evolve(known[name], seed=seed)
 
 
-FAST = Profile("fast", examples=20, trials=2, runs=400, steps=10_000)
+FAST = Profile("fast", examples=20, trials=2, runs=400, steps=3_000)
 NIGHTLY = Profile("nightly", examples=400, trials=10, runs=6000, steps=10_000, seconds=1200.0)
 
 Effort = Literal["exact", "statistical", "long", "shown"]
