@@ -30,6 +30,11 @@ class ConfigError(VedetteError, ValueError):
         self.problems = tuple(problems)
         super().__init__("\n".join(map(str, self.problems)))
 
+    @classmethod
+    def at(cls, place: str, text: str) -> ConfigError:
+        """Return one problem, at `place`."""
+        return cls([Problem(place, text)])
+
     def within(self, place: str) -> ConfigError:
         """Return the same problems for a part at `place`."""
         return ConfigError(Problem(f"{place}.{problem.place}", problem.text) for problem in self.problems)

@@ -101,7 +101,7 @@ class Result:
     def made_by(self) -> Experiment:
         """The experiment; ConfigError if the result was not made by a run, so that it is not known."""
         if self.experiment is None:
-            raise ConfigError([Problem("experiment", "the result was not made by a run, so its tracker is not known")])
+            raise ConfigError.at("experiment", "the result was not made by a run, so its tracker is not known")
         return self.experiment
 
     def __repr__(self) -> str:
@@ -167,7 +167,7 @@ class Experiment:
         replace `seed`, and `redraw` says what is drawn of a recording, for one of many runs.
         """
         if self.source is None:
-            raise ConfigError([Problem("source", "is missing: there are no scans to run on")])
+            raise ConfigError.at("source", "is missing: there are no scans to run on")
         seeds = np.random.SeedSequence(self.seed) if seeds is None else seeds
         for_source, for_tracker = seeds.spawn(2)
         rng = np.random.default_rng(for_source)
@@ -179,7 +179,7 @@ class Experiment:
         try:
             given = self.tracker.given(recording)
         except ValueError as error:
-            raise ConfigError([Problem("", str(error))]) from None
+            raise ConfigError.at("", str(error)) from None
         if redraw is not None:
             given = redraw.start(given, self.tracker.state, recording.truth, seeds)
         return Steps(self, recording, given, for_tracker, strict=strict, progress=progress, named=named)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 
 DEEPEST = 32
 """Lists and objects inside each other; a scan with covariances takes four."""
@@ -22,5 +22,5 @@ def most(usual: int) -> int:
     except ValueError:
         factor = math.nan
     if not 1 <= factor <= 1e6:
-        raise ConfigError([Problem("--limits", f"must be a number from 1 to 1e6, got {given[:40]!r}")])
+        raise ConfigError.at("--limits", f"must be a number from 1 to 1e6, got {given[:40]!r}")
     return int(usual * factor)

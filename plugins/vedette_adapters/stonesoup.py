@@ -14,7 +14,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import fields
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import Source
@@ -134,12 +134,12 @@ class StoneSoupSource(Source):
         for scan in scans:
             if scan.sensor not in sensors:
                 known = ", ".join(map(repr, sensors))
-                raise ConfigError([Problem("sensor", f"{scan.sensor!r} is no sensor of the tracker; those are {known}")])
+                raise ConfigError.at("sensor", f"{scan.sensor!r} is no sensor of the tracker; those are {known}")
             axes, z = sensors[scan.sensor].measurement, scan.detections.z
             if len(z) and z.shape[-1] != len(axes):
                 raise InputError(f"Stone Soup's detections have {z.shape[-1]} numbers, and {scan.sensor!r} measures {axes}")
         if self.truth and self.space is None:
-            raise ConfigError([Problem("space", "must name the axes of the truth, in the order of its states")])
+            raise ConfigError.at("space", "must name the axes of the truth, in the order of its states")
         truth = trajectories_of(self.truth, self.space, start) if self.space is not None else ()
         return Recording(tuple(scans), truth, notes={"start of times": start.isoformat()})
 

@@ -11,7 +11,7 @@ from typing import Any, final
 
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 
 
 @final
@@ -43,11 +43,11 @@ class Inputs:
     def check(self, path: Path, option: str = "--out") -> None:
         """Raise ConfigError if `path` is a file that is read, or a link: what it points to is not ours to write."""
         if path.is_symlink():
-            raise ConfigError([Problem(option, f"{str(path)!r} is a link, and results are not written through links")])
+            raise ConfigError.at(option, f"{str(path)!r} is a link, and results are not written through links")
         number = _number(path)
         if number is not None and number in self.names:
             told = f"{str(path)!r} would be written, and is read: it is {self.names[number]!r}; name another place"
-            raise ConfigError([Problem(option, told)])
+            raise ConfigError.at(option, told)
 
 
 NOTHING_READ = Inputs({})

@@ -30,16 +30,16 @@ FRAMES = ("x east, y north", NORTH_EAST)
 def find(path: str, wanted: str) -> Path:
     """Return where a config's `source.path` points, a folder or a file. ConfigError says what is `wanted`."""
     if not path:
-        raise ConfigError([Problem("path", f"is not given. Wanted: {wanted}")])
+        raise ConfigError.at("path", f"is not given. Wanted: {wanted}")
     try:
         file = user_path(path)
     except ValueError as error:
-        raise ConfigError([Problem("path", f"{error}. Wanted: {wanted}")]) from None
+        raise ConfigError.at("path", f"{error}. Wanted: {wanted}") from None
     if not file.exists():
         begins = "" if file.is_absolute() else f", as paths begin in the current folder, {str(Path.cwd())!r}"
-        raise ConfigError([Problem("path", f"there is no file or folder {shown(path)}{begins}. Wanted: {wanted}")])
+        raise ConfigError.at("path", f"there is no file or folder {shown(path)}{begins}. Wanted: {wanted}")
     if not file.is_file() and not file.is_dir():
-        raise ConfigError([Problem("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")])
+        raise ConfigError.at("path", f"{shown(path)} is no regular file and no folder. Wanted: {wanted}")
     return file
 
 
@@ -53,7 +53,7 @@ def check_files(folder: Path, files: Sequence[tuple[str, str]], wanted: str) -> 
         try:
             file = inside(folder, name)
         except ValueError as error:
-            raise ConfigError([Problem(place, str(error))]) from None
+            raise ConfigError.at(place, str(error)) from None
         if not file.is_file():
             text = "is no regular file" if file.exists() else "there is no such file"
             raise InputError(f"{file}: {text}. Wanted: {wanted}")

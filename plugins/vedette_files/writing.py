@@ -39,9 +39,9 @@ def check_folder(folder: Path) -> None:
     while not existing.exists() and existing != existing.parent:
         existing = existing.parent
     if not existing.is_dir():
-        raise ConfigError([Problem("--out", f"{str(existing)!r} is a file, and results need a folder")])
+        raise ConfigError.at("--out", f"{str(existing)!r} is a file, and results need a folder")
     if not os.access(existing, os.W_OK | os.X_OK):
-        raise ConfigError([Problem("--out", f"the folder {str(existing)!r} cannot be written to")])
+        raise ConfigError.at("--out", f"the folder {str(existing)!r} cannot be written to")
 
 
 @contextmanager
@@ -84,7 +84,7 @@ def _locked(path: Path, refusal: Problem) -> Iterator[None]:
         held = FileLock(path).acquire(timeout=_PATIENCE)
     except Timeout:
         told = f"another process{_holder(path) or ''} {refusal.text}"
-        raise ConfigError([Problem(refusal.place, told)]) from None
+        raise ConfigError.at(refusal.place, told) from None
     with held:
         try:
             with naming(path.parent):
@@ -102,7 +102,7 @@ def growing(path: Path, place: str) -> Iterator[None]:
     """
     NOTHING_READ.check(path, place)
     if not path.absolute().parent.is_dir():
-        raise ConfigError([Problem(place, f"must be a file in a folder that exists, got {str(path)!r}")])
+        raise ConfigError.at(place, f"must be a file in a folder that exists, got {str(path)!r}")
     with _locked(path.with_name(f".{path.name}{LOCK}"), Problem(place, f"writes to {str(path)!r}: name another file")):
         yield
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vedette.config import did_you_mean, installed_figures
 from vedette.display import html_table
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Result
 from vedette.metrics import Score
 from vedette_files import Terms, table_of
@@ -24,7 +24,7 @@ def tabulate_result(result: Result, what: str) -> Any:
     pd = needed("pandas", "data frames need pandas", "data")
     if what not in TABLES:
         text = f"there is no such table;{did_you_mean(what, TABLES)} those are {', '.join(TABLES)}"
-        raise ConfigError([Problem(str(what), text)])
+        raise ConfigError.at(str(what), text)
     return pd.DataFrame(TABLES[what](result))
 
 

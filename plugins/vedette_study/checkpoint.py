@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 import attrs
 
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, InputError
 from vedette_files.archives import open_arrays
 from vedette_files.json_values import read_table
 from vedette_files.writing import whole_file, write_arrays
@@ -28,12 +28,12 @@ class Parts:
         before = self._before()
         if before is not None and not resume:
             told = f"{str(self._folder)!r} holds parts of an unfinished study: go on with --resume, or delete it"
-            raise ConfigError([Problem("--out", told)])
+            raise ConfigError.at("--out", told)
         if before is not None and before != self._about:
             other = ", ".join(
                 f"{name} {before.get(name)!r}" for name in self._about if before.get(name) != self._about[name]
             )
-            raise ConfigError([Problem("--resume", f"{str(self._folder)!r} holds parts of another study: its {other}")])
+            raise ConfigError.at("--resume", f"{str(self._folder)!r} holds parts of another study: its {other}")
 
     def __call__(self, name: str, kind: type[R], make: Callable[[], R], /) -> R:
         """Return the part, from its file if there is one."""
@@ -60,7 +60,7 @@ class Parts:
             return read_table(self._folder / ABOUT)
         except InputError as error:
             told = f"does not say which study's parts these are: delete them ({error})"
-            raise ConfigError([Problem(str(self._folder / ABOUT), told)]) from None
+            raise ConfigError.at(str(self._folder / ABOUT), told) from None
 
 
 def _write(path: Path, name: str, part: Any) -> None:
@@ -78,4 +78,4 @@ def _read(path: Path, name: str, kind: type[R]) -> R:
         fields = [each.name for each in attrs.fields(kind)]  # type: ignore[arg-type]
         return kind(**{field: stored.get(field) for field in fields})
     except (InputError, ValueError, TypeError) as error:
-        raise ConfigError([Problem(str(path), f"is not the part {name!r} of this study ({error}): delete it")]) from None
+        raise ConfigError.at(str(path), f"is not the part {name!r} of this study ({error}): delete it") from None

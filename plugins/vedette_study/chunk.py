@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.config import installed_figures
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment
 from vedette.metrics import (
     FIGURES,
@@ -89,8 +89,7 @@ def goes_together(experiment: Experiment) -> bool:
 def _opened(experiment: Experiment, seeds: RunSeeds) -> tuple[Gaussian, Scenes]:
     """Return priors and scenes. NotInLockStep if a run may have several tracks or a source that draws run by run."""
     tracker, source = experiment.tracker, experiment.source
-    starts = tracker.starts_tracks
-    if starts or experiment.preprocessors or not isinstance(source, DrawsTogether):
+    if tracker.starters or experiment.preprocessors or not isinstance(source, DrawsTogether):
         raise NotInLockStep("several tracks, preprocessors, or a source that draws run by run")
     try:
         scenes = source.open_together(tracker.sensors, seeds.generators())
@@ -161,7 +160,7 @@ def _prior(experiment: Experiment, scenes: Scenes, state: Array) -> Gaussian:
     try:
         prior = tracker.given(Recording((Scan(time, sensor, Detections.of([], 1)),), (truth,)))
     except ValueError as error:
-        raise ConfigError([Problem("", str(error))]) from None
+        raise ConfigError.at("", str(error)) from None
     if prior is None or len(prior.mean) != 1:
         raise NotInLockStep("a birth that does not start with one track")
     return prior

@@ -122,7 +122,7 @@ def _client(address: str) -> Any:
         return dask.Client(address, timeout=PATIENCE, set_as_default=False)
     except Exception as error:  # whatever answers there, if it is no scheduler
         text = f"no Dask scheduler answers at {address!r}: {str(error).splitlines()[0] if str(error) else 'no answer'}"
-        raise ConfigError([Problem("--scheduler", text)]) from None
+        raise ConfigError.at("--scheduler", text) from None
 
 
 def _threads(client: Any) -> int:

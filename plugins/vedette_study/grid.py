@@ -70,7 +70,7 @@ class Grid:
         for values in self.sweep.values():
             count *= len(values)
         if count > MOST_POINTS:
-            raise ConfigError([Problem("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")])
+            raise ConfigError.at("sweep", f"makes {count:,} points; at most {MOST_POINTS:,} are taken")
         if undone := list(self._undone()):
             raise ConfigError(undone)
         choices = itertools.product(self.trackers or [None], *self.sweep.values())
@@ -131,7 +131,7 @@ def _load(config: Mapping[str, Any], place: str, registry: Registry) -> Experime
     except ConfigError as error:
         raise error.within(place) from None
     if experiment.source is None:
-        raise ConfigError([Problem("experiment.source", "is missing: there are no scans to run on")])
+        raise ConfigError.at("experiment.source", "is missing: there are no scans to run on")
     return experiment
 
 

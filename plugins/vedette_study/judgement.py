@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, InputError
 from vedette.space import Array
 from vedette_files.writing import whole_file
 from vedette_study.averages import averaged_plan
@@ -124,12 +124,12 @@ def demand_comparable(planned: Plan, kept: Mapping[str, Any]) -> None:
     """Raise ConfigError unless the study has every point that was kept, and its figures are known."""
     if unknown := kept["figures"].keys() - study_figures().keys():
         text = f"there is no figure {', '.join(sorted(unknown))}: install its plugin, or write a new judgement: --write FILE"
-        raise ConfigError([Problem("--against", text)])
+        raise ConfigError.at("--against", text)
     now = [_labels(at.labels) for at in averaged_plan(planned).points]
     for point in kept["points"]:
         if point["labels"] not in now:
             text = f"the study has no point {json.dumps(point['labels'])}; write a new judgement: --write FILE"
-            raise ConfigError([Problem("--against", text)])
+            raise ConfigError.at("--against", text)
 
 
 def verdicts(outcome: Outcome, kept: Mapping[str, Any]) -> list[Verdict]:

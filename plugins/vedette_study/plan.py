@@ -70,7 +70,7 @@ class Plan:
 def whole(place: str, given: Any, least: int, most: int = MOST_RUNS) -> int:
     """Return a whole number of the study; ConfigError if it is not one."""
     if isinstance(given, bool) or not isinstance(given, int) or not least <= given <= most:
-        raise ConfigError([Problem(place, f"must be a whole number from {least} to {most:,}, got {given!r}")])
+        raise ConfigError.at(place, f"must be a whole number from {least} to {most:,}, got {given!r}")
     return given
 
 
@@ -96,7 +96,7 @@ def _refuse_one_run(table: Mapping[str, Any], place: str, name: str) -> None:
             f"is the config of one run, not a study: write a file that names it, experiment = {json.dumps(name)}, and says "
             'what to repeat and vary, as in runs = 100 and sweep = { "gate.probability" = [0.9, 0.99] }'
         )
-        raise ConfigError([Problem(place, text)])
+        raise ConfigError.at(place, text)
 
 
 def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
@@ -131,7 +131,7 @@ def plan(table: Mapping[str, Any], overrides: Sequence[str] = ()) -> Plan:
     usual = (DRAWS if redraw is not None else SCENES) if varies else 1
     runs = whole("runs", table.get("runs", usual), 1)
     if runs > 1 and not varies:
-        raise ConfigError([Problem("runs", _all_the_same(points, runs))])
+        raise ConfigError.at("runs", _all_the_same(points, runs))
     return Plan(
         title=str(table.get("title", experiment.get("title", ""))),
         points=points,
@@ -158,38 +158,36 @@ def _draws(experiment: Experiment, redraw: Redraw | None) -> bool:
 
 def _given(experiment: Experiment) -> bool:
     """Return whether tracks may be given before the first scan."""
-    return experiment.tracker.birth is not None and not experiment.tracker.starts_tracks
+    return experiment.tracker.birth is not None and not experiment.tracker.starters
 
 
 def _redraw(given: Any, points: tuple[Point, ...]) -> Redraw | None:
     """Return what each run draws of a recording; None if all sources draw."""
     names = tuple(attribute.name for attribute in attrs.fields(Redraw))
     if not isinstance(given, Mapping):
-        raise ConfigError([Problem("redraw", f"must be a table such as {{ drop = 0.1 }}, got {given!r}")])
+        raise ConfigError.at("redraw", f"must be a table such as {{ drop = 0.1 }}, got {given!r}")
     if unknown := [str(name) for name in given if name not in names]:
         text = f"unknown;{did_you_mean(unknown[0], names)} known: {', '.join(names)}"
-        raise ConfigError([Problem(f"redraw.{unknown[0]}", text)])
+        raise ConfigError.at(f"redraw.{unknown[0]}", text)
     try:
         redraw = Redraw(**given)
     except ValueError as error:
-        raise ConfigError([Problem(f"redraw.{str(error).partition(':')[0]}", str(error).partition(": ")[2])]) from None
+        raise ConfigError.at(f"redraw.{str(error).partition(':')[0]}", str(error).partition(": ")[2]) from None
     if any(recorded(point.experiment) for point in points):
         return attrs.evolve(redraw, starts=redraw.starts and any(_given(point.experiment) for point in points))
     if given:
-        raise ConfigError(
-            [Problem("redraw", "is what is drawn of a recording, but the scenes of this study are drawn whole")]
-        )
+        raise ConfigError.at("redraw", "is what is drawn of a recording, but the scenes of this study are drawn whole")
     return None
 
 
 def _average(given: Any, axes: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the swept paths over which figures are averaged."""
     if isinstance(given, str) or not isinstance(given, list | tuple):
-        raise ConfigError([Problem("average", f"must be a list of swept paths, got {given!r}")])
+        raise ConfigError.at("average", f"must be a list of swept paths, got {given!r}")
     for path in given:
         if path not in axes:
             text = f"{path!r} is not swept;{did_you_mean(str(path), axes)} swept: {', '.join(axes) or 'nothing'}"
-            raise ConfigError([Problem("average", text)])
+            raise ConfigError.at("average", text)
     return tuple(given)
 
 
@@ -214,19 +212,17 @@ def _precision(given: Any) -> dict[str, float]:
     if given is None:
         return {}
     if not isinstance(given, Mapping) or not given:
-        raise ConfigError([Problem("precision", f"must be a table such as {{ position_rmse = '0.1 m' }}, got {given!r}")])
+        raise ConfigError.at("precision", f"must be a table such as {{ position_rmse = '0.1 m' }}, got {given!r}")
     wanted, known = dict[str, float](), study_figures()
     for name, value in given.items():
         if name not in known:
-            raise ConfigError(
-                [Problem(f"precision.{name}", f"unknown;{did_you_mean(str(name), known)} known: {', '.join(known)}")]
-            )
+            raise ConfigError.at(f"precision.{name}", f"unknown;{did_you_mean(str(name), known)} known: {', '.join(known)}")
         try:
             wanted[str(name)] = in_unit(value, known[name].unit)
         except ValueError as error:
-            raise ConfigError([Problem(f"precision.{name}", str(error))]) from None
+            raise ConfigError.at(f"precision.{name}", str(error)) from None
         if wanted[str(name)] <= 0:
-            raise ConfigError([Problem(f"precision.{name}", f"must be > 0, got {value!r}")])
+            raise ConfigError.at(f"precision.{name}", f"must be > 0, got {value!r}")
     return wanted
 
 
@@ -239,20 +235,20 @@ def _goes_together(point: Point) -> bool:
 
 def _sweep(given: Any) -> dict[str, list[Any]]:
     if not isinstance(given, Mapping):
-        raise ConfigError([Problem("sweep", "must be a table: config path to a list of values")])
+        raise ConfigError.at("sweep", "must be a table: config path to a list of values")
     swept = {}
     for path, values in given.items():
         if hasattr(values, "tolist"):
             values = values.tolist()
         if not isinstance(values, list | tuple) or not values:
-            raise ConfigError([Problem(f"sweep.{path}", f"must be a list of at least one value, got {values!r}")])
+            raise ConfigError.at(f"sweep.{path}", f"must be a list of at least one value, got {values!r}")
         swept[str(path)] = [plain(value) for value in values]
     return swept
 
 
 def _trackers(given: Any) -> dict[str, Mapping[str, Any]]:
     if not isinstance(given, Mapping) or not all(isinstance(table, Mapping) for table in given.values()):
-        raise ConfigError([Problem("trackers", "must be a table: name to a table of config paths and values")])
+        raise ConfigError.at("trackers", "must be a table: name to a table of config paths and values")
     return {str(name): table for name, table in given.items()}
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.space import Array
 from vedette_study.chunk import Chunk, study_figures
 
@@ -69,7 +69,7 @@ def precise(chunks: Sequence[Sequence[Chunk]], wanted: Mapping[str, float]) -> b
     for name, error in wanted.items():
         if not any(name in chunk.figures for chunk in chunks[0]):
             there = ", ".join(dict.fromkeys(name for chunk in chunks[0] for name in chunk.figures))
-            raise ConfigError([Problem(f"precision.{name}", f"no point of this study has that figure; they have {there}")])
+            raise ConfigError.at(f"precision.{name}", f"no point of this study has that figure; they have {there}")
         for point, chunk in enumerate(chunks[0]):
             if name in chunk.figures:
                 known = mean(name, gathered(chunks, name, point))

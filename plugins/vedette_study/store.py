@@ -87,7 +87,7 @@ def open_store(folder: Path, plan: Plan, code: Code, *, resume: bool) -> Store:
     path, wanted = folder / MANIFEST, manifest(plan, code)
     if path.exists():
         if not resume:
-            raise ConfigError([Problem("--out", f"{str(folder)!r} holds a study; --resume continues it")])
+            raise ConfigError.at("--out", f"{str(folder)!r} holds a study; --resume continues it")
         there = _checked(path, wanted)
         own = there.get("code")
         texts = check(own if isinstance(own, dict) else {}, code.made, str(path), accept=code.accept)

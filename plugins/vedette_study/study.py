@@ -9,7 +9,7 @@ from typing import Any
 from attrs import evolve
 
 from vedette.config import read_file
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.progress import Progress, silent
 from vedette_report.identity import Code
 from vedette_study.execution import carry_out
@@ -86,7 +86,7 @@ def perform(
     """Carry out a plan; see `monte_carlo`."""
     whole("threads", threads, 1, 4096)
     if resume and out is None:
-        raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
+        raise ConfigError.at("--resume", "needs the folder of the study that it is to go on with: --out")
     if resume and out is not None and not planned.given.get("chunk") and (kept := kept_chunk(Path(out))):
         planned = evolve(planned, chunk=kept)  # the default goes by the number of runs, and there may be more now
     code = Code.of((point.config for point in planned.points), "vedette_study", accept=accept_other_code)

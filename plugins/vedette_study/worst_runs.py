@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.progress import Progress
 from vedette.space import Array
 from vedette_report.figures import figures
@@ -76,7 +76,7 @@ def read_run(text: str, outcome: Outcome) -> Bad:
     points, runs = len(outcome.plan.points), outcome.runs
     if not (dash and point.isdecimal() and run.isdecimal() and int(point) < points and int(run) < runs):
         usual = f"must be POINT-RUN with a point from 0 to {points - 1} and a run from 0 to {runs - 1}, got {text!r}"
-        raise ConfigError([Problem("--run", usual)])
+        raise ConfigError.at("--run", usual)
     return Bad(int(point), int(run), None)
 
 

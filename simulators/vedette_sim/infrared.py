@@ -16,7 +16,6 @@ from vedette import (
     Frame,
     ImagingSensor,
     MotionModel,
-    Problem,
     Recording,
     Scan,
     Sensor,
@@ -198,7 +197,7 @@ class InfraredScene(Source):
         """Return all frames, and each target's x, y, jitter jx, jy and box: it appears at x + jx, y + jy."""
         cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(sensors) != 1 or len(cameras) != 1:
-            raise ConfigError([Problem("sensors", f"frames need one sensor, a camera; got {', '.join(sensors) or 'none'}")])
+            raise ConfigError.at("sensors", f"frames need one sensor, a camera; got {', '.join(sensors) or 'none'}")
         root = int(rng.integers(2**63))
         times = np.arange(self.frames) / self.rate
         shift = times[:, None] * np.asarray(self.drift)

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array, ConfigError, Detections, Mask, Problem, Recording, Scan, Sensor, Source, Space, fields
+from vedette import Array, ConfigError, Detections, Mask, Recording, Scan, Sensor, Source, Space, fields
 from vedette_marine.ais import Reports
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.sea import own_stream
@@ -79,7 +79,7 @@ class RadarPointsScene(Source):
         fitting = [name for name, sensor in sensors.items() if sensor.measurement == POSITION]
         if len(sensors) != 1 or len(fitting) != 1:
             given = ", ".join(f"{name} of {sensor.measurement}" for name, sensor in sensors.items()) or "none"
-            raise ConfigError([Problem("sensors", f"points need one sensor that measures {POSITION}; got {given}")])
+            raise ConfigError.at("sensors", f"points need one sensor that measures {POSITION}; got {given}")
         seed = int(rng.integers(2**63))
         times, z, valid = self._returns(1, seed)
         looks = enumerate(times.tolist())

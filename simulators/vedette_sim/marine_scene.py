@@ -15,7 +15,6 @@ from vedette import (
     Frame,
     ImagingSensor,
     LazyScans,
-    Problem,
     Recording,
     Scan,
     Sensor,
@@ -179,7 +178,7 @@ class RadarPicturesScene(Source):
         screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(screens) != 1:
             given = ", ".join(sensors) or "none"
-            raise ConfigError([Problem("sensors", f"radar pictures need one sensor that is a camera; got {given}")])
+            raise ConfigError.at("sensors", f"radar pictures need one sensor that is a camera; got {given}")
         seed = int(rng.integers(2**63))
         made = self.painter(seed)
         times = self.times(seed)
@@ -203,11 +202,11 @@ class RadarPicturesScene(Source):
         try:
             synthesis = Synthesis(self.world(), seed)
         except ValueError as error:
-            raise ConfigError([Problem("radar", str(error))]) from None
+            raise ConfigError.at("radar", str(error)) from None
         try:
             synthesis.lay_land(self.last)
         except ValueError as error:
-            raise ConfigError([Problem("land", str(error))]) from None
+            raise ConfigError.at("land", str(error)) from None
         return Painter.of(self, synthesis)
 
     def truth(self, times: Array, seed: int) -> tuple[Trajectory, ...]:

@@ -16,7 +16,7 @@ import numpy as np
 from attrs import evolve
 
 import vedette
-from vedette import ConfigError, InputError, Problem, Progress, VedetteError
+from vedette import ConfigError, InputError, Progress, VedetteError
 from vedette.progress import silent
 from vedette_marine.ais import KNOT, ROT_STEP
 from vedette_marine.geometry import write_geometry
@@ -115,7 +115,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         scene = experiment.source
         if not isinstance(scene, RadarPicturesScene):
             got = "none" if scene is None else repr(scene.kind)
-            raise ConfigError([Problem("source.kind", f"must be 'radar_pictures_scene', got {got}")])
+            raise ConfigError.at("source.kind", f"must be 'radar_pictures_scene', got {got}")
         # As a run of the config does, so that a tracker sees the same pictures either way.
         rng = np.random.default_rng(experiment.seed if given.seed is None else given.seed).spawn(2)[0]
         with on_terminal() as progress:

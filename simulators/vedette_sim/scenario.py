@@ -303,4 +303,4 @@ def _blamed_on(place: str) -> Iterator[None]:
     try:
         yield
     except (ValueError, NotImplementedError) as error:
-        raise ConfigError([Problem(place, str(error))]) from error
+        raise ConfigError.at(place, str(error)) from error

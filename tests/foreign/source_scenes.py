@@ -169,7 +169,7 @@ class Filmed(vedette.Source):
 
     def open(self, sensors, rng):
         if not all(isinstance(sensor, vedette.ImagingSensor) for sensor in sensors.values()):
-            raise vedette.errors.ConfigError([vedette.errors.Problem("sensors", "must be cameras")])
+            raise vedette.errors.ConfigError.at("sensors", "must be cameras")
         times, space = 0.04 * np.arange(12), vedette.Space.of(x="px", y="px", vx="px/s", vy="px/s")
         v = np.array([40.0, 15.0])
         at = np.array([18.0, 14.0]) + times[:, None] * v

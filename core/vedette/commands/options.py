@@ -6,7 +6,7 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Callable
 from typing import TypeVar
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 
 Read = TypeVar("Read")
 
@@ -50,7 +50,7 @@ def read(option: str, given: str | None, reader: Callable[[str], Read]) -> Read 
     try:
         return None if given is None else reader(given)
     except ValueError as error:
-        raise ConfigError([Problem(option, str(error))]) from None
+        raise ConfigError.at(option, str(error)) from None
 
 
 def whole(option: str, given: str | None, usual: int, least: int = 0, most: int | None = None) -> int:
@@ -59,5 +59,5 @@ def whole(option: str, given: str | None, usual: int, least: int = 0, most: int 
         return usual
     if not given.isdecimal() or int(given) < least or (most is not None and int(given) > most):
         range_ = f"of at least {least}" if most is None else f"from {least} to {most}"
-        raise ConfigError([Problem(option, f"must be a whole number {range_}, got {given!r}")])
+        raise ConfigError.at(option, f"must be a whole number {range_}, got {given!r}")
     return int(given)

@@ -89,11 +89,9 @@ def load(config: Config, registry: Registry | None = None, overrides: Iterable[s
     """
     given: Any = read_file(config) if isinstance(config, str | Path) else config
     if not isinstance(given, Mapping):
-        raise ConfigError([Problem("", f"a config must be a table, or the path to a file, got {told(given)}")])
+        raise ConfigError.at("", f"a config must be a table, or the path to a file, got {told(given)}")
     if "experiment" in given and "estimator" not in given:
-        raise ConfigError(
-            [Problem("experiment", "this file is a study of many runs, not the config of one run: use vedette study")]
-        )
+        raise ConfigError.at("experiment", "this file is a study of many runs, not the config of one run: use vedette study")
     registry = Registry.installed() if registry is None else registry
     given = with_birth(apply_overrides(given, overrides, registry), given, registry)
     check_size(given)

@@ -8,7 +8,7 @@ from typing import Any
 
 from vedette.config.plugins import draft_of
 from vedette.config.texts import json_text, toml, yaml_text
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.limits import DEEPEST, most
 
 LARGEST = 10_000_000
@@ -26,14 +26,16 @@ def read_file(path: str | Path) -> dict[str, Any]:
     reader = readers.get(path.suffix.lower())
     if reader is None:
         if path.suffix.lower() in (".csv", ".parquet"):
-            raise _refusal(place, "is data, not a config; `vedette new config` writes a config for it")
+            raise ConfigError.at(place, "is data, not a config; `vedette new config` writes a config for it")
         there = path.exists()
         if path.suffix and not there:
-            raise _refusal(place, "there is no such file")
+            raise ConfigError.at(place, "there is no such file")
         text = draft_of(path, {}) if there else None
         if text is None:
             ending = f"must end in {', '.join(readers)}: the ending tells the format"
-            raise _refusal(place, "is a folder without video; of a run, name its config.json" if path.is_dir() else ending)
+            raise ConfigError.at(
+                place, "is a folder without video; of a run, name its config.json" if path.is_dir() else ending
+            )
         drafted: dict[str, Any] = toml(text)
         return drafted
     text = _text(path)
@@ -41,13 +43,13 @@ def read_file(path: str | Path) -> dict[str, Any]:
         data = reader(text)
     except ImportError:
         cure = "pip install 'vedette[yaml]', or write the config as TOML or JSON"
-        raise _refusal(place, f"reading YAML needs pyyaml: {cure}") from None
+        raise ConfigError.at(place, f"reading YAML needs pyyaml: {cure}") from None
     except RecursionError:
-        raise _refusal(place, f"is nested deeper than {DEEPEST} levels") from None
+        raise ConfigError.at(place, f"is nested deeper than {DEEPEST} levels") from None
     except ValueError as error:
-        raise _refusal(place, f"is not well-formed {path.suffix[1:].upper()}: {error}") from None
+        raise ConfigError.at(place, f"is not well-formed {path.suffix[1:].upper()}: {error}") from None
     if not isinstance(data, dict):
-        raise _refusal(place, f"must hold a table of names, got {type(data).__name__}")
+        raise ConfigError.at(place, f"must hold a table of names, got {type(data).__name__}")
     return data
 
 
@@ -55,20 +57,20 @@ def _text(path: Path) -> str:
     place = str(path)
     try:
         if path.is_dir():
-            raise _refusal(place, "is a folder; name the file in it")
+            raise ConfigError.at(place, "is a folder; name the file in it")
         if path.exists() and not path.is_file():
-            raise _refusal(place, "is no regular file")
+            raise ConfigError.at(place, "is no regular file")
         if path.stat().st_size > most(LARGEST):
-            raise _refusal(place, f"is larger than {most(LARGEST)} bytes: this is no config")
+            raise ConfigError.at(place, f"is larger than {most(LARGEST)} bytes: this is no config")
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise _refusal(place, "there is no such file") from None
+        raise ConfigError.at(place, "there is no such file") from None
     except OSError as error:
-        raise _refusal(place, f"cannot be read: {error.strerror or error}") from None
+        raise ConfigError.at(place, f"cannot be read: {error.strerror or error}") from None
     except UnicodeDecodeError as error:
-        raise _refusal(place, f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
+        raise ConfigError.at(place, f"is not UTF-8 text: {error.reason} at byte {error.start}") from None
     if not text.strip():
-        raise _refusal(place, "the file is empty")
+        raise ConfigError.at(place, "the file is empty")
     return text
 
 
@@ -79,10 +81,10 @@ def check_size(config: Mapping[str, Any]) -> None:
     for name, value in config.items():
         height, size = _extent(value, DEEPEST, known)
         if height > DEEPEST:
-            raise _refusal(str(name), f"is nested deeper than {DEEPEST} levels")
+            raise ConfigError.at(str(name), f"is nested deeper than {DEEPEST} levels")
         total += size
         if total > most(LARGEST):
-            raise _refusal(str(name), f"holds more than {most(LARGEST)} values")
+            raise ConfigError.at(str(name), f"holds more than {most(LARGEST)} values")
 
 
 def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[int, int]:
@@ -99,7 +101,3 @@ def _extent(value: Any, room: int, known: dict[int, tuple[int, int]]) -> tuple[i
         extents = [_extent(part, room - 1, known) for part in parts]
         known[id(value)] = 1 + max((e[0] for e in extents), default=0), 1 + sum(e[1] for e in extents)
     return known[id(value)]
-
-
-def _refusal(place: str, text: str) -> ConfigError:
-    return ConfigError([Problem(place, text)])

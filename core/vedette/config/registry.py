@@ -12,7 +12,7 @@ from vedette.config.contract import Installed, described
 from vedette.config.parameters import ROLES
 from vedette.config.plugins import SetAside, load_plugins
 from vedette.config.suggestions import did_you_mean, which_kind
-from vedette.errors import ConfigError, PluginError, Problem
+from vedette.errors import ConfigError, PluginError
 from vedette.roles import Component
 
 
@@ -101,7 +101,7 @@ class Registry:
     def of_role(self, role: str) -> tuple[Installed, ...]:
         """Return all components of a role; ConfigError if there is no such role."""
         if role not in ROLES:
-            raise ConfigError([Problem(role, f"is not a role;{did_you_mean(role, ROLES)} the roles are {', '.join(ROLES)}")])
+            raise ConfigError.at(role, f"is not a role;{did_you_mean(role, ROLES)} the roles are {', '.join(ROLES)}")
         return tuple(entry for entry in self.entries if entry.role == role)
 
     def find(self, role: str, kind: str) -> Installed | None:
@@ -112,7 +112,7 @@ class Registry:
         """Return the component of that role and kind; ConfigError says why there is none, and what there is instead."""
         entry = self.find(role, kind)
         if entry is None:
-            raise ConfigError([Problem(role, self.unknown(role, kind, self.of_role(role)))])
+            raise ConfigError.at(role, self.unknown(role, kind, self.of_role(role)))
         return entry
 
     def unused(self, kind: str, roles: Iterable[str] = ROLES) -> list[str]:

@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -27,14 +27,14 @@ class Selection:
         """Select by what is built and what the environment asks for; ConfigError if that is impossible."""
         wanted = os.environ.get("VEDETTE_KERNELS", "")
         if wanted not in ("", "numpy", "compiled"):
-            raise ConfigError([Problem("VEDETTE_KERNELS", f"must be 'numpy' or 'compiled', got {wanted!r}")])
+            raise ConfigError.at("VEDETTE_KERNELS", f"must be 'numpy' or 'compiled', got {wanted!r}")
         if wanted == "numpy":
             return cls(None, "numpy, as the environment variable VEDETTE_KERNELS asks for")
         try:
             module = import_module("vedette.kernels._compiled")
         except ModuleNotFoundError:
             if wanted == "compiled":
-                raise ConfigError([Problem("VEDETTE_KERNELS", "the compiled kernels were not built here")]) from None
+                raise ConfigError.at("VEDETTE_KERNELS", "the compiled kernels were not built here") from None
             return cls(None, "numpy, as the compiled kernels were not built here")
         return cls(module, f"compiled, for the instruction set {module.instruction_set()}")
 

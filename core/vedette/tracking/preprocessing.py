@@ -79,7 +79,7 @@ def still_to_run(
         sensor = sensors.get(name)
         if sensor is not None and space != sensor.measurement:
             told = f"the recording's scans of it are over {space}, and the tracker's measure {sensor.measurement}"
-            raise ConfigError([Problem(f"sensors.{name}", told)])
+            raise ConfigError.at(f"sensors.{name}", told)
     return {name: preprocessor for name, preprocessor in preprocessors.items() if name not in recording.detected}
 
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
@@ -33,7 +33,7 @@ def check_smoothing(tracker: Tracker) -> None:
     try:
         tracker.estimator.smooth_step(none, none, 1.0, rng)
     except NotImplementedError as error:
-        raise ConfigError([Problem("estimator", f"cannot smooth: {error}")]) from None
+        raise ConfigError.at("estimator", f"cannot smooth: {error}") from None
 
 
 def smooth(

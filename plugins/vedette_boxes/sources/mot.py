@@ -10,7 +10,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import ConfigError, Detections, InputError, Problem, Recording, Scan, Sensor, Source, Trajectory, fields
+from vedette import ConfigError, Detections, InputError, Recording, Scan, Sensor, Source, Trajectory, fields
 from vedette.types import Rows as Counted
 from vedette_boxes.calibration import Calibration
 from vedette_boxes.rows import Rows, read_rows
@@ -49,7 +49,7 @@ class MotSource(Source):
         """Return a scan a frame. InputError for a file without boxes, ConfigError for sensors that measure none."""
         names = [name for name, sensor in sensors.items() if sensor.measurement == BOX]
         if len(names) != 1:
-            raise ConfigError([Problem("", f"needs one sensor that measures {BOX}, the tracker has {len(names)}")])
+            raise ConfigError.at("", f"needs one sensor that measures {BOX}, the tracker has {len(names)}")
         path = find(self.path, WANTED)
         found = read_rows(path)
         kept = found.of(found.score >= self.least_score)

@@ -174,7 +174,7 @@ class DetectionColumns:
             for reading in readings.values():
                 axes = axes.union(reading.read)
         except SpaceError as error:
-            raise ConfigError([Problem(f"{PLACE}.columns", str(error))]) from None
+            raise ConfigError.at(f"{PLACE}.columns", str(error)) from None
         by_axis = layout.columns(path, axes, self, PLACE)
         measured = {name: reading.measured for name, reading in readings.items()}
         noises = noise_columns(self.noise, measured, self.units, PLACE)

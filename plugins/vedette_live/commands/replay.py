@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from vedette.commands import DONE, INTERRUPTED, options
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files import read_recording, scan_line
 from vedette_live.inputs.tcp import PIECE
 from vedette_report.watching.real_time import Pace, read_speed
@@ -49,7 +49,7 @@ def _sender(address: str) -> Iterator[Callable[[bytes], None]]:
     host, _, port = place.rpartition(":")
     if kind not in ("udp", "tcp") or not host or not port.isdecimal() or not 0 < int(port) < 65536:
         told = f"must be udp://HOST:PORT, tcp://HOST:PORT or -, got {address!r}"
-        raise ConfigError([Problem("--to", told)])
+        raise ConfigError.at("--to", told)
     try:
         if kind == "udp":
             with socket.socket(socket.AF_INET6 if ":" in host else socket.AF_INET, socket.SOCK_DGRAM) as here:
@@ -66,7 +66,7 @@ def _sender(address: str) -> Iterator[Callable[[bytes], None]]:
                 connection.shutdown(socket.SHUT_WR)
                 _read_answers(connection, PATIENCE)
     except OSError as error:
-        raise ConfigError([Problem("--to", f"{address}: {error.strerror or error}")]) from None
+        raise ConfigError.at("--to", f"{address}: {error.strerror or error}") from None
 
 
 def _read_answers(connection: socket.socket, patience: float) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, ConfigError, Detections, Frame, InputError, Mask, Pose, Preprocessor, Problem, Scan, Space, fields
+from vedette import Array, ConfigError, Detections, Frame, InputError, Mask, Pose, Preprocessor, Scan, Space, fields
 from vedette_marine.geometry import PictureGeometry, nautical
 from vedette_marine.opencv import opencv
 from vedette_marine.picture.chain import Chain, Stages
@@ -90,13 +90,8 @@ class RadarPicture(Preprocessor):
         if self.geometry is not None:
             geometry = self.geometry
         elif frame.geometry is None:
-            raise ConfigError(
-                [
-                    Problem(
-                        "preprocessors",
-                        "the pictures come without a geometry: state `geometry`; see docs/marine.md",
-                    )
-                ]
+            raise ConfigError.at(
+                "preprocessors", "the pictures come without a geometry: state `geometry`; see docs/marine.md"
             )
         else:
             try:

@@ -64,7 +64,7 @@ class RadarPictures(Source):
         screens = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
         if len(screens) != 1 or len(sensors) != 1:
             text = f"radar pictures need one screen behind a preprocessor, got {', '.join(sensors) or 'none'}"
-            raise ConfigError([Problem("sensors", text)])
+            raise ConfigError.at("sensors", text)
         folder = find(self.path, PUBLISHER)
         _check_links(folder, ("geometry.json", "frames.csv", "truth.csv", "ais.csv"))
         geometry = read_geometry(folder)

@@ -11,7 +11,7 @@ from pathlib import Path
 from attrs import evolve
 
 from vedette.commands import DONE, options
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.units import in_unit
 from vedette_files import Part, is_database, read_series
 from vedette_files.files_read import Inputs
@@ -39,9 +39,9 @@ def run(arguments: Namespace) -> int:
     write = FORMATS.get(target.suffix.lower())
     if write is None:
         known = ", ".join(FORMATS)
-        raise ConfigError([Problem("--to", f"must end in one of {known}, got {target.name!r}")])
+        raise ConfigError.at("--to", f"must end in one of {known}, got {target.name!r}")
     if target.is_dir() or not target.absolute().parent.is_dir():
-        raise ConfigError([Problem("--to", f"must be a file in a folder that exists, got {str(target)!r}")])
+        raise ConfigError.at("--to", f"must be a file in a folder that exists, got {str(target)!r}")
     run = _kept(folder, target, arguments) if is_database(folder) else _finished(folder, target, arguments)
     whole, run = len(run.tracks), _chosen(run, arguments)
     write(target, run, options.whole("--ellipses", arguments.ellipses, 0))
@@ -57,14 +57,14 @@ def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
     """Return the run of a folder."""
     if not (folder / "tracks.jsonl").is_file():
         told = f"must be the folder that a run has written, or the database of a service, got {str(folder)!r}"
-        raise ConfigError([Problem("RUN_DIR", not_ended(folder) or told)])
+        raise ConfigError.at("RUN_DIR", not_ended(folder) or told)
     for option in _OF_KEPT:
         if getattr(arguments, option) is not None:
-            raise ConfigError([Problem(f"--{option}", f"is for the database of a service, and {folder} is a run's folder")])
+            raise ConfigError.at(f"--{option}", f"is for the database of a service, and {folder} is a run's folder")
     Inputs.of([folder / name for name in NAMES]).check(target, "--to")
     tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
     if not (folder / tracks).is_file():
-        raise ConfigError([Problem("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")])
+        raise ConfigError.at("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")
     origin = options.read("--origin", arguments.origin, read_origin)
     return Run.read(folder, tracks, origin, options.read("--epoch", arguments.epoch, read_epoch))
 
@@ -76,7 +76,7 @@ _OF_KEPT = ("from", "until", "box")
 def _kept(path: Path, target: Path, arguments: Namespace) -> Run:
     """Return what a service kept, of a time and a place."""
     if arguments.smoothed:
-        raise ConfigError([Problem("--smoothed", "is for a run's folder: a service tells tracks as they are known")])
+        raise ConfigError.at("--smoothed", "is for a run's folder: a service tells tracks as they are known")
     Inputs.of(path).check(target, "--to")
     since, until = (options.read(f"--{name}", getattr(arguments, name), _moment) for name in ("from", "until"))
     part = Part(since, until, options.read("--box", arguments.box, _box))
@@ -113,7 +113,7 @@ def _chosen(run: Run, arguments: Namespace) -> Run:
     if arguments.covering:
         if not run.about["objects"]:
             told = "needs the truth, and this run has none: --lasting leaves out what was confirmed for a short time only"
-            raise ConfigError([Problem("--covering", told)])
+            raise ConfigError.at("--covering", told)
         entries = read_series(run.folder / "series.npz")["entries"]
         covering = set(entries["track"][entries["object"] >= 0].tolist())
         tracks = tuple(track for track in tracks if track.id in covering)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import answers
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.writing import unfinished_runs
 from vedette_report.page.build import target_of, write_comparison, write_page
@@ -27,7 +27,7 @@ def run(arguments: Namespace) -> int:
                 return _tell(page)
     if arguments.worst is not None or arguments.again:
         option = "--run" if arguments.again else "--worst"
-        raise ConfigError([Problem(option, f"runs a study's runs anew, and {str(folders[0])!r} is no study's folder")])
+        raise ConfigError.at(option, f"runs a study's runs anew, and {str(folders[0])!r} is no study's folder")
     underlay = Path(arguments.underlay) if arguments.underlay else None
     origin = options.read("--origin", arguments.origin, read_origin)
     shown = [_with_results(path) for path in folders]
@@ -53,7 +53,7 @@ def _with_results(path: Path) -> Path:
         print(f"vedette: {path}: this is its finished run; {left[-1].name} in it is one that did not end", file=sys.stderr)
         return path
     if not (left[-1] / SERIES).exists():
-        raise ConfigError([Problem("RUN_DIR", not_ended(path))])
+        raise ConfigError.at("RUN_DIR", not_ended(path))
     print(f"vedette: {path}: the run did not end; {left[-1].name} is shown up to its last complete block", file=sys.stderr)
     return left[-1]
 

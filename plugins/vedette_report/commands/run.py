@@ -13,7 +13,7 @@ from attrs import evolve
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load, to_config
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Result, Steps
 from vedette.tracking import check_smoothing
 from vedette.types import LazyScans
@@ -40,7 +40,7 @@ def run(arguments: Namespace) -> int:
     if arguments.resume:
         return _go_on(arguments)
     if arguments.config is None:
-        raise ConfigError([Problem("CONFIG", "is missing: name the config of the run, or --resume with its folder")])
+        raise ConfigError.at("CONFIG", "is missing: name the config of the run, or --resume with its folder")
     experiment = load(arguments.config, overrides=options.overrides(arguments))
     folder = Path(arguments.out) if arguments.out else Path("out") / Path(arguments.config).stem
     check_folder(folder)
@@ -49,10 +49,10 @@ def run(arguments: Namespace) -> int:
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
     if arguments.stream and (arguments.keep or lag == np.inf):
         keeps = "--keep keeps" if arguments.keep else "--smooth without a lag needs"
-        raise ConfigError([Problem("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")])
+        raise ConfigError.at("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")
     if arguments.stream and experiment.retroactive:
         told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
-        raise ConfigError([Problem("--stream", told)])
+        raise ConfigError.at("--stream", told)
     if lag is not None:
         check_smoothing(experiment.tracker)
     keep = arguments.keep or arguments.strict or lag == np.inf or experiment.retroactive
@@ -99,7 +99,7 @@ def _go_on(arguments: Namespace) -> int:
     for option in ("out", "keep", "smooth"):
         if getattr(arguments, option) not in (None, False):
             told = "a run that goes on writes into the folder that --resume names, and keeps nothing of the past"
-            raise ConfigError([Problem(f"--{option}", told)])
+            raise ConfigError.at(f"--{option}", told)
     folder = Path(arguments.resume)
     check_folder(folder)
     with locked(folder):

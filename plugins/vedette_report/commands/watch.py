@@ -10,7 +10,7 @@ from typing import Any
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load, to_config, warnings_of
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Steps, Watch
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder
@@ -29,7 +29,7 @@ def run(arguments: Namespace) -> int:
     pace, port = Pace(options.read("--speed", arguments.speed, read_speed) or 1.0), _port(arguments)
     steps = experiment.steps(progress=pace)
     if arguments.speed is not None and getattr(steps.recording.scans, "once", False):
-        raise ConfigError([Problem("--speed", "is for recordings: these scans come at their own pace")])
+        raise ConfigError.at("--speed", "is for recordings: these scans come at their own pace")
     view: LivePage | TerminalView
     if arguments.terminal:
         view = TerminalView(experiment, steps, pace)
@@ -99,5 +99,5 @@ def _port(arguments: Namespace) -> int:
     """Return the port that is asked for, 0 for any; ConfigError if it is none."""
     for name in ("port", "underlay"):
         if arguments.terminal and getattr(arguments, name) is not None:
-            raise ConfigError([Problem(f"--{name}", "is for the page, and --terminal shows none: give one of the two")])
+            raise ConfigError.at(f"--{name}", "is for the page, and --terminal shows none: give one of the two")
     return options.whole("--port", arguments.port, 0, least=1, most=65535)

@@ -105,9 +105,9 @@ def read_style(path: Path) -> Any:
     try:
         settings = rc_params_from_file(str(path), use_default_template=False)
     except OSError as error:
-        raise ConfigError([Problem("--style", f"{path}: {error.strerror or error}")]) from None
+        raise ConfigError.at("--style", f"{path}: {error.strerror or error}") from None
     except UnicodeDecodeError:
-        raise ConfigError([Problem("--style", f"{path}: must be a matplotlib style, in UTF-8")]) from None
+        raise ConfigError.at("--style", f"{path}: must be a matplotlib style, in UTF-8") from None
     finally:
         log.removeHandler(listener)
     if told:

@@ -11,7 +11,7 @@ import numpy as np
 from attrs import evolve, frozen
 from numpy.typing import NDArray
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.space import Array, Space
 from vedette.types import Track
 from vedette_files import Origin, Part, Terms, read_about, read_kept, read_tracks, utc
@@ -59,7 +59,7 @@ class Run:
             terms = evolve(terms, origin=origin)
         if epoch is not None:
             if terms.dated:
-                raise ConfigError([Problem("--epoch", "is for times without a date, and those of this recording have one")])
+                raise ConfigError.at("--epoch", "is for times without a date, and those of this recording have one")
             terms = evolve(terms, dated=True)
         whole = [_confirmed(track) for track in tracks if track.confirmed.any()]
         kept = tuple(evolve(track, times=track.times + (epoch or 0.0)) for track in whole if len(track.times))
@@ -76,10 +76,10 @@ class Run:
         if (units.get("x"), units.get("y")) != ("m", "m"):
             got = ", ".join(f"{name} [{unit}]" for name, unit in units.items())
             told = f"{what} needs latitudes and longitudes, made of x and y in m, and these tracks have {got}"
-            raise ConfigError([Problem("--to", f"{told}: export to .csv, .parquet or .rrd")])
+            raise ConfigError.at("--to", f"{told}: export to .csv, .parquet or .rrd")
         if self.terms.origin is None:
             told = f"{what} needs latitudes and longitudes, and the recording does not say where on the earth x and y are 0"
-            raise ConfigError([Problem("--to", f"{told}: give --origin LAT,LON, or export to .csv, .parquet or .rrd")])
+            raise ConfigError.at("--to", f"{told}: give --origin LAT,LON, or export to .csv, .parquet or .rrd")
 
     def places(self, track: Track) -> Array:
         """Return longitudes, latitudes and, where the tracks have z, altitudes (s, 2 or 3) of a track in deg and m."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, InputError
 from vedette_files import Origin
 from vedette_files.writing import whole_file
 from vedette_report.page.metrics import metrics
@@ -98,5 +98,5 @@ def target_of(given: str | None, usual: Path) -> Path:
     """Return the file that --out names, by default the `usual` one; ConfigError if it is a folder."""
     target = Path(given) if given else usual
     if target.is_dir():
-        raise ConfigError([Problem("--out", f"must be a file, and {str(target)!r} is a folder")])
+        raise ConfigError.at("--out", f"must be a file, and {str(target)!r} is a folder")
     return target

@@ -100,11 +100,11 @@ class Former:
         """
         places = unfinished_runs(folder)
         if not places:
-            raise ConfigError([Problem("--resume", f"{str(folder)!r} holds no run that did not come to its end")])
+            raise ConfigError.at("--resume", f"{str(folder)!r} holds no run that did not come to its end")
         streamed = [place for place in places if (place / RECORDING).exists()]
         if not streamed:
             told = f"{places[-1]} has nothing to go on from, as a run that keeps all writes at its end: run it again"
-            raise ConfigError([Problem("--resume", told)])
+            raise ConfigError.at("--resume", told)
         runs = [_read(place) for place in streamed]
         best = max(runs, key=lambda run: run.scans)
         return evolve(best, beside=tuple(run.place for run in runs if run is not best and run.config == best.config))

@@ -9,7 +9,7 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Result
 from vedette.hypotheses import HypothesisAssociator
 from vedette.metrics import Score
@@ -50,7 +50,7 @@ def read_lag(text: str) -> float:
         if not 0 <= lag < math.inf:
             raise ValueError(f"must be >= 0 s, got {text!r}")
     except ValueError as error:
-        raise ConfigError([Problem("--smooth", str(error))]) from None
+        raise ConfigError.at("--smooth", str(error)) from None
     return lag
 
 

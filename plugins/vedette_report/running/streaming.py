@@ -69,7 +69,7 @@ def stream(
     With `lag`, in s, the tracks are also written as the scans of up to so much later tell them.
     """
     if experiment.retroactive:
-        raise ConfigError([Problem("retroactive", "must be false where tracks are judged as they go, got true")])
+        raise ConfigError.at("retroactive", "must be false where tracks are judged as they go, got true")
     replaces = () if former is None else (former.place, *former.beside)
     with results_in(folder, reads, NAMES, replaces) as results:
         write_config(results.place, experiment)

@@ -7,7 +7,7 @@ from typing import Any, final
 
 import numpy as np
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Steps
 from vedette.space import Array
 from vedette.tracking import State
@@ -35,7 +35,7 @@ class TerminalView:
             from rich.console import Console
             from rich.live import Live
         except ImportError:
-            raise ConfigError([Problem("--terminal", "needs rich: pip install 'vedette[report]'")]) from None
+            raise ConfigError.at("--terminal", "needs rich: pip install 'vedette[report]'") from None
         self._experiment, self._pace = experiment, pace
         space = experiment.tracker.state
         self._plane = Plane.of(space, steps.recording) if len(space) > 1 else None

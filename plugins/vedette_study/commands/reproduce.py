@@ -12,7 +12,7 @@ from time import process_time
 from vedette import Reproduction
 from vedette.commands import options
 from vedette.config import Registry
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked
 from vedette_report.drawing.brought import drawing
@@ -30,7 +30,7 @@ def run(arguments: Namespace) -> int:
     """Run the study, print its tables and verdicts, write them and the figures; 0 whatever the verdicts."""
     study = _study(arguments.paper)
     if arguments.grid and not study.unsaid:
-        raise ConfigError([Problem("--grid", f"the study {study.kind!r} leaves nothing unsaid: it has no grid")])
+        raise ConfigError.at("--grid", f"the study {study.kind!r} leaves nothing unsaid: it has no grid")
     usual = study.grid_runs if arguments.grid else study.full_runs if arguments.full else study.default_runs
     runs, seed = options.whole("--runs", arguments.runs, usual, 2), options.whole("--seed", arguments.seed, 1)
     folder = None if arguments.out is None else Path(arguments.out)
@@ -57,7 +57,7 @@ def _parts(folder: Path | None, study: Reproduction, runs: int, seed: int, *, gr
     """Return what keeps finished parts in the folder, if there is one; ConfigError if it holds those of another study."""
     if folder is None:
         if resume:
-            raise ConfigError([Problem("--resume", "needs the folder of the study that it is to go on with: --out")])
+            raise ConfigError.at("--resume", "needs the folder of the study that it is to go on with: --out")
         return None
     check_folder(folder)
     about = {"paper": study.kind, "runs": runs, "seed": seed, "grid": grid, "version": version("vedette")}

@@ -13,7 +13,7 @@ from time import perf_counter, process_time
 import attrs
 
 from vedette.commands import DONE, FAILED, INTERRUPTED, options
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked
 from vedette_report.drawing.brought import drawing
@@ -42,7 +42,7 @@ def run(arguments: Namespace) -> int:
     if kept is not None:
         table |= {"runs": kept["runs"], "seed": kept["seed"]}
         if arguments.runs is not None or arguments.seed is not None:
-            raise ConfigError([Problem("--against", "the judgement says how many runs and from which seed: leave out both")])
+            raise ConfigError.at("--against", "the judgement says how many runs and from which seed: leave out both")
     for name in ("runs", "seed", "chunk"):
         given = getattr(arguments, name)
         if given is not None:

@@ -39,7 +39,7 @@ def run(arguments: Namespace) -> int:
             profile = attrs.evolve(profile, seconds=arguments.seconds)
         only = {arguments.law: arguments.replay} if arguments.law else {}
         if arguments.replay and not only:
-            raise ConfigError([Problem("--replay", "repeats an example of one law: name it, as in --law pure")])
+            raise ConfigError.at("--replay", "repeats an example of one law: name it, as in --law pure")
         if Path(arguments.subject).suffix in FORMATS:
             parts = parts_of(arguments.subject, None, arguments.overrides)
             tables = [check(type(part), profile, part, only) for part in parts]
@@ -47,7 +47,7 @@ def run(arguments: Namespace) -> int:
             parts = parts_of(arguments.config, arguments.subject, arguments.overrides)
             tables = [check(type(part), profile, part, only) for part in parts]
         elif arguments.overrides:
-            raise ConfigError([Problem("--set", "changes a config: name one, as in --config tracker.toml")])
+            raise ConfigError.at("--set", "changes a config: name one, as in --config tracker.toml")
         else:
             classes = classes_of(arguments.subject, Registry.installed())
             tables = [check(cls, profile, None, only) for cls in classes]
@@ -81,7 +81,7 @@ def parts_of(config: str, kind: str | None = None, overrides: Sequence[str] = ()
     parts = [part for part in components if role_of(type(part)) and kind in (None, part.kind)]
     if not parts:
         kinds = ", ".join(sorted({part.kind for part in components}))
-        raise ConfigError([Problem(str(kind), f"{config} has none; it has {kinds}")])
+        raise ConfigError.at(str(kind), f"{config} has none; it has {kinds}")
     return parts
 
 
@@ -103,14 +103,14 @@ def classes_of(subject: str, registry: Registry) -> list[type[Component]]:
         hints = did_you_mean(subject, [entry.kind for entry in registry])
         hints += "".join(f" {cause};" for cause in registry.unreadable())
         text = f"is neither an installed kind nor a module;{hints} `vedette components` lists the kinds"
-        raise ConfigError([Problem(subject, text)]) from None
+        raise ConfigError.at(subject, text) from None
     except (Exception, SystemExit) as error:
         raise PluginError(f"{name}: could not be imported: {type(error).__name__}: {error}") from error
     classes = _components(module)
     if one:
         classes = [cls for cls in classes if cls.__name__ == one]
     if not classes:
-        raise ConfigError([Problem(subject, "has no component: no class derived from a role, with a kind")])
+        raise ConfigError.at(subject, "has no component: no class derived from a role, with a kind")
     return classes
 
 
@@ -144,7 +144,7 @@ def check(
     names = [law.name for law in laws]
     for law_name in only:
         if law_name not in names:
-            raise ConfigError([Problem("--law", f"a {entry.role} has no law {law_name!r};{did_you_mean(law_name, names)}")])
+            raise ConfigError.at("--law", f"a {entry.role} has no law {law_name!r};{did_you_mean(law_name, names)}")
     laws = tuple(law for law in laws if law.name in only) if only else laws
     name = f"{cls.__module__}.{cls.__qualname__}"
     print(f"{entry.role} {entry.kind} ({name})")
@@ -165,7 +165,7 @@ def check(
                 outcome = examine(cls, law, drawn, profile, only.get(law.name, ""))
             except Misuse as lacking:
                 if only.get(law.name):
-                    raise ConfigError([Problem("--replay", str(lacking).removeprefix("replay: "))]) from None
+                    raise ConfigError.at("--replay", str(lacking).removeprefix("replay: ")) from None
                 print(f"  cannot be drawn: {lacking}\n  {_CURE}")
                 return component | {"reason": str(lacking)}
         warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)

@@ -55,7 +55,7 @@ def _chosen(registry: Registry, wanted: str | None) -> tuple[Installed, ...]:
     text = (
         f"is no role and no kind;{question}{causes} the roles are {', '.join(ROLES)}; `vedette components` lists the kinds"
     )
-    raise ConfigError([Problem(wanted, text)])
+    raise ConfigError.at(wanted, text)
 
 
 def _top_tables() -> dict[str, type]:

@@ -9,7 +9,7 @@ from shlex import quote
 
 from vedette.commands import DONE, UNFIT
 from vedette.config import draft_of, load
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import ConfigError, InputError
 from vedette_files.writing import whole_file
 from vedette_report.progress import on_terminal
 from vedette_tools.drafting.config import drafted
@@ -29,13 +29,13 @@ def _config(arguments: Namespace) -> int:
     data = Path(arguments.data)
     path = Path(arguments.out) if arguments.out else Path(f"{data.stem}.toml")
     if arguments.out and path.suffix != ".toml":
-        raise ConfigError([Problem("--out", f"must end in .toml, got {str(path)!r}")])
+        raise ConfigError.at("--out", f"must end in .toml, got {str(path)!r}")
     if data.suffix in CONFIGS:
         raise InputError(f"{data}: is a config, not data; `vedette run` runs it")
     if path.exists():
-        raise ConfigError([Problem("--out", f"{str(path)!r} exists already: delete it, or name another file")])
+        raise ConfigError.at("--out", f"{str(path)!r} exists already: delete it, or name another file")
     if arguments.pick and arguments.box:
-        raise ConfigError([Problem("--pick", "is to draw the box that --box states: give one of the two")])
+        raise ConfigError.at("--pick", "is to draw the box that --box states: give one of the two")
     wishes = {"box": arguments.box} if arguments.box else {"pick": True} if arguments.pick else {}
     text, failure = draft_of(data, wishes), ""
     if text is None:

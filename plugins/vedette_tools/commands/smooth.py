@@ -11,7 +11,7 @@ from pathlib import Path
 from attrs import asdict
 
 from vedette.commands import DONE, options
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.tables.columnar import SUFFIX
 from vedette_files.writing import terminable
@@ -35,10 +35,10 @@ def run(arguments: Namespace) -> int:
     out = Path(arguments.out) if arguments.out else Path(f"{first.stem}-smoothed{suffix}")
     if out.suffix.lower() != suffix and (out.suffix or suffix != SUFFIX):
         folder = ", or have no suffix: a folder of such files" if suffix == SUFFIX else ""
-        raise ConfigError([Problem("--out", f"must end in {suffix} as what is read{folder}, got {str(out)!r}")])
+        raise ConfigError.at("--out", f"must end in {suffix} as what is read{folder}, got {str(out)!r}")
     Inputs.of(paths).check(out)
     if out.exists():
-        raise ConfigError([Problem("--out", f"{str(out)!r} exists already: delete it, or name another file")])
+        raise ConfigError.at("--out", f"{str(out)!r} exists already: delete it, or name another file")
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     workers = options.whole("--workers", arguments.workers, cores, 1)
     stated = (arguments.time, arguments.rate, arguments.columns, arguments.units, arguments.dates)

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from vedette.commands import DONE, options
 from vedette.config import read_file
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked
 from vedette_report.drawing.brought import drawing
@@ -57,11 +57,11 @@ def _by_place(arguments: Namespace, folder: Path) -> int:
     """Find a detection probability by place; print the table, write the config and the figures."""
     for option, default in (("free", []), ("resume", False)):
         if getattr(arguments, option) != default:
-            raise ConfigError([Problem(f"--{option}", "does not go with --detection: tune what is free before or after it")])
+            raise ConfigError.at(f"--{option}", "does not go with --detection: tune what is free before or after it")
     path, _, cells = (each.strip() for each in arguments.detection.partition("="))
     rows, cross, columns = cells.partition("x") if cells else (str(ROWS), "x", str(COLUMNS))
     if not cross:
-        raise ConfigError([Problem("--detection", f"must be written as {path}=4x8, rows by columns, got {cells!r}")])
+        raise ConfigError.at("--detection", f"must be written as {path}=4x8, rows by columns, got {cells!r}")
     by_place = tune_detection(
         arguments.config,
         path,
@@ -121,4 +121,4 @@ def _number(option: str, given: str) -> float:
     try:
         return float(given)
     except ValueError:
-        raise ConfigError([Problem(option, f"must be a number, got {given!r}")]) from None
+        raise ConfigError.at(option, f"must be a number, got {given!r}") from None

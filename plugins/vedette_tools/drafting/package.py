@@ -13,7 +13,7 @@ from importlib.resources import files
 from pathlib import Path
 from string import Template
 
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette_files.writing import whole_file
 
 USES = {
@@ -53,7 +53,7 @@ def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
     """
     short = _short(name)
     if role not in USES:
-        raise ConfigError([Problem("--role", f"must be one of {', '.join(ROLES)}, got {role!r}")])
+        raise ConfigError.at("--role", f"must be one of {', '.join(ROLES)}, got {role!r}")
     title = "".join(word.capitalize() for word in short.split("_")) + role.capitalize()
     names = {"short": short, "module": f"vedette_{short}", "dashed": distribution_name(name), "title": title, "role": role}
     names["use"] = Template(USES[role]).substitute(names)
@@ -61,11 +61,11 @@ def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
     if init.is_file():
         listed, places = _listed(init, names), MORE
     elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise ConfigError([Problem("--out", f"{str(folder)!r} exists already and is not an empty folder")])
+        raise ConfigError.at("--out", f"{str(folder)!r} exists already and is not an empty folder")
     templates = files("vedette_tools.drafting") / "templates"
     written = {folder / place.format(**names): template.format(**names) for template, place in places.items()}
     if there := [path for path in written if path.exists()]:
-        raise ConfigError([Problem("--role", f"{str(there[0])!r} exists already: delete it, or choose another role")])
+        raise ConfigError.at("--role", f"{str(there[0])!r} exists already: delete it, or choose another role")
     with _all_or_none(written):
         for path, template in written.items():
             path.parent.mkdir(parents=True, exist_ok=True)
@@ -100,7 +100,7 @@ def _listed(init: Path, names: Mapping[str, str]) -> str:
     end = re.search(r"\breturn \[[^\]]*?\w(?=,?\s*\])", text)
     if last is None or end is None:
         right = f"must import vedette and `return [...]` its components, to add {names['title']} to them"
-        raise ConfigError([Problem(str(init), right)])
+        raise ConfigError.at(str(init), right)
     return text[: last.end()] + line + text[last.end() : end.end()] + f", {names['title']}" + text[end.end() :]
 
 
@@ -109,5 +109,5 @@ def _short(name: str) -> str:
     short = re.sub(r"[-\s]+", "_", name.strip().lower()).removeprefix("vedette_")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", short) or keyword.iskeyword(short):
         right = "must be a word of letters, digits and hyphens that begins with a letter and is no keyword of Python"
-        raise ConfigError([Problem("NAME", f"{right}, got {name!r}")])
+        raise ConfigError.at("NAME", f"{right}, got {name!r}")
     return short

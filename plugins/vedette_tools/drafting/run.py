@@ -13,7 +13,7 @@ from attrs import evolve, field, frozen
 from attrs.validators import instance_of
 
 from vedette.config import load
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Result
 from vedette.roles import Sensor
 from vedette.supporting import Source
@@ -52,7 +52,7 @@ def track(
     does. With `strict`, a scan or a return that cannot be taken raises ScanRefused instead of being left out.
     """
     if isinstance(overrides, str):
-        raise ConfigError([Problem("overrides", f"must be a list of 'path.to.key=value', got the text {overrides!r}")])
+        raise ConfigError.at("overrides", f"must be a list of 'path.to.key=value', got the text {overrides!r}")
     in_memory = not isinstance(data, str | Path)
     data = frame_of(data) if in_memory else data
     table = FrameTable(data) if in_memory else Path(data)
@@ -71,10 +71,8 @@ def _over(experiment: Experiment, data: Any, in_memory: bool) -> Experiment:
     if in_memory:
         if not isinstance(source, CsvSource):
             kind = "none" if source is None else repr(source.kind)
-            raise ConfigError(
-                [Problem("source.kind", f"must be 'csv', which says what a data frame's columns are, got {kind}")]
-            )
+            raise ConfigError.at("source.kind", f"must be 'csv', which says what a data frame's columns are, got {kind}")
         return evolve(experiment, source=FrameSource(source, data))
     if source is None or not hasattr(source, "path"):
-        raise ConfigError([Problem("source", "must be of a kind with a path, such as 'csv', to be run on a file")])
+        raise ConfigError.at("source", "must be of a kind with a path, such as 'csv', to be run on a file")
     return evolve(experiment, source=evolve(source, path=str(data)))  # type: ignore[misc]  # any such source is an attrs value

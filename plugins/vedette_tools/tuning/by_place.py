@@ -11,7 +11,7 @@ import numpy as np
 from attrs import evolve, field, frozen
 
 from vedette.config import Registry, apply_overrides, load, path_of, read_file, with_birth
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette_standard import Detection, PlacedSensor
@@ -96,7 +96,7 @@ def tune_detection(
     data = settled(open_data(experiment, part), [], [])
     before, met = evaluate(data, [], [], whole=True), _met(data, sensor)
     if not len(met.there):
-        raise ConfigError([Problem("source", f"has no scan in which a track meets {sensor}: nothing tells what it detects")])
+        raise ConfigError.at("source", f"has no scan in which a track meets {sensor}: nothing tells what it detects")
     level, _, _ = _found(data, sensor, _one(radar.detection_probability))
     table, error, rounds = _found(data, sensor, _grid(radar, met, rows, columns))
     counts = _counts(_of(data, sensor, table), sensor, table)[0].sum(axis=0)
@@ -116,7 +116,7 @@ def _placed(experiment: Experiment, path: str) -> PlacedSensor:
         if path_of(path)[0] != "sensors" or not isinstance(value, PlacedSensor):
             raise ValueError("must be a sensor with a place, as sensors.radar, or sensors.radar.of where it is wrapped")
     except ValueError as error:
-        raise ConfigError([Problem(f"--detection {path}", str(error))]) from None
+        raise ConfigError.at(f"--detection {path}", str(error)) from None
     return value
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.errors import ConfigError, VedetteError
 from vedette.space import Array
 from vedette_files.writing import whole_file
 
@@ -31,7 +31,7 @@ class Kept:
         if (folder / ABOUT).exists():
             if not resume:
                 told = f"{str(folder)!r} holds an unfinished tuning: go on with --resume, or delete its {ABOUT}"
-                raise ConfigError([Problem("--out", told)])
+                raise ConfigError.at("--out", told)
             self._check(dict(about))
             self._read()
         else:
@@ -81,7 +81,7 @@ class Kept:
             return
         other = [name for name in about if not isinstance(before, dict) or before.get(name) != about[name]]
         text = f"{str(self._folder)!r} holds another tuning: its {', '.join(other) or 'description'} differs"
-        raise ConfigError([Problem("--resume", text)])
+        raise ConfigError.at("--resume", text)
 
     def _read(self) -> None:
         assert self._folder is not None

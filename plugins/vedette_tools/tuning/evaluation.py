@@ -10,7 +10,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.config import warnings_of
-from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.errors import ConfigError, VedetteError
 from vedette.experiment import Experiment, Steps
 from vedette.progress import silent
 from vedette.roles import Sensor
@@ -104,7 +104,7 @@ class Evaluated:
 def open_data(experiment: Experiment, part: float) -> Data:
     """Open an experiment's source and keep the first `part` of its scans to be tuned on; ConfigError says what lacks."""
     if experiment.source is None:
-        raise ConfigError([Problem("source", "is missing: there are no scans to tune on")])
+        raise ConfigError.at("source", "is missing: there are no scans to tune on")
     rng = np.random.default_rng(_seeds(experiment.seed)[0])
     recording = open_source(experiment.source, experiment.preprocessors, experiment.tracker.sensors, rng)
     return data_of(experiment, recording, part)
@@ -113,14 +113,14 @@ def open_data(experiment: Experiment, part: float) -> Data:
 def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     """Return the data of a recording."""
     if isinstance(recording.scans, LazyScans) and recording.scans.once:
-        raise ConfigError([Problem("source", "must be a recording: what a camera gives comes once")])
+        raise ConfigError.at("source", "must be a recording: what a camera gives comes once")
     if not 0 < part <= 1:
-        raise ConfigError([Problem("--part", f"must be > 0 and <= 1, got {part:g}")])
+        raise ConfigError.at("--part", f"must be > 0 and <= 1, got {part:g}")
     tracker = experiment.tracker
     try:
         steps = _steps(experiment, recording, experiment.seed)
     except ValueError as error:
-        raise ConfigError([Problem("", str(error))]) from None
+        raise ConfigError.at("", str(error)) from None
     framed = any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values())
     scans = [evolve(scan, frame=None) if framed else scan for scan, _ in steps]
     times = np.array([scan.time for scan in scans])
@@ -129,9 +129,9 @@ def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     if tuned < LEAST or (part < 1 and len(scans) - tuned < LEAST):
         told = f"gives {len(scans)} scan{'' if len(scans) == 1 else 's'}, of which {tuned} are to tune on"
         text = "; ".join([f"{told}: at least {LEAST} are needed there and in the rest", *odd])
-        raise ConfigError([Problem("source", text)])
+        raise ConfigError.at("source", text)
     if not steps.intake.returns + steps.intake.frames:
-        raise ConfigError([Problem("source", f"gives {len(scans)} scans without any return: there is nothing to tune by")])
+        raise ConfigError.at("source", f"gives {len(scans)} scans without any return: there is nothing to tune by")
     seen = views(tracker.sensors, scans)
     densities = None
     if tracker.gate.clutter == "nonparametric":
@@ -201,7 +201,7 @@ def check(data: Data, free: Sequence[Free], values: Sequence[float]) -> None:
     except (VedetteError, ValueError, ArithmeticError) as error:
         reason = str(error)
     told = ", ".join(f"{each.path} at {each.told(value)}" for each, value in zip(free, values, strict=True))
-    raise ConfigError([Problem("", f"the tracker cannot run on this recording with {told}: {reason}")])
+    raise ConfigError.at("", f"the tracker cannot run on this recording with {told}: {reason}")
 
 
 def judging(data: Data, free: Sequence[Free], values: Sequence[float]) -> Experiment:

@@ -92,7 +92,7 @@ def read_free(experiment: Experiment, written: Sequence[str]) -> tuple[Free, ...
     if problems:
         raise ConfigError(problems)
     if not free:
-        raise ConfigError([Problem("--free", "names nothing to be tuned: give it as --free path.to.key=low..high")])
+        raise ConfigError.at("--free", "names nothing to be tuned: give it as --free path.to.key=low..high")
     return tuple(free)
 
 

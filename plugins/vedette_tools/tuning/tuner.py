@@ -12,7 +12,7 @@ import numpy as np
 from attrs import field, frozen
 
 from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
-from vedette.errors import ConfigError, Problem
+from vedette.errors import ConfigError
 from vedette.space import Array
 from vedette_files.files_read import contents
 from vedette_report.detector_errors.in_tracks import Told
@@ -112,13 +112,13 @@ def tune(
     experiment = load(given, overrides=overrides)
     parameters = read_free(experiment, free)
     if method not in METHODS:
-        raise ConfigError([Problem("--method", f"must be one of {', '.join(METHODS)}, got {method!r}")])
+        raise ConfigError.at("--method", f"must be one of {', '.join(METHODS)}, got {method!r}")
     if by not in ("likelihood", "consistency"):
-        raise ConfigError([Problem("--by", f"must be 'likelihood' or 'consistency', got {by!r}")])
+        raise ConfigError.at("--by", f"must be 'likelihood' or 'consistency', got {by!r}")
     whole_number("--starts", starts, 1, 100)
     whole_number("--workers", workers, 1, 4096)
     if resume and out is None:
-        raise ConfigError([Problem("--resume", "needs the folder of the tuning that it is to go on with: --out")])
+        raise ConfigError.at("--resume", "needs the folder of the tuning that it is to go on with: --out")
     data, used = open_data(experiment, part), to_config(experiment)
     about = {} if out is None else {
         "config": hashlib.sha256(json.dumps(used, sort_keys=True).encode()).hexdigest()[:16],
