@@ -57,12 +57,6 @@ class LeafScores:
         """The leaf (p,) of each return."""
         return np.repeat(np.arange(len(self.ends)), np.diff(self.ends, prepend=0))
 
-    def table(self) -> Array:
-        """Return the table (l, 1+k)."""
-        table = np.full((len(self.miss), 1 + self.k), -np.inf)
-        table[:, 0], table[self.leaf, 1 + self.returns] = self.miss, self.scores
-        return table
-
 
 @frozen(eq=False)
 class Branching:
@@ -110,7 +104,7 @@ class Merging:
 
 
 @frozen(eq=False)
-class Hypotheses:
+class JointHypotheses:
     """Hypotheses of clusters: sets of tracks whose associations depend on each other, and on those of no other set.
 
     cluster (h,): of each hypothesis, ascending from 0; weights (h,): they sum to 1 in a cluster, heaviest first; starts
@@ -170,10 +164,10 @@ class Hypotheses:
         parent = np.where(old, parent, -1)
         past = np.full((len(parent), self.past.shape[1]), -1)
         past[old] = self.past[parent[old]]
-        after = Hypotheses(cluster, weights, starts, leaves, _dense(track), past)
+        after = JointHypotheses(cluster, weights, starts, leaves, _dense(track), past)
         return Branching(parent, choice, after, lost[after.cluster_of] if np.max(lost, initial=0.0) > LOST else None)
 
-    def kept(self, alive: Mask, tolerance: float) -> tuple[Hypotheses, Indices]:
+    def kept(self, alive: Mask, tolerance: float) -> tuple[JointHypotheses, Indices]:
         """Return the hypotheses without the leaves that ended, and the rows of those that stay.
 
         Equal hypotheses are merged. A cluster is split into parts whose product changes the weights of its hypotheses by no
@@ -183,7 +177,7 @@ class Hypotheses:
         cluster, weights, starts, leaves, rows = kernels.shed(
             self.cluster, self.weights, self.starts, self.leaves, self.track, alive, tolerance
         )
-        return Hypotheses(cluster, weights, starts, leaves, _dense(self.track[rows]), self.past[rows]), rows
+        return JointHypotheses(cluster, weights, starts, leaves, _dense(self.track[rows]), self.past[rows]), rows
 
     def existence(self, own: Array, last: Indices) -> Array:
         """Return the existence (l,) of the target of each leaf, by the leaves' own (l,), over all hypotheses of its cluster.
@@ -201,8 +195,8 @@ class HypothesisAssociator(Associator):
     A track is then a tree: each leaf is the track under one history of associations, with a belief, an existence probability
     and a lifecycle's memory of its own, and a hypothesis chooses at most one leaf of each track. The tracker does the
     filtering, leaf by leaf, with any estimator; this role says which leaves there are. Targets that share no return are
-    independent, so hypotheses are those of clusters of tracks: `Hypotheses` joins and splits them. A kind may keep anything
-    else, attrs values, tuples and arrays; leaves are numbered by rows. `associate` gives the marginals of one scan alone.
+    independent, so hypotheses are those of clusters of tracks: `JointHypotheses` joins and splits them. A kind may keep
+    anything else, attrs values, tuples and arrays; leaves are numbered by rows. `associate` gives the marginals of one scan.
 
     Laws: every leaf is in some hypothesis. No two leaves of a hypothesis take the same return. Probabilities are those
     of the joint association: they sum to 1 over the hypotheses of a cluster. What is far away changes nothing.

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.hypotheses import clusters, one_cluster, together
 from support.joint import drawn_scores, joint_associations
 from vedette import kernels
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette.kernels import clusters as reference
 
 GROW = [pytest.param(kernels.grow, id="running"), pytest.param(reference.grow, id="reference")]
@@ -43,7 +43,7 @@ def joined(parts):
         columns["track"].append(part.track + tracks)
         columns["past"].append(part.past)
         rows, tracks, held = rows + len(part.track), tracks + int(part.track.max()) + 1, held + len(part.leaves)
-    return Hypotheses(**{name: np.concatenate(column) for name, column in columns.items()})
+    return JointHypotheses(**{name: np.concatenate(column) for name, column in columns.items()})
 
 
 def flat(hypotheses):
@@ -67,7 +67,7 @@ def told(cluster, weights, starts, leaves, codes):
 @pytest.mark.costly
 def test_the_twins_grow_the_same(seed, sizes, k, most):
     rng = np.random.default_rng(seed)
-    hypotheses = drawn(rng, sizes) if sizes else Hypotheses.of(0)
+    hypotheses = drawn(rng, sizes) if sizes else JointHypotheses.of(0)
     scores, begins = drawn_scores(rng, len(hypotheses.track), k), rng.random(k) < 0.6
     one, other = (grown(grow, hypotheses, scores, begins, most, 1e-3) for grow in (kernels.grow, reference.grow))
     assert [sorted(map(sorted, held)) for held in told(*one[:5])] == [sorted(map(sorted, held)) for held in told(*other[:5])]
@@ -130,7 +130,7 @@ def test_clusters_are_joined_by_the_returns_in_any_of_their_leaves_gates(grow):
 
 @pytest.mark.parametrize("grow", GROW)
 def test_a_return_of_nobody_starts_a_cluster_of_its_own(grow):
-    after = grown(grow, Hypotheses.of(1), np.array([[0.0, -np.inf, 2.0]]), np.ones(2, dtype=bool))
+    after = grown(grow, JointHypotheses.of(1), np.array([[0.0, -np.inf, 2.0]]), np.ones(2, dtype=bool))
     held = told(*after[:5])
     assert held[1] == {frozenset({3 + 1}): 1.0}
     assert held[0] == pytest.approx({frozenset({2}): 1 / (1 + np.exp(-2)), frozenset({0, 3 + 2}): 1 / (1 + np.exp(2))})

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from vedette.hypotheses import Hypotheses
+from vedette.hypotheses import JointHypotheses
 
 
 def one_cluster(weights, leaves):
@@ -12,7 +12,7 @@ def one_cluster(weights, leaves):
     track = np.zeros(int(leaves.max(initial=-1)) + 1, dtype=np.int64)
     column = np.broadcast_to(np.arange(leaves.shape[1]), leaves.shape)
     track[leaves[held]] = column[held]
-    return Hypotheses(
+    return JointHypotheses(
         np.zeros(len(weights), dtype=np.int64),
         np.asarray(weights, dtype=float),
         np.concatenate([[0], np.cumsum(held.sum(axis=1))]),

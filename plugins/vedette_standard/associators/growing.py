@@ -8,7 +8,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
-from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
+from vedette.hypotheses import LOST, JointHypotheses, LeafScores, firsts
 from vedette.tracking import Expected, Part
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.parting import grown_apart
@@ -36,15 +36,15 @@ class Growing(HypothesisAssociator):
         """Return the marginals of the best associations of each cluster: (*b, t, 1+k) -> (*b, t, 1+k)."""
         return marginals_of_table(scores, self.hypotheses)[0]
 
-    def initial_hypotheses(self, tracks: int) -> Hypotheses:
+    def initial_hypotheses(self, tracks: int) -> JointHypotheses:
         """Return the hypotheses in which every given track is there, each a cluster of its own."""
-        return Hypotheses.of(tracks, self.past)
+        return JointHypotheses.of(tracks, self.past)
 
-    def branch(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask) -> Branching:
+    def branch(self, hypotheses: JointHypotheses, scores: LeafScores, begins: Mask) -> Branching:
         """Return the leaves and hypotheses after a scan."""
         return self._deciding(hypotheses, scores, grown_apart(hypotheses, scores, begins, self.hypotheses, self.least))
 
-    def _deciding(self, before: Hypotheses, scores: LeafScores, after: Branching) -> Branching:
+    def _deciding(self, before: JointHypotheses, scores: LeafScores, after: Branching) -> Branching:
         """Return the same, with a scan more of the past, and with what `keep` will drop told as lost."""
         if not self.past:
             return after
@@ -59,37 +59,37 @@ class Growing(HypothesisAssociator):
         """Return the meeting of leaves that may give one return with another one; None: none may."""
         return of_hypotheses(expected, expected.state.leaves.hypotheses)
 
-    def branch_close(self, hypotheses: Hypotheses, scores: LeafScores, begins: Mask, close: Close) -> Branching:
+    def branch_close(self, hypotheses: JointHypotheses, scores: LeafScores, begins: Mask, close: Close) -> Branching:
         """Return the leaves and hypotheses after a scan in which leaves may give one return with others."""
         after = grown_close(hypotheses, scores, begins, close, self.hypotheses, self.least)
         return self._deciding(hypotheses, scores, after)
 
-    def merge(self, hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
+    def merge(self, hypotheses: JointHypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
         """Return the leaves merged into one for each track, of a past that the heaviest association of the track has."""
         return merged_by_track(hypotheses, estimate, existence, state)
 
-    def keep(self, hypotheses: Hypotheses, alive: Mask) -> tuple[Hypotheses, Indices]:
+    def keep(self, hypotheses: JointHypotheses, alive: Mask) -> tuple[JointHypotheses, Indices]:
         """Return the hypotheses without the leaves that ended, and of those that past decisions rule out."""
         return (_decided(hypotheses) if self.past else hypotheses).kept(alive, self.least)
 
-    def probability(self, hypotheses: Hypotheses) -> Array:
+    def probability(self, hypotheses: JointHypotheses) -> Array:
         """Return the probability of each leaf."""
         return hypotheses.probability
 
-    def existence(self, hypotheses: Hypotheses, own: Array, last: Indices) -> Array:
+    def existence(self, hypotheses: JointHypotheses, own: Array, last: Indices) -> Array:
         """Return the existence of each leaf's target over all hypotheses."""
         return hypotheses.existence(own, last)
 
-    def shown_with(self, hypotheses: Hypotheses, existence: Array, leaves: Indices) -> Indices:
+    def shown_with(self, hypotheses: JointHypotheses, existence: Array, leaves: Indices) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
         return _holding(hypotheses, leaves)
 
-    def reported(self, hypotheses: Hypotheses, existence: Array) -> Indices:
+    def reported(self, hypotheses: JointHypotheses, existence: Array) -> Indices:
         """Return the leaves of the heaviest hypothesis of each cluster."""
         return hypotheses.heaviest
 
 
-def _holding(found: Hypotheses, leaves: Indices) -> Indices:
+def _holding(found: JointHypotheses, leaves: Indices) -> Indices:
     """Return the leaves, ascending, of the heaviest hypothesis of each cluster that holds most of some of its leaves."""
     held = np.zeros(len(found.track), dtype=bool)
     held[leaves] = True
@@ -100,7 +100,7 @@ def _holding(found: Hypotheses, leaves: Indices) -> Indices:
     return np.sort(found.leaves[best[found.rows]])
 
 
-def _remembered(before: Hypotheses, scores: LeafScores, after: Branching) -> Hypotheses:
+def _remembered(before: JointHypotheses, scores: LeafScores, after: Branching) -> JointHypotheses:
     """Return the hypotheses after a scan, with its leaves in the past of those tracks that it could see."""
     found, old = after.hypotheses, after.parent >= 0
     looked = (scores.miss < -UNSEEN) | (np.diff(scores.ends, prepend=0) > 0)
@@ -108,11 +108,11 @@ def _remembered(before: Hypotheses, scores: LeafScores, after: Branching) -> Hyp
     seen[old] = (np.bincount(before.track, looked) > 0)[before.track[after.parent[old]]]
     past = found.past.copy()
     past[seen, 1:], past[seen, 0] = found.past[seen, :-1], after.parent[seen]
-    remembered: Hypotheses = evolve(found, past=past)
+    remembered: JointHypotheses = evolve(found, past=past)
     return remembered
 
 
-def _agreeing(found: Hypotheses) -> Mask:
+def _agreeing(found: JointHypotheses) -> Mask:
     """Return which hypotheses (h,) hold of each track a leaf with the oldest ancestor which their cluster's heaviest has."""
     oldest = found.past[:, -1]
     named = found.track * (1 + np.max(oldest, initial=0)) + oldest  # ancestors of two tracks may be of other scans
@@ -128,7 +128,7 @@ def _agreeing(found: Hypotheses) -> Mask:
     return agrees
 
 
-def _decided(found: Hypotheses) -> Hypotheses:
+def _decided(found: JointHypotheses) -> JointHypotheses:
     """Return the hypotheses that agree on the oldest ancestors, which are then forgotten: nothing is decided twice."""
     agrees, past = _agreeing(found), found.past.copy()
     past[:, -1] = -1

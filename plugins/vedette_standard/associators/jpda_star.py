@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette.tracking import Pairs
 from vedette_standard.associators.marginals import best_associations, left_out, marginals, marginals_of_table, of_each_pair
 
@@ -70,7 +70,7 @@ def _best_of_each_exchange(scores: LeafScores, most: int) -> tuple[Array, Array,
     return marginals(scores, best, _of_first(best.hypotheses, code))
 
 
-def _of_first(hypotheses: Hypotheses, code: Indices) -> Array:
+def _of_first(hypotheses: JointHypotheses, code: Indices) -> Array:
     """Return the probability (l,) of leaves if, of hypotheses whose codes (l,) have the same sum, the heaviest count."""
     sums = np.zeros(len(hypotheses.weights), dtype=np.int64)
     np.add.at(sums, hypotheses.rows, code[hypotheses.leaves])

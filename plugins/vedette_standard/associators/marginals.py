@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 
 from vedette import Array, Branching, Mask, kernels
-from vedette.hypotheses import LOST, Hypotheses, LeafScores
+from vedette.hypotheses import LOST, JointHypotheses, LeafScores
 from vedette.tracking import Pairs
 from vedette_standard.associators.of_pairs import marginals_of_pairs
 
 
 def best_associations(scores: LeafScores, most: int) -> Branching:
     """Return the `most` best joint associations of each cluster of tracks in one scan, as if there were no others."""
-    return Hypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
+    return JointHypotheses.of(len(scores.miss)).grown(scores, np.zeros(scores.k, dtype=bool), most, 0.0)
 
 
 def best_marginals(scores: LeafScores, most: int) -> tuple[Array, Array, Array]:

@@ -6,7 +6,7 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array, Branching, Indices, Mask, kernels
-from vedette.hypotheses import LOST, Hypotheses, LeafScores, firsts
+from vedette.hypotheses import LOST, JointHypotheses, LeafScores, firsts
 
 LESS = 0.1
 """So much of the probability that truncation drops may a link change that is cut. Chosen on a drawn scene of twelve targets,
@@ -20,8 +20,8 @@ LEAST = 1e-150
 """Whose square is not 0: clusters of which truncation drops nothing stay together, however little they claim."""
 
 
-def grown_apart(hypotheses: Hypotheses, scores: LeafScores, begins: Mask, most: int, least: float) -> Branching:
-    """Return what `Hypotheses.grown` does, with clusters apart where truncation would change more than that.
+def grown_apart(hypotheses: JointHypotheses, scores: LeafScores, begins: Mask, most: int, least: float) -> Branching:
+    """Return what `JointHypotheses.grown` does, with clusters apart where truncation would change more than that.
 
     Let q_c(i) be the probability that cluster c takes return i, were each of its leaves alone. If c and d took their returns
     regardless of each other, both would take one with a probability of at most l = sum_i q_c(i) q_d(i), and that they may
@@ -43,7 +43,7 @@ def grown_apart(hypotheses: Hypotheses, scores: LeafScores, begins: Mask, most: 
     return evolve(after, choice=np.append(0, 1 + returns)[after.choice])
 
 
-def parted(hypotheses: Hypotheses, scores: LeafScores, most: Array) -> tuple[LeafScores, Indices]:
+def parted(hypotheses: JointHypotheses, scores: LeafScores, most: Array) -> tuple[LeafScores, Indices]:
     """Return the scores with numbers of their own for returns shared by clusters that part, and the return of each number.
 
     most (c,): what l / (f_c f_d) of a cluster's links must be below to be cut.
@@ -72,7 +72,7 @@ def parted(hypotheses: Hypotheses, scores: LeafScores, most: Array) -> tuple[Lea
     return apart, np.append(np.arange(scores.k), returns[twice])
 
 
-def _claims(hypotheses: Hypotheses, scores: LeafScores) -> Array:
+def _claims(hypotheses: JointHypotheses, scores: LeafScores) -> Array:
     """Return the probability of each pair (p,), were each leaf of a hypothesis alone."""
     leaf, total = scores.leaf, np.array(scores.miss)
     np.logaddexp.at(total, leaf, scores.scores)

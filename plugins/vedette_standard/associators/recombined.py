@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Gaussian, Indices, Mask, Merging, Mixtures, Space, kernels
 from vedette.filters import merged
-from vedette.hypotheses import Hypotheses
+from vedette.hypotheses import JointHypotheses
 
 CERTAIN = 1e-12
 """Existence is taken to be at least so far from 0 and from 1 where its logarithm is compared."""
@@ -52,16 +52,18 @@ class Several:
         return Several(self.tracks[some], self.leaves[leaves], of, self.weights[rows], cluster, table)
 
 
-def merged_by_track(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
+def merged_by_track(hypotheses: JointHypotheses, estimate: Gaussian, existence: Array, state: Space) -> Merging:
     """Return one leaf for each track, `recombined`, with its past in the heaviest hypothesis that holds the track."""
     into, leaf, shares = recombined(hypotheses, estimate, existence, state)
     track, rows = hypotheses.track[hypotheses.leaves], hypotheses.rows
     order = np.lexsort((rows, track))
     first = hypotheses.leaves[order[np.diff(track[order], prepend=-1) > 0]]
-    return Merging(first, into, leaf, shares, Hypotheses.of(len(first)))
+    return Merging(first, into, leaf, shares, JointHypotheses.of(len(first)))
 
 
-def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, state: Space) -> tuple[Indices, Indices, Array]:
+def recombined(
+    hypotheses: JointHypotheses, estimate: Gaussian, existence: Array, state: Space
+) -> tuple[Indices, Indices, Array]:
     """Return the targets (p,), ascending, leaves (p,) and shares (p,) by which targets are made up of leaves.
 
     In turns, each target gets the moments of its leaves (l, n), and each hypothesis gives its leaves to the targets of its
@@ -102,7 +104,7 @@ def recombined(hypotheses: Hypotheses, estimate: Gaussian, existence: Array, sta
     return into[order], leaf[order], share[order]
 
 
-def _several(hypotheses: Hypotheses) -> Iterator[Several]:
+def _several(hypotheses: JointHypotheses) -> Iterator[Several]:
     """Yield the clusters of several tracks and several hypotheses, those of as many tracks at once."""
     track, leaves, rows, cluster = hypotheses.track, hypotheses.leaves, hypotheses.rows, hypotheses.cluster
     of_track = np.full(int(track.max(initial=-1)) + 1, -1)

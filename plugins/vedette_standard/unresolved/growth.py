@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 
 from vedette import Array, Branching, Indices, Mask, kernels
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
 from vedette_standard.unresolved.decided import RARER, Decided, counted, of_several, of_single, returns_of
@@ -22,9 +22,9 @@ Held = list[tuple[float, tuple[int, ...]]]
 
 
 def grown_close(
-    hypotheses: Hypotheses, scores: LeafScores, begins: Mask, close: Close, most: int, least: float
+    hypotheses: JointHypotheses, scores: LeafScores, begins: Mask, close: Close, most: int, least: float
 ) -> Branching:
-    """Return what `Hypotheses.grown` does where leaves may give one return with others."""
+    """Return what `JointHypotheses.grown` does where leaves may give one return with others."""
     cluster, weights, starts, leaves = _joined(hypotheses, close, most, least)
     rows = np.repeat(np.arange(len(weights)), np.diff(starts))
     sets, events = _events(rows, leaves, len(weights), scores, close, least)
@@ -55,7 +55,7 @@ def grown_close(
     ends = np.cumsum(np.bincount(rank[holder], minlength=len(split)))
     wide_cluster = cluster[split][order]
     total = np.bincount(wide_cluster, weight[order])
-    wide = Hypotheses(
+    wide = JointHypotheses(
         wide_cluster, weight[order] / total[wide_cluster], np.concatenate([[0], ends]), held[inside],
         hypotheses.track[every[0]], hypotheses.past[every[0]],
     )  # fmt: skip
@@ -161,7 +161,7 @@ def _allowed(pairs: Indices, scores: LeafScores, close: Close) -> bool:
     return len(tracks) <= MOST_TRACKS and len(returns_of(tracks, pairs, scores, close)) <= MOST_RETURNS
 
 
-def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> tuple[Indices, Array, Indices, Indices]:
+def _joined(hypotheses: JointHypotheses, close: Close, most: int, least: float) -> tuple[Indices, Array, Indices, Indices]:
     """Return cluster, weights, starts and leaves of hypotheses; those of clusters with close leaves are multiplied."""
     held = list(_products(hypotheses, close, most, least))
     cluster = np.repeat(np.arange(len(held)), [len(part) for part in held])
@@ -171,7 +171,7 @@ def _joined(hypotheses: Hypotheses, close: Close, most: int, least: float) -> tu
     return cluster, weights, np.cumsum([0, *size]), leaves
 
 
-def _products(hypotheses: Hypotheses, close: Close, most: int, least: float) -> Iterator[Held]:
+def _products(hypotheses: JointHypotheses, close: Close, most: int, least: float) -> Iterator[Held]:
     count = int(hypotheses.cluster.max(initial=-1)) + 1
     every: list[Held] = [[] for _ in range(count)]
     edges = zip(hypotheses.starts.tolist(), hypotheses.starts[1:].tolist(), strict=False)
@@ -212,6 +212,8 @@ def _contracted(grown: Branching, every: Indices) -> Branching:
     _, first, row = np.unique(np.stack([parent, choice, merged]), axis=1, return_index=True, return_inverse=True)
     leaves = row.ravel()[after.leaves]
     order = np.lexsort((leaves, after.rows))
-    hypotheses = Hypotheses(after.cluster, after.weights, after.starts, leaves[order], after.track[first], after.past[first])
+    hypotheses = JointHypotheses(
+        after.cluster, after.weights, after.starts, leaves[order], after.track[first], after.past[first]
+    )
     lost = None if grown.lost is None else grown.lost[first]
     return Branching(np.where(begun, -1, parent)[first], choice[first], hypotheses, lost, merged=merged[first])

@@ -6,12 +6,12 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Detections, Indices, Innovation, kernels
-from vedette.hypotheses import Hypotheses
+from vedette.hypotheses import JointHypotheses
 from vedette.tracking import Expected, Part, take, weighed
 from vedette_standard.unresolved.close import close_rows
 
 
-def of_hypotheses(it: Expected, hypotheses: Hypotheses) -> Part | None:
+def of_hypotheses(it: Expected, hypotheses: JointHypotheses) -> Part | None:
     """Return the meeting of leaves that may give one return with another one of their hypothesis, or of another cluster."""
     from scipy.sparse import csr_array
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from support.hypotheses import clusters, one_cluster, together
 from support.joint import drawn_scores, joint_associations
 from vedette import Gaussian, Space
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette_standard.associators import recombined as recombining
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.k_best import KBest
@@ -135,7 +135,9 @@ def test_what_decisions_drop_is_told_as_lost():
     after = NScan(1, MANY, 0.0).branch(first, LeafScores.of(scores), np.zeros(2, dtype=bool))
     assert 0.3 < first.weights[0] < 0.7
     np.testing.assert_allclose(after.lost, 1.0 - first.weights[0], rtol=1e-9)
-    assert NScan(2, MANY, 0.0).branch(Hypotheses.of(2, 2), LeafScores.of(CROSSED[0]), np.zeros(2, dtype=bool)).lost is None
+    assert (
+        NScan(2, MANY, 0.0).branch(JointHypotheses.of(2, 2), LeafScores.of(CROSSED[0]), np.zeros(2, dtype=bool)).lost is None
+    )
 
 
 def test_a_track_that_began_within_the_window_is_not_decided_yet():

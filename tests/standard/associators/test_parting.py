@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from support.hypotheses import together
 from support.joint import drawn_scores, joint_associations, marginals
-from vedette.hypotheses import Hypotheses, LeafScores
+from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette_standard.associators import parting
 from vedette_standard.associators.k_best import KBest
 
@@ -41,7 +41,7 @@ def told(branching, tracks):
 
 def grown(scores, most):
     """Tracks, each a cluster of its own, that part where that changes no more than `most`; none of them begins."""
-    hypotheses = Hypotheses.of(len(scores))
+    hypotheses = JointHypotheses.of(len(scores))
     apart, returns = parting.parted(hypotheses, LeafScores.of(scores), np.full(len(scores), most))
     after = hypotheses.grown(apart, np.zeros(apart.k, dtype=bool), MANY, 0.0)
     return after, np.append(0, 1 + returns)[after.choice]
@@ -71,7 +71,7 @@ def test_what_parting_changes_is_within_its_bound(seed, tracks, k, most):
 def test_where_nothing_may_change_none_part(seed, tracks, k):
     scores = drawn_scores(np.random.default_rng(seed), tracks, k)
     scores[:, 1:] -= 400.0
-    apart, returns = parting.parted(Hypotheses.of(tracks), LeafScores.of(scores), np.zeros(tracks))
+    apart, returns = parting.parted(JointHypotheses.of(tracks), LeafScores.of(scores), np.zeros(tracks))
     assert apart.k == k
     np.testing.assert_array_equal(returns, np.arange(k))
     np.testing.assert_array_equal(apart.returns, LeafScores.of(scores).returns)
@@ -99,7 +99,7 @@ def test_the_tracks_of_a_crowd_are_as_certain_as_all_associations_say(monkeypatc
     errors = []
     for less in (parting.LESS, 0.0):
         monkeypatch.setattr(parting, "LESS", less)
-        found = KBest().branch(Hypotheses.of(len(scores)), LeafScores.of(scores), np.zeros(len(scores), dtype=bool))
+        found = KBest().branch(JointHypotheses.of(len(scores)), LeafScores.of(scores), np.zeros(len(scores), dtype=bool))
         errors.append(np.abs(share_of_a_miss(found, found.hypotheses, len(scores))[2:-2] - exact).max())
     assert errors[0] < 0.05 < 0.2 < errors[1], errors
 
@@ -107,7 +107,7 @@ def test_the_tracks_of_a_crowd_are_as_certain_as_all_associations_say(monkeypatc
 def test_a_track_begins_once_at_a_return_that_parts_share():
     scores = crowd()
     begins = np.ones(len(scores), dtype=bool)
-    found = KBest().branch(Hypotheses.of(len(scores)), LeafScores.of(scores), begins)
+    found = KBest().branch(JointHypotheses.of(len(scores)), LeafScores.of(scores), begins)
     begun = found.choice[found.parent < 0]
     assert len(np.unique(begun)) == len(begun)
     assert np.max(found.choice) <= len(scores)
@@ -117,12 +117,12 @@ def test_a_track_begins_once_at_a_return_that_parts_share():
 def test_few_associations_are_grown_as_ever(monkeypatch):
     monkeypatch.setattr(parting, "parted", pytest.fail)
     scores = drawn_scores(np.random.default_rng(3), 3, 3)
-    KBest(MANY, 0.0).branch(Hypotheses.of(3), LeafScores.of(scores), np.ones(3, dtype=bool))
+    KBest(MANY, 0.0).branch(JointHypotheses.of(3), LeafScores.of(scores), np.ones(3, dtype=bool))
 
 
 def test_a_cluster_that_is_driven_from_its_return_stays_with_whom_it_then_meets():
     """The first would take the second return, which the second surely has; so it wants the first, which the third has."""
     likely = np.array([[1e-3, 1e-3, 1.0], [1e-9, 0.0, 1.0], [1e-9, 1.0, 0.0]])
     with np.errstate(divide="ignore"):
-        apart, _ = parting.parted(Hypotheses.of(3), LeafScores.of(np.log(likely)), np.full(3, 0.1))
+        apart, _ = parting.parted(JointHypotheses.of(3), LeafScores.of(np.log(likely)), np.full(3, 0.1))
     assert apart.k == 2

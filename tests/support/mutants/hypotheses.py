@@ -18,11 +18,18 @@ def branched(base, change):
     return {"branch": lambda s, h, a, b: change(base.branch(s, h, a, b), b)}
 
 
+def table_of(scores):
+    """The table (l, 1+k) of leaves' scores, column 0 the miss, -inf outside the gate."""
+    table = np.full((len(scores.miss), 1 + scores.k), -np.inf)
+    table[:, 0], table[scores.leaf, 1 + scores.returns] = scores.miss, scores.scores
+    return table
+
+
 def asked(base, change):
     """With other scores, as a table, or other places where tracks may begin."""
 
     def branch(self, hypotheses, scores, begins):
-        table, places = change(scores.table(), begins)
+        table, places = change(table_of(scores), begins)
         return base.branch(self, hypotheses, LeafScores.of(table), places)
 
     return {"branch": branch}
@@ -34,7 +41,7 @@ def tempered(scores, begins):
 
 def a_return_for_all(self, hypotheses, scores, begins):
     """As PDA: every leaf branches by itself."""
-    table = scores.table()
+    table = table_of(scores)
     share = np.exp(table - table.max(axis=-1, keepdims=True))
     share /= share.sum(axis=-1, keepdims=True)
     parent, choice = np.nonzero(share)
