@@ -7,9 +7,8 @@ from typing import final
 
 import numpy as np
 
-from vedette.metrics.near_pairs import Indices as Indices
 from vedette.metrics.near_pairs import Near, near, one_to_one
-from vedette.space import Array
+from vedette.space import Array, Indices
 
 NONE = -1
 """The covering track of a true object that none covers."""

@@ -9,8 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.errors import InputError
-from vedette.metrics.coverage import Indices
-from vedette.space import Array, Mask, Space, SpaceError
+from vedette.space import Array, Indices, Mask, Space, SpaceError
 from vedette.types import Track, Trajectory
 
 

@@ -6,15 +6,15 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.metrics.consistency import nees
-from vedette.metrics.coverage import NONE, Held, Indices, covering
+from vedette.metrics.coverage import NONE, Held, covering
 from vedette.metrics.histories import Entries, Truth, positions
 from vedette.metrics.near_pairs import Near, near_points
 from vedette.metrics.score import Judge
-from vedette.space import Array
+from vedette.space import Array, Indices
 
 
 @frozen(eq=False)
-class Pairs:
+class MatchedPairs:
     """Covered objects and the entries of their tracks: scan (q,) of those judged, truth (q,), entry (q,), error (q, n).
 
     Of the position: square (q,), its squared error, and nees (q,), NaN in all if a covariance is singular.
@@ -48,7 +48,7 @@ class Match:
         """Per scan, the tracks (t,) that exist."""
         return tuple(self.entries.track[rows] for rows in self.rows)
 
-    def pairs(self) -> Pairs:
+    def pairs(self) -> MatchedPairs:
         """Return the covered objects, by scan."""
         scan, truth = np.nonzero(self.cover != NONE)
         most = 1 + int(np.max(self.entries.track, initial=0))
@@ -57,7 +57,7 @@ class Match:
         error = self.truth.space.difference(self.entries.mean[entry], self.truth.states[scan, truth])
         spot = positions(self.truth.space)
         square, near = np.sum(error[:, spot] ** 2, axis=-1), self.entries.cov[entry][:, spot][:, :, spot]
-        return Pairs(scan, truth, entry, error, square, nees_or_nan(error[:, spot], near))
+        return MatchedPairs(scan, truth, entry, error, square, nees_or_nan(error[:, spot], near))
 
 
 def nees_or_nan(error: Array, cov: Array) -> Array:

@@ -7,16 +7,13 @@ thousand objects and a thousand tracks some thousand pairs instead of a million.
 from __future__ import annotations
 
 from itertools import permutations
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from attrs import frozen
-from numpy.typing import NDArray
 
 from vedette import kernels
-from vedette.space import Array, Mask
-
-Indices = NDArray[np.integer[Any]]
+from vedette.space import Array, Indices, Mask
 
 _AT_ONCE = 2**21
 """Pairs whose distances are in memory at once while the near ones are sought."""

@@ -10,14 +10,14 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import PluginError
-from vedette.metrics.coverage import Held, Indices, covering
+from vedette.metrics.coverage import Held, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, truth_at
-from vedette.metrics.matching import Match, Pairs, matched
+from vedette.metrics.matching import Match, MatchedPairs, matched
 from vedette.metrics.score import Collected, Figure, Judge, Score
 from vedette.metrics.tally import SETS, Errors, Fate, Nis, Total, of_all, sets
 from vedette.names import look_up
 from vedette.roles import Sensor
-from vedette.space import Array, Mask, Space
+from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Detections, Gaussian, Scan, Track, Trajectory
 
 SCANS, ENTRIES = 200, 5_000
@@ -37,7 +37,7 @@ class Block:
     """
 
     found: Match
-    pairs: Pairs
+    pairs: MatchedPairs
     times: Array
     chosen: Indices
     axes: Indices

@@ -8,12 +8,12 @@ import numpy as np
 from attrs import define, field
 
 from vedette.metrics.consistency import gate_truncation, within_gate
-from vedette.metrics.coverage import NONE, Indices
+from vedette.metrics.coverage import NONE
 from vedette.metrics.gospa import gospa, ospa
 from vedette.metrics.histories import Entries, positions, velocities
-from vedette.metrics.matching import Match, Pairs, nees_or_nan
+from vedette.metrics.matching import Match, MatchedPairs, nees_or_nan
 from vedette.metrics.score import Judge, TruthScore
-from vedette.space import Array
+from vedette.space import Array, Indices
 
 KEPT = 2**18
 """Numbers of a sum that are kept until its end: so it is the same, to the last bit, however the run came in blocks."""
@@ -127,7 +127,7 @@ class Errors:
     moving: bool = False
     axes: tuple[str, ...] = ()
 
-    def add(self, match: Match, pairs: Pairs) -> None:
+    def add(self, match: Match, pairs: MatchedPairs) -> None:
         """Add the errors of covered objects."""
         entry, error, space = pairs.entry, pairs.error, match.truth.space
         if not len(entry):

@@ -7,8 +7,8 @@ from attrs import frozen
 
 from vedette.errors import InputError
 from vedette.experiment import Experiment, Result
-from vedette.metrics import NONE, Indices, RunningJudge, space_of
-from vedette.space import Array, Mask
+from vedette.metrics import NONE, RunningJudge, space_of
+from vedette.space import Array, Indices, Mask
 from vedette.types import Track
 from vedette.units import say
 

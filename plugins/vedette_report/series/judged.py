@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from vedette.metrics import NONE, Block, Indices, chi_square_band, positions, velocities
-from vedette.space import Array, Mask
+from vedette.metrics import NONE, Block, chi_square_band, positions, velocities
+from vedette.space import Array, Indices, Mask
 from vedette_files import Column, Tables
 from vedette_report.series.traces import BAND, sigma_of, with_innovation
 

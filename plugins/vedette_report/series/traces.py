@@ -15,7 +15,6 @@ from vedette.metrics import (
     Block,
     Entries,
     Figure,
-    Indices,
     RunningJudge,
     Score,
     chi_square_band,
@@ -23,7 +22,7 @@ from vedette.metrics import (
     space_of,
     velocities,
 )
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.types import Trajectory
 
 BAND = 0.05

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from vedette.kernels import numerical_jacobian, propagate, symmetric
-from vedette.metrics import Bound, Indices, positions, truth_at
+from vedette.metrics import Bound, positions, truth_at
 from vedette.roles import Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Indices, Space
 from vedette.types import Scan, Trajectory
 
 ENUMERATED = 12

@@ -8,9 +8,9 @@ from typing import Any, final
 import numpy as np
 from attrs import asdict, frozen
 
-from vedette.metrics import NONE, Indices, Judge, Match, Near, positions, velocities
+from vedette.metrics import NONE, Judge, Match, Near, positions, velocities
 from vedette.roles import Sensor
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.types import Scan, Trajectory
 from vedette_standard.whole_tracks.bound import position_bound
 from vedette_standard.whole_tracks.clear import clear_mot

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import Indices, Near, one_to_one
-from vedette.space import Array, Mask
+from vedette.metrics import Near, one_to_one
+from vedette.space import Array, Indices, Mask
 from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 THRESHOLDS = np.arange(1, 20) / 20
@@ -61,7 +61,7 @@ def _jaccard(scan: Indices, truth: Indices, track: Indices, like: Array) -> Arra
     for side in (truth, track):
         member = np.unique(scan * (1 + np.max(side, initial=0)) + side, return_inverse=True)[1].reshape(-1)
         sums.append(np.bincount(member, like, 1)[member])
-    either = sums[0] + sums[1] - like
+    either: Array = sums[0] + sums[1] - like
     return np.divide(like, either, out=np.zeros_like(like), where=either > 0)
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics import Indices, Near, one_to_one
-from vedette.space import Array, Mask
+from vedette.metrics import Near, one_to_one
+from vedette.space import Array, Indices, Mask
 from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics import Indices, Near, near
-from vedette.space import Array
+from vedette.metrics import Near, near
+from vedette.space import Array, Indices
 
 
 def near_in_scans(

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from vedette.metrics import Indices, Near, ospa
-from vedette.space import Array, Mask
+from vedette.metrics import Near, ospa
+from vedette.space import Array, Indices, Mask
 from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.metrics import NONE, Indices, Near, near
-from vedette.space import Array, Mask
+from vedette.metrics import NONE, Near, near
+from vedette.space import Array, Indices, Mask
 
 
 @frozen
