@@ -46,12 +46,18 @@ class Misuse(VedetteError, ValueError):
 
 
 @contextmanager
-def closed_if(refused: type[Exception] | tuple[type[Exception], ...], why: str) -> Iterator[None]:
+def closed_by(refused: type[Exception] | tuple[type[Exception], ...], why: str) -> Iterator[None]:
     """Raise Closed where something within is `refused`; "{}" in `why` stands for what the refusal says."""
     try:
         yield
     except refused as refusal:
         raise Closed(why.format(refusal)) from None
+
+
+def closed_if(unfit: Any, why: str) -> None:
+    """Raise Closed with a sentence if the condition holds."""
+    if unfit:
+        raise Closed(why)
 
 
 def demand(holds: Any, otherwise: str) -> None:
@@ -72,7 +78,7 @@ def stated(component: Any, name: str, unit: str) -> float:
 
 def varied(component: T, **values: Any) -> T:
     """Return a component with other values of parameters; Closed if it takes none of these."""
-    with closed_if(ValueError, "it does not take what this law tries: {}"):
+    with closed_by(ValueError, "it does not take what this law tries: {}"):
         return evolve(component, **values)  # type: ignore[misc]
 
 

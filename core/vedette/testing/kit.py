@@ -23,7 +23,7 @@ from vedette.filters import contradiction
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Component
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, Lacking, Misuse, Unlike
+from vedette.testing.comparisons import Closed, Lacking, Misuse, Unlike, closed_if
 from vedette.testing.counterexamples import counterexample, line_of, method_of
 from vedette.testing.hypothesis_constants import constants_of_no_module, examples_of_their_own
 from vedette.testing.law import Law, Profile
@@ -173,8 +173,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         component, data = pair
         tried[:] = [component, data, *(tried[2:] or [0])]
         try:
-            if needs and bool(attrgetter(needs)(component)) is never:
-                raise Closed(lacks)
+            closed_if(needs and bool(attrgetter(needs)(component)) is never, lacks)
             law.check(component, data)
         except Closed as reason:
             closed.append((str(reason), reason.name if isinstance(reason, Lacking) else ""))

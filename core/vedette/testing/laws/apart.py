@@ -12,7 +12,7 @@ from vedette.config import build
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import Birth, Lifecycle
-from vedette.testing.comparisons import Closed, closed_if, demand, same
+from vedette.testing.comparisons import closed_by, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.birth_cases import Returns
@@ -75,11 +75,10 @@ def _usual(cell: float) -> Tracker:
 
 def _judge(part: dict[str, Any], seed: int, cell: float = 0.0, *, shares: bool = False) -> None:
     """Compare the tracks of each scene alone with those of all together, after the first scan if they share existence."""
-    with closed_if(ValueError, "it takes another tracker: {}"):
+    with closed_by(ValueError, "it takes another tracker: {}"):
         tracker = evolve(_usual(cell), **part)
         given = len(tracker.start().ids)
-    if given:
-        raise Closed("it has tracks before the first scan")
+    closed_if(given, "it has tracks before the first scan")
     rng = np.random.default_rng(seed)
     scenes = [_scene(rng, place)[: 1 if shares else SCANS] for place in PLACES]  # what exists less has other returns later
     together = _run(tracker, [np.concatenate(scans) for scans in zip(*scenes, strict=True)])

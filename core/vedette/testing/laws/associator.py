@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.roles import Associator
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import apart, hypotheses, merged
 from vedette.testing.laws.associator_cases import Scores
@@ -191,8 +191,7 @@ def every_return_counts(associator: Associator, drawn: Scores) -> None:
 
 def one_track_is_a_softmax(associator: Associator, drawn: Scores) -> None:
     """If it solves marginals, or approximates them: one track alone has them exactly."""
-    if associator.solves != "marginals":
-        raise Closed("it does not say that it solves marginals")
+    closed_if(associator.solves != "marginals", "it does not say that it solves marginals")
     rng = np.random.default_rng(drawn.scores.shape[-1])
     scores = np.concatenate([drawn.scores[:1, :1], rng.standard_normal((1, 1, 5))], axis=-1)
     share = np.exp(scores - scores.max(axis=-1, keepdims=True))
@@ -205,8 +204,7 @@ def names_tell_pairs_apart(associator: Associator, drawn: Scores) -> None:
     t, k = drawn.scores.shape[-2], drawn.scores.shape[-1] - 1
     slope = np.broadcast_to(np.arange(1.0 + k), (1, 1, 1 + k))
     up, down = (_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))
-    if k and np.array_equal(up, down):
-        raise Closed("it weighs returns by their evidence alone")
+    closed_if(k and np.array_equal(up, down), "it weighs returns by their evidence alone")
     names = Names(np.stack([np.arange(t), *2 * [np.full(t, -1)]], axis=-1), np.tile([0.9, 0.0, 0.0], (t, 1)))
     scores = weighed(Identity(wrong=0.1, codes=50), names, drawn.returns, np.zeros((1, t, 1 + k)))
     weights = _weights(associator, scores, np.zeros((1, 1, k)))[0, :, 1:]

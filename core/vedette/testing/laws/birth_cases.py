@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from vedette.roles import Estimator, Sensor
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, closed_if, frozen_copy
+from vedette.testing.comparisons import closed_by, closed_if, frozen_copy
 from vedette.testing.law import Profile
 from vedette.testing.states import SEEDS, STEPS
 from vedette.testing.strategies import SENSOR, usual
@@ -72,17 +72,15 @@ def rate_of(birth: Birth, memory: Any, given: Returns, z: Array | None = None) -
     """The density (k,) of targets without a track at returns, or at places z (k, 2); Closed if none is stated."""
     scan = given.detections if z is None else Detections.of(z, 2)
     rate, _ = birth.reveal(memory, given.estimator, given.sensor, scan, P_GATE)
-    if rate is None:
-        raise Closed("it states no rate")
+    closed_if(rate is None, "it states no rate")
     return np.asarray(rate)
 
 
 def begun(birth: Birth, given: Returns, claimed: Array | None = None) -> Newborn:
     """The tracks that start at the returns of the first scan."""
-    if not birth.starts_from(SENSOR):
-        raise Closed("no return starts a track")
+    closed_if(not birth.starts_from(SENSOR), "no return starts a track")
     found, chosen = None, given.claimed if claimed is None else claimed
     if birth.models_unseen:
         found = birth.reveal(unseen(birth, given), given.estimator, given.sensor, given.detections, P_GATE)[1]
-    with closed_if(ValueError, "it starts no tracks there: {}"):
+    with closed_by(ValueError, "it starts no tracks there: {}"):
         return birth.begin(found, given.estimator, given.sensor, SENSOR, given.detections, chosen)

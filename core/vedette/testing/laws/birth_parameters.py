@@ -13,7 +13,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, Lacking, covariance, demand, same, stated, varied
+from vedette.testing.comparisons import Closed, Lacking, closed_if, covariance, demand, same, stated, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, rate_of, unseen, unseen_after_nothing
 from vedette.testing.strategies import SENSOR, usual
@@ -38,8 +38,7 @@ def a_sharper_return_starts_a_surer_track(birth: Birth, drawn: Returns) -> None:
 def refuses_what_starts_no_track(birth: Birth, drawn: Returns) -> None:
     """If single returns start its tracks: a sensor of which one return gives no position is refused, not ignored."""
     k = len(drawn.claimed)
-    if birth.models_unseen or not len(begun(birth, drawn, np.zeros(k)).returns):
-        raise Closed("no single return starts a track")
+    closed_if(birth.models_unseen or not len(begun(birth, drawn, np.zeros(k)).returns), "no single return starts a track")
     bearing = usual("sensor", "bearing_only")
     scan = Detections.of(np.linspace(-1.0, 1.0, k)[:, None], 1)
     try:
@@ -111,8 +110,7 @@ def given_tracks_start_as_stated(birth: Birth, drawn: Returns) -> None:
 
 
 def _lifetime(birth: Birth) -> float:
-    if not birth.models_unseen:
-        raise Closed("it does not say that it models targets without a track")
+    closed_if(not birth.models_unseen, "it does not say that it models targets without a track")
     return stated(birth, "lifetime", "s")
 
 
@@ -170,8 +168,7 @@ def the_unseen_move(birth: Birth, drawn: Returns) -> None:
     """If it models targets without a track and has `lifetime`: as long as they live they move, as they have velocities."""
     _lifetime(birth)
     shapes = [there / max(float(there.sum()), 1e-300) for there in _are_left(birth, drawn, (0.0, 120.0))]
-    if np.ptp(shapes[0]) < 0.01 * shapes[0].max():
-        raise Closed("there are as many everywhere")
+    closed_if(np.ptp(shapes[0]) < 0.01 * shapes[0].max(), "there are as many everywhere")
     demand(np.abs(shapes[1] - shapes[0]).sum() > 0.01, "predict: after 120 s all unseen targets are where they were")
 
 

@@ -7,7 +7,17 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette.supporting import Birth
-from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, products, same, same_moments
+from vedette.testing.comparisons import (
+    Closed,
+    closed_by,
+    closed_if,
+    demand,
+    deviations,
+    frozen_copy,
+    products,
+    same,
+    same_moments,
+)
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, elsewise
 from vedette.testing.strategies import SENSOR, usual
@@ -43,8 +53,7 @@ def each_return_has_its_own_noise(birth: Birth, drawn: Returns) -> None:
 def what_is_missing_says_nothing(birth: Birth, drawn: Returns) -> None:
     """What a return holds where it lacks a component, or where it only pads the scan, starts nothing and changes nothing."""
     k = len(drawn.claimed)
-    if not k:
-        raise Closed("a scan without returns lacks nothing")
+    closed_if(not k, "a scan without returns lacks nothing")
     sensor = usual("sensor", "partial")(drawn.sensor, {"y": 1000.0})
     missing, valid = np.zeros((k, 2), dtype=bool), np.ones(k, dtype=bool)
     missing[0, 1], valid[-1] = True, k < 2
@@ -82,12 +91,11 @@ def last(birth: Birth, drawn: Returns, *scans: Array) -> Newborn:
 
 def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     """Somewhere, a target seen two or three times starts a track, as unsure as the noise of these makes it at least."""
-    if birth.draws or not birth.starts_from(SENSOR):
-        raise Closed("no return starts a track, or what it draws hides it")
+    closed_if(birth.draws or not birth.starts_from(SENSOR), "no return starts a track, or what it draws hides it")
     drawn = evolve(drawn, sensor=evolve(drawn.sensor, clutter_density=1e-12))  # type: ignore[misc]  # for rare targets
     grid = np.stack(np.meshgrid(*[np.linspace(-400.0, 400.0, 5)] * 2), axis=-1).reshape(-1, 2)
     scans = [grid + drawn.rng().uniform(-9.0, 9.0, 2) + 0.03 * drawn.dt * i for i in range(3)]
-    with closed_if(ValueError, "it starts no tracks there: {}"):
+    with closed_by(ValueError, "it starts no tracks there: {}"):
         before = last(birth, drawn, *scans[:2])
         scans = scans[:2] if len(before.returns) else scans
         before = before if len(before.returns) else last(birth, drawn, *scans)
@@ -101,8 +109,7 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
             moved = [np.array(z) for z in scans]
             moved[which][:, axis] += 1e-3 * sigma
             other = last(birth, drawn, *moved)
-            if not np.array_equal(other.returns, before.returns):
-                raise Closed("a small step changes which returns start tracks")
+            closed_if(not np.array_equal(other.returns, before.returns), "a small step changes which returns start tracks")
             slope = (other.prior.mean - before.prior.mean) / 1e-3
             added += slope[:, :, None] * slope[:, None, :]
     left = (before.prior.cov - 0.5 * added) / products(np.maximum(deviations(before.prior.cov), 1e-150))

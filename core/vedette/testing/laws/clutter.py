@@ -14,7 +14,7 @@ import numpy as np
 from vedette.config.parameters import parameters
 from vedette.roles import Sensor
 from vedette.space import Array, Axis
-from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same, stated
+from vedette.testing.comparisons import Closed, Lacking, closed_if, demand, frozen_copy, same, stated
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.sensor_cases import Looks, full
@@ -53,11 +53,9 @@ def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
     wanted = getattr(sensor, "clutter_per_scan", None)
     if not isinstance(wanted, float | int):
         raise Lacking("clutter_per_scan")
-    if getattr(sensor, "clutter_density", 0.0) and wanted == 0:
-        raise Closed("its clutter is stated by `clutter_density`")
+    closed_if(getattr(sensor, "clutter_density", 0.0) and wanted == 0, "its clutter is stated by `clutter_density`")
     axes = sensor.measurement.axes
-    if len(axes) not in CELLS:
-        raise Closed("it measures too many axes for an integral")
+    closed_if(len(axes) not in CELLS, "it measures too many axes for an integral")
     start = _where_it_is_dense(sensor, drawn)
     if start is None:
         if wanted == 0:
@@ -119,8 +117,7 @@ def _end(sensor: Sensor, start: Array, i: int, axis: Axis, sign: float) -> float
         far = 1e-3 * size(axis)
         while dense(far):
             far *= 2
-            if far > FARTHEST * size(axis):
-                raise Closed(f"it does not say over which {axis.name} its false returns spread")
+            closed_if(far > FARTHEST * size(axis), f"it does not say over which {axis.name} its false returns spread")
     low, high = 0.0, float(far)
     for _ in range(60):
         middle = (low + high) / 2
@@ -162,8 +159,7 @@ def false_returns_spread_as_stated(sensor: Sensor, drawn: Looks) -> None:
         same(f"clutter, evenly over {over}", np.broadcast_to(other.clutter(frozen_copy(z)), 3), wanted, 1e-6, wanted)
         least = np.min(other.clutter(frozen_copy(-0.1 * z)))  # noise may make a range negative
         demand(least >= 0, f"clutter: must be >= 0 before the sensor too, got {least:.3g}")
-    if not judged:
-        raise Closed("it says nothing of how its false returns spread")
+    closed_if(not judged, "it says nothing of how its false returns spread")
 
 
 def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
@@ -197,8 +193,7 @@ def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:
     bearing = np.linspace(-np.pi, np.pi, 64) + drawn.seed
     outside = np.all([np.mod(bearing - one.low, 2 * np.pi) > one.high - one.low + 1e-9 for one in sectors], axis=0)
     bearing = bearing[outside]
-    if not len(bearing):
-        raise Closed("its `sectors` leave nothing out")
+    closed_if(not len(bearing), "its `sectors` leave nothing out")
     station, heading = ([float(getattr(sensor, name, 0.0) or 0.0) for name in names] for names in (("x", "y"), ("heading",)))
     distance = float(getattr(sensor, "min_range", 0.0)) + 100.0
     x = np.tile(drawn.x[0], (len(bearing), 1))
@@ -214,8 +209,7 @@ def sees_nothing_where_it_covers_nothing(sensor: Sensor, drawn: Looks) -> None:
     """Where no false return may lie, no target is detected: both lie in its field of view."""
     x = np.concatenate([drawn.x, 10.0 * drawn.x, 100.0 * drawn.x])
     covered = np.broadcast_to(sensor.covers(sensor.measure(x)), len(x))
-    if covered.all():
-        raise Closed("it covers all places that were tried")
+    closed_if(covered.all(), "it covers all places that were tried")
     p = full(sensor.detects(x), x, ())[~covered]
     demand(np.all(p == 0), f"detects: must be 0 where `covers` is false, got up to {np.max(p):g}")
 

@@ -12,7 +12,7 @@ from vedette.metrics.consistency import nees
 from vedette.roles import Estimator
 from vedette.space import Space
 from vedette.testing.bands import judge_run_means, judge_scale
-from vedette.testing.comparisons import Closed, Misuse, closed_if, covariance, demand, finite
+from vedette.testing.comparisons import Misuse, closed_by, closed_if, covariance, demand, finite
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import Scene
@@ -87,7 +87,7 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     interval = 2.0 if motion is not None and motion.linear else 0.2  # long enough for what the motion adds to count
     times = interval * np.arange(scans + 1)
     prior = Gaussian(mean, 0.04 * cov)
-    with closed_if(Misuse, "{}"):
+    with closed_by(Misuse, "{}"):
         truth = draw_truth(estimator, prior, times, rng, runs)
     n, m = len(state) - len(estimator.zero_variance), len(drawn.watch.R)
     where = state.locate(drawn.watch.observes)
@@ -119,8 +119,7 @@ def _one_axis(estimator: Estimator[Any], drawn: Scene) -> tuple[Any, Watch, Gaus
     """Many beliefs a moment after they began alike, a sensor of an axis as sharp as they are, their moments, 1.5 of their
     deviations and which axis it is.
     """
-    if not estimator.traits.draws:
-        raise Closed("it does not draw: other laws are sharper")
+    closed_if(not estimator.traits.draws, "it does not draw: other laws are sharper")
     rng, state = drawn.rng(), estimator.state
     cases.started(estimator, drawn, rng)
     mean, cov = drawn.prior.mean[0, 0], drawn.prior.cov[0, 0]

@@ -10,7 +10,7 @@ from attrs import evolve
 from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling.generators import NO_DRAWS
-from vedette.testing.comparisons import Closed, demand, frozen_copy
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import Scene, ahead, linear_motion, started
 from vedette.types import Gaussian
@@ -60,8 +60,7 @@ def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
     spread = np.sqrt(np.maximum(np.diagonal(ends[0].cov, axis1=-2, axis2=-1), 1e-300))
     other = np.max(np.abs(estimator.state.difference(ends[1].mean, ends[0].mean) / spread)[0, 0])
     apart = estimator.state.difference(ends[0].mean, ends[0].mean[:1, :1]) / spread
-    if other < 1e-6:
-        raise Closed("what it draws leaves its means alone")
+    closed_if(other < 1e-6, "what it draws leaves its means alone")
     for b, t in ((0, 1), (1, 0)):
         who = f"{'tracks' if t else 'runs'} that start alike"
         told = f"predict: {who} are given the same numbers; draw for each, in shape (*b, t, ...)"

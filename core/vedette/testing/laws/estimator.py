@@ -11,7 +11,7 @@ from vedette import kernels
 from vedette.filters import predicted
 from vedette.roles import Estimator, GatedScan
 from vedette.space import Axis, Space
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import (
     credibility,
@@ -189,8 +189,7 @@ def order_of_returns_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
 def a_unit_of_measurement_is_free(estimator: Estimator[Any], drawn: Scene) -> None:
     """Returns in other units, with their noise, say the same: as likely per old unit, they leave the same belief."""
     observes = drawn.watch.observes
-    if any(axis.period is not None for axis in observes.axes):
-        raise Closed("an angle has one unit")
+    closed_if(any(axis.period is not None for axis in observes.axes), "an angle has one unit")
     belief = cases.ahead(estimator, drawn, drawn.rng())
     size = np.diag([0.25, 3.0][: len(observes)])
     watch = Watch(observes, size @ drawn.watch.R @ size, drawn.watch.probability, mix=size)
@@ -224,15 +223,13 @@ def return_likelihood_is_a_density(estimator: Estimator[Any], drawn: Scene) -> N
     spread = np.sqrt(float(np.max(moments.cov[..., i, i])) + float(watch.R[0, 0]))
     centres, period = moments.mean[..., i], axis[0].period
     low, high = float(centres.min()) - 9 * spread, float(centres.max()) + 9 * spread
-    if period is not None and high - low > period:
-        raise Closed("the measured angle is too uncertain for an unwrapped integral")
+    closed_if(period is not None and high - low > period, "the measured angle is too uncertain for an unwrapped integral")
     cells = 4000 if modes_of(estimator) else 600 if estimator.traits.draws else 1500  # particles cost 1000 times as much
     grid = np.linspace(low, high, cells)
     z = np.broadcast_to(observes.canonical(grid[:, None]), (2, cells, 1))
     loglik = estimator.evaluate(belief, watch, Detections(z, np.ones((2, cells), dtype=bool)), P_GATE).loglik
     narrow = float(np.sqrt(watch.R[0, 0]))
-    if (grid[1] - grid[0]) > 0.5 * narrow:
-        raise Closed("the tracks lie too far apart for one grid")
+    closed_if((grid[1] - grid[0]) > 0.5 * narrow, "the tracks lie too far apart for one grid")
     total = np.exp(loglik[..., 1:]).sum(axis=-1) * (grid[1] - grid[0])
     same("integral of a return's likelihood", total, -np.expm1(loglik[..., 0]) / P_GATE, 1e-4, 1.0)
 

@@ -12,7 +12,7 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.space import Array, Space
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, demand, finite, frozen_copy
+from vedette.testing.comparisons import closed_if, demand, finite, frozen_copy
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, not_refused
 from vedette.testing.states import sizes
@@ -72,8 +72,7 @@ class Picture(ImagingSensor):
 def _begin(estimator: Estimator[Any], drawn: Scene) -> tuple[Picture, Gaussian, Array]:
     """Return the kit's camera, where a track of each run (2, 1) starts, and where its target is in each frame (f, 2, 2)."""
     state, rng = estimator.state, drawn.rng()
-    if not all(name in state for name in ("x", "y")):
-        raise Closed("its state has no x and y, where the kit's camera would see it")
+    closed_if(not all(name in state for name in ("x", "y")), "its state has no x and y, where the kit's camera would see it")
     camera = Picture(Space(tuple(state.axes[state.names.index(name)] for name in ("x", "y"))), (8.5, 0.0)[drawn.seed % 2])
     not_refused(estimator, camera, "camera")
     moves = STEP * ("vx" in state)

@@ -15,7 +15,7 @@ from attrs import evolve, frozen
 from vedette.hypotheses import Branching, HypothesisAssociator, LeafScores
 from vedette.roles import Associator
 from vedette.space import Array, Indices, Mask, Space
-from vedette.testing.comparisons import Closed, Lacking, demand, frozen_copy, same, varied
+from vedette.testing.comparisons import Lacking, closed_if, demand, frozen_copy, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.lifecycle_cases import still
@@ -137,8 +137,7 @@ def _wanted(joint: list[tuple[tuple[int, ...], float]], begins: Mask) -> Array:
 def histories_multiply(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it keeps hypotheses: with room, a lone track's leaf weighs the product of its scores, and the heaviest is shown."""
     kept = with_room(associator)
-    if kept.merges == "kept":
-        raise Closed("it merges leaves after each scan")
+    closed_if(kept.merges == "kept", "it merges leaves after each scan")
     rng = np.random.default_rng(int(drawn.tracks.sum()) + 5 * drawn.scores.shape[-1])
     hypotheses, logs = kept.initial_hypotheses(1), np.zeros(1)
     paths: list[tuple[int, ...]] = [()]
@@ -199,8 +198,7 @@ def one_hypothesis_is_the_best(associator: HypothesisAssociator, drawn: Scores) 
         raise Lacking("hypotheses")
     alone = varied(kept, hypotheses=1)
     joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
-    if len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1]:
-        raise Closed("two joint associations are equally good")
+    closed_if(len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1], "two joint associations are equally good")
     table = _table(first_scan(alone, drawn.scores[0], _begins(drawn)))
     same("probability of (track, choice)", table, _wanted([(joint[0][0], 1.0)], _begins(drawn)), 1e-9, 1.0)
 
@@ -223,8 +221,7 @@ def merging_keeps_every_weight(associator: HypothesisAssociator, drawn: Scores) 
     kept = with_room(associator)
     if isinstance(show := getattr(kept, "show", None), str):
         demand((show == "mean") == (kept.merges == "shown"), f"merges: is {kept.merges!r}, and it shows the {show}")
-    if not kept.merges:
-        raise Closed("it merges no leaves")
+    closed_if(not kept.merges, "it merges no leaves")
     scan = first_scan(kept, drawn.scores[0], _begins(drawn))
     hypotheses, count = scan.branching.hypotheses, len(scan.probability)
     rng, state = np.random.default_rng(count), Space.of(x="m", y="m")

@@ -9,7 +9,7 @@ from vedette.roles import Sensor
 from vedette.sampling import psd_root
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, covariance, demand, frozen_copy, same
+from vedette.testing.comparisons import closed_if, covariance, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import imaging_cases as cases
 from vedette.testing.laws import imaging_draws
@@ -109,8 +109,7 @@ def a_step_leads_to_the_target(sensor: Sensor, drawn: Looks) -> None:
     for off, allowed in ((np.zeros(2), 0.25), (np.array([0.6, -0.4]), 0.5), (np.array([-0.5, 0.5]), 0.5)):
         x = cases.shifted(camera, cases.state_at(camera, COLUMN, ROW), off)
         J, g, _ = (part[0] for part in cases.informed(camera, x, frame, x))
-        if np.linalg.eigvalsh(J)[0] < 1e-9:
-            raise Closed("its frame says nothing along some direction")
+        closed_if(np.linalg.eigvalsh(J)[0] < 1e-9, "its frame says nothing along some direction")
         doubt = 0.0 if own else 6.0 / np.sqrt(np.linalg.eigvalsh(J)[0])
         left = float(np.linalg.norm(off + np.linalg.solve(J, g)))
         otherwise = f"score: from {off.tolist()} px beside the target, J^-1 g ends {left:.3g} px beside it"
@@ -133,14 +132,12 @@ def noise_is_what_a_frame_leaves(sensor: Sensor, drawn: Looks) -> None:
 def a_known_level_changes_nothing(sensor: Sensor, drawn: Looks) -> None:
     """If it observes `background`: counts added to all pixels and to it change neither J, g nor llr."""
     camera = cases.camera_of(sensor)
-    if "background" not in camera.observes:
-        raise Closed("it observes no `background`")
+    closed_if("background" not in camera.observes, "it observes no `background`")
     frame, x = cases.picture(camera, drawn), cases.pair(camera, COLUMN, ROW)
     brighter = np.array(x)
     brighter[..., camera.observes.names.index("background")] += 7.0
     found = cases.informed(camera, brighter, Frame(frozen_copy(frame.pixels + 7.0)), frozen_copy(brighter))
-    if not found[0].any():
-        raise Closed("brighter pixels are saturated")
+    closed_if(not found[0].any(), "brighter pixels are saturated")
     for name, got, wanted in zip(("J", "g", "llr"), found, cases.informed(camera, x, frame, x), strict=True):
         same(f"{name} of a brighter frame", got, wanted, 1e-6, 1.0 + np.abs(wanted).max())
 
@@ -148,8 +145,7 @@ def a_known_level_changes_nothing(sensor: Sensor, drawn: Looks) -> None:
 def a_brighter_target_is_seen_no_worse(sensor: Sensor, drawn: Looks) -> None:
     """If it observes `amplitude`: the noise of a frame does not grow with it."""
     camera = cases.camera_of(sensor)
-    if "amplitude" not in camera.observes:
-        raise Closed("it observes no `amplitude`")
+    closed_if("amplitude" not in camera.observes, "it observes no `amplitude`")
     x, own = cases.pair(camera, COLUMN, ROW), np.array(camera.observes.names) == "amplitude"
     lit = [frozen_copy(np.where(own, amplitude, x)) for amplitude in (10.0, LIT)]
     dim, bright = (float(np.trace(np.broadcast_to(camera.noise(each), (2, 2, 2))[0])) for each in lit)

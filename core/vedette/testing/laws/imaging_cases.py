@@ -10,7 +10,7 @@ import numpy as np
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.testing.comparisons import Closed, demand, frozen_copy
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy
 from vedette.testing.laws.sensor_cases import Looks
 from vedette.types import Frame
 
@@ -66,8 +66,7 @@ def steps(camera: ImagingSensor, x: Array) -> Array:
     if not measures_px(camera):
         return np.eye(2)
     slope = np.broadcast_to(camera.jacobian(x), (*x.shape[:-1], 2, x.shape[-1]))[..., 0, :, :][:, places(camera)]
-    if abs(np.linalg.det(slope)) < 1e-6:
-        raise Closed("where its target appears does not follow from x and y")
+    closed_if(abs(np.linalg.det(slope)) < 1e-6, "where its target appears does not follow from x and y")
     return np.linalg.inv(slope)
 
 

@@ -8,7 +8,7 @@ from attrs import fields
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.testing.bands import binomial_band, judge_standard_normal
-from vedette.testing.comparisons import Closed, demand, frozen_copy, same, varied
+from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same, varied
 from vedette.testing.law import Law
 from vedette.testing.laws import imaging_cases as cases
 from vedette.testing.laws.imaging_cases import AWAY, COLUMN, LESSON, MUCH, ROW, SHAPE, SMALL
@@ -30,8 +30,7 @@ def frames_inform_as_stated(sensor: Sensor, drawn: Looks) -> None:
     demand(pixels.shape == (count, *SHAPE), f"draw_frame: must have shape {(count, *SHAPE)}, got {pixels.shape}")
     J, g, _ = cases.informed(camera, x, Frame(frozen_copy(pixels)), x)
     J = np.mean(J[:, 0], axis=0)
-    if np.linalg.eigvalsh(J)[0] <= 1e-12 * np.trace(J) or not J.any():
-        raise Closed("no pixel of what it draws informs")
+    closed_if(np.linalg.eigvalsh(J)[0] <= 1e-12 * np.trace(J) or not J.any(), "no pixel of what it draws informs")
     white, cautious = np.linalg.solve(np.linalg.cholesky(J), g[:, 0].T).T, getattr(sensor, "conservative", False)
     judge_standard_normal("score, in units of J", white, drawn.alpha, cautious)
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, same_moments, whitened
+from vedette.testing.comparisons import Closed, closed_by, demand, deviations, frozen_copy, same_moments, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks, noise_of, regular
 from vedette.types import Gaussian
@@ -19,7 +19,7 @@ SHARP = 1e-4
 
 def inverted(sensor: Sensor, z: Array, noise: Array | None = None) -> Gaussian:
     """What one return gives; Closed if it gives no position."""
-    with closed_if(NotImplementedError, "one return does not give a position"):
+    with closed_by(NotImplementedError, "one return does not give a position"):
         return sensor.invert(frozen_copy(z), None if noise is None else frozen_copy(noise))
 
 

@@ -14,7 +14,7 @@ from attrs import evolve
 
 from vedette.space import Array, Mask
 from vedette.supporting import Lifecycle
-from vedette.testing.comparisons import Closed, Lacking, demand, same, stated
+from vedette.testing.comparisons import Closed, Lacking, closed_if, demand, same, stated
 from vedette.testing.law import Law
 from vedette.testing.laws.lifecycle_cases import Lives, areas_of, judged, live
 from vedette.tracking import pytrees
@@ -112,8 +112,7 @@ def what_does_not_exist_is_not_confirmed(lifecycle: Lifecycle, drawn: Lives) -> 
 
 def _ends_at(lifecycle: Lifecycle, name: str, hidden: list[Review], limit: float, lives: bool) -> None:
     found, _, alive = after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)
-    if not alive.all():
-        raise Closed("it ends tracks that are detected")
+    closed_if(not alive.all(), "it ends tracks that are detected")
     for share, wanted in ((0.9, True), (1.2, False)) if lives else ((1.2, False),):
         _, _, lived = after(lifecycle, [evolve(one, dt=share * one.dt) for one in hidden], found)
         demand(not wanted or lived.all(), f"review: a track ended after {share} times {name}, {limit:g}: it should live on")
@@ -150,8 +149,7 @@ def misses_in_a_row(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `misses`: so many looks missed in a row end a track, and no fewer."""
     limit = int(stated(lifecycle, "misses", "1"))
     found, _, alive = after(lifecycle, [scan(0.001, 1.0, 1.0)] * 70)
-    if not alive.all():
-        raise Closed("it ends tracks that are detected")
+    closed_if(not alive.all(), "it ends tracks that are detected")
     for looks, lives in ((limit - 1, True), (limit, False)):
         _, _, lived = after(lifecycle, [scan(0.001, 0.0, 1.0)] * looks, found)
         told = f"review: a track {'ended' if lives else 'lives'} after {looks} misses in a row, `misses` is {limit}"
@@ -174,8 +172,7 @@ def confirms_after_hits(lifecycle: Lifecycle, drawn: Lives) -> None:
 def ends_below_its_least_existence(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it states `least_existence`: a track that falls below ends, and one that is detected lives above."""
     least = lifecycle.least_existence
-    if lifecycle.certain or not 0 < least < 1:
-        raise Closed("it states no `least_existence`")
+    closed_if(lifecycle.certain or not 0 < least < 1, "it states no `least_existence`")
     for share, lives in ((1.1, True), (0.9, False)):
         if (existence := float(least * share)) >= 1:
             continue
@@ -196,15 +193,13 @@ def survives_its_lifetime(lifecycle: Lifecycle, drawn: Lives) -> None:
 def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `drop`: a confirmed track ends when its log odds have fallen that far below their best, and not before."""
     limit, best = stated(lifecycle, "drop", "1"), 24.0
-    if limit > 20.0:
-        raise Closed("its `drop` is more than log odds have room for")
+    closed_if(limit > 20.0, "its `drop` is more than log odds have room for")
 
     def odds(values: Array, hit: float) -> list[Review]:
         return [scan(1e-3, hit, 0.9, float(1.0 / (1.0 + np.exp(-value)))) for value in values]
 
     memory, confirmed, _ = after(lifecycle, odds(np.arange(-1.0, best + 0.5), 1.0), lifecycle.start(0.1 * ONES))
-    if not confirmed.all():
-        raise Closed("log odds of 24 do not confirm a track")
+    closed_if(not confirmed.all(), "log odds of 24 do not confirm a track")
     _, _, lived = after(lifecycle, odds(best - limit * np.array([0.3, 0.6, 0.9]), 0.0), memory)
     demand(lived.all(), f"review: a track ended whose log odds had fallen by 0.9 of its drop, {limit:g}")
     _, _, lived = after(lifecycle, odds(best - limit * np.array([0.5, 1.1]), 0.0), memory)
@@ -214,8 +209,7 @@ def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
 def forgets_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `forget`: a confirmed track that is lost lives for that long, and no longer."""
     limit = stated(lifecycle, "forget", "s")
-    if not after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)[1].all():
-        raise Closed("forty detections do not confirm a track")
+    closed_if(not after(lifecycle, [scan(0.01 * limit, 1.0, 0.9)] * 40)[1].all(), "forty detections do not confirm a track")
     _ends_at(lifecycle, "forget", [scan(limit / 5, 0.0, 0.9, 1e-3)] * 5, limit, True)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from vedette.roles import Estimator
 from vedette.space import Space
-from vedette.testing.comparisons import Closed, frozen_copy, same
+from vedette.testing.comparisons import closed_if, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft
 from vedette.testing.linear_sensor import Watch
@@ -28,8 +28,7 @@ def missing_components_say_nothing(estimator: Estimator[Any], drawn: Scene) -> N
     R, kept = root @ root.T, np.delete(np.arange(3), int(rng.integers(3)))
     whole = Watch(plain, R, 0.8, mix=mix)
     part = Watch(plain, R[np.ix_(kept, kept)], 0.8, mix=mix[kept])
-    if not len(plain):
-        raise Closed("all of its axes wrap")
+    closed_if(not len(plain), "all of its axes wrap")
     for sensor in (whole, part):
         not_refused(estimator, sensor)
     start = estimator.start(drawn.prior, estimator.state, drawn.rng())

@@ -9,7 +9,7 @@ from attrs import evolve, fields
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.testing.comparisons import Closed, Unlike, closed_if, demand, same
+from vedette.testing.comparisons import Unlike, closed_by, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, alike, innovation_of
@@ -25,8 +25,7 @@ def _modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
 
 def _like_modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
     modes = _modes(estimator)
-    if any(mode.state != estimator.state for mode in modes):
-        raise Closed("its modes have unlike states")
+    closed_if(any(mode.state != estimator.state for mode in modes), "its modes have unlike states")
     return modes
 
 
@@ -67,8 +66,7 @@ def _twins(estimator: Estimator[Any], modes: tuple[Estimator[Any], ...]) -> Esti
     """Return the mixture with its first mode in place of each."""
     changed: dict[str, Any] = {"modes": (modes[0],) * len(modes)}
     taken = {attribute.name for attribute in fields(type(estimator)) if attribute.init}  # type: ignore[arg-type]
-    if "modes" not in taken:
-        raise Closed("its `modes` are no parameter")
+    closed_if("modes" not in taken, "its `modes` are no parameter")
     return evolve(estimator, **changed, **({"absent": {}} if "absent" in taken else {}))  # type: ignore[misc]
 
 
@@ -102,8 +100,7 @@ def switching_moves_nothing(estimator: Estimator[Any], drawn: Scene) -> None:
 def modes_remember_every_scan(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture of modes that are exact when linear: two sensors at one time weigh the modes alike in any order."""
     modes = _like_modes(estimator)
-    if not all(mode.traits.exact_when_linear for mode in modes):
-        raise Closed("its modes are not exact when linear")
+    closed_if(not all(mode.traits.exact_when_linear for mode in modes), "its modes are not exact when linear")
     one, other = (np.asarray(estimator.mode_prob(end)) for end in cases.in_either_order(estimator, drawn))
     same("mode probabilities after two scans at one time, in the other order", other, one, 1e-7, 1.0)
 
@@ -127,7 +124,7 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
     before, chain = initial_of(estimator), chain_of(estimator, dt)
     share = (before @ chain)[:, None, None, None] * np.exp(np.stack(likely) - np.max(likely, axis=0))
     share = weights * share / share.sum(axis=0)  # of mode and return, (modes, 2, 2, 1 + returns)
-    with closed_if(NotImplementedError, "it does not smooth"):
+    with closed_by(NotImplementedError, "it does not smooth"):
         found = estimator.smooth_step(now, later, dt, rng)
         back = [
             mode.moments(mode.smooth_step(part, mode.update(*end, each / each.sum(axis=-1, keepdims=True)), dt, rng))

@@ -10,7 +10,7 @@ from vedette.roles import MotionModel
 from vedette.sampling import draw_states, psd_root
 from vedette.space import Array
 from vedette.testing.bands import judge_standard_normal
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.comparisons import Closed, closed_if, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
 from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
@@ -84,8 +84,7 @@ def _doubt(x: Array) -> Array:
 
 def zero_variance_axes_have_no_noise(model: MotionModel, drawn: Moves) -> None:
     """An axis without variance gets no noise: it is moved by rules."""
-    if not len(model.zero_variance):
-        raise Closed("it carries no axes")
+    closed_if(not len(model.zero_variance), "it carries no axes")
     where = model.state.locate(model.zero_variance)
     cov = model.noise(drawn.x, drawn.dt)
     same("noise of zero-variance axes", cov[..., where, :], np.zeros_like(cov[..., where, :]), 0.0)
@@ -129,8 +128,7 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
     dt, periods = drawn.dt, np.array([np.inf if axis.period is None else axis.period for axis in model.state.axes])
     while np.any(16.0 * np.sqrt(np.diagonal(_full(model.noise(x, dt), x, 2))) > periods):  # the noise itself would wrap
         dt /= 2
-        if dt < 1e-3:
-            raise Closed("its noise wraps around an axis within a ms")
+        closed_if(dt < 1e-3, "its noise wraps around an axis within a ms")
     times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * dt
     there = draw_states(model, x, times, rng, (20 * drawn.runs,))[:, -1]
     error = model.state.difference(there, model.state.canonical(model.move(x, dt)))
@@ -214,8 +212,7 @@ def differences_undo_steps(model: MotionModel, drawn: Moves) -> None:
 
 def angles_wrap(model: MotionModel, drawn: Moves) -> None:
     """In the state space, whole turns change nothing and wrapped axes are canonical."""
-    if all(axis.period is None for axis in model.state.axes):
-        raise Closed("no axis wraps")
+    closed_if(all(axis.period is None for axis in model.state.axes), "no axis wraps")
     spaces.wraps_are_canonical(model.state, drawn.x, drawn.step)
 
 

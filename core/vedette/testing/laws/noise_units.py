@@ -13,7 +13,7 @@ from attrs import evolve
 from vedette.config.parameters import Parameter, holds_parts, parameters
 from vedette.roles import Component, MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, demand
+from vedette.testing.comparisons import Closed, closed_if, demand
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks
 
@@ -87,8 +87,7 @@ def variances_are_squares(component: MotionModel | Sensor, drawn: Moves | Looks)
                 or _made_square(component, known, name, i, states, x, noise),
                 f"noise: the variance of {axis.name}, in ({axis.unit})^2, grows as {name}, in {unit}, and not as its square",
             )
-    if not judged:
-        raise Closed("no parameter is a length or an angle")
+    closed_if(not judged, "no parameter is a length or an angle")
 
 
 def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
@@ -105,8 +104,7 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
     if not values or not all(isinstance(value, float | int) for value in values.values()):
         raise Closed("no parameter is a length, or not each is a number")
     other = changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
-    if other is None:
-        raise Closed("it refuses parameters twice as large")
+    closed_if(other is None, "it refuses parameters twice as large")
     scale = np.array([2.0 ** power(axis.unit, LENGTHS) for axis in states.axes])
     usual, there = _variances(component, x, noise), _variances(other, x * scale, noise)
     for i, axis in enumerate(space.axes):
@@ -154,8 +152,7 @@ def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> N
             for power, ratio in _OTHER_POWERS.items():
                 wrong = (first > 1e-6 * usual[:, i]) & (np.abs(then - ratio * first) < 1e-6 * first)
                 demand(not np.all(wrong), f"noise: the variance of {names[i]} grows as {name}^{power}, not as its square")
-    if not judged:
-        raise Closed("it has no standard deviation")
+    closed_if(not judged, "it has no standard deviation")
 
 
 def _made_square(

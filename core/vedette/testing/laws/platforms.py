@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, closed_if, same, same_moments
+from vedette.testing.comparisons import Closed, closed_by, closed_if, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.inversion import a_sharp_return_inverts_exactly, inverted
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular
@@ -44,15 +44,14 @@ def shifted(space: Space, values: Array, sign: float, speed: Array) -> Array:
 
 def placed(sensor: Sensor, pose: Pose) -> Sensor:
     """The sensor at a pose; Closed if it cannot be placed."""
-    with closed_if(NotImplementedError, "it cannot be placed"):
+    with closed_by(NotImplementedError, "it cannot be placed"):
         return sensor.at(pose)
 
 
 def at_home(sensor: Sensor) -> Sensor:
     """The sensor at the origin, without a heading; Closed where that cannot be."""
     home = placed(sensor, Pose(STILL, STILL, 0.0))
-    if not all(name in sensor.observes for name in ("x", "y")):
-        raise Closed("it observes no position in the plane")
+    closed_if(not all(name in sensor.observes for name in ("x", "y")), "it observes no position in the plane")
     if any(name in sensor.observes for name in sensor.measurement.names):
         raise Closed("it measures axes of the state itself, wherever it stands")
     return home

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from vedette.config.parameters import parameters
 from vedette.supporting import Preprocessor
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, same, whitened
+from vedette.testing.comparisons import Closed, closed_if, covariance, demand, finite, frozen_copy, same, whitened
 from vedette.testing.law import Law
 from vedette.testing.laws import preprocessor_fusion, preprocessor_pictures
 from vedette.testing.laws.platforms import placed
@@ -123,8 +123,7 @@ def placed_scans_are_placed(preprocessor: Preprocessor, drawn: Raw) -> None:
 def evidence_is_passed_on(preprocessor: Preprocessor, drawn: Raw) -> None:
     """If it makes positions of one sensor's returns: what says that one is of a target goes with it."""
     exact = exactly(preprocessor, drawn)
-    if len(exact.made.z) != 3:
-        raise Closed("it does not make one return of each")
+    closed_if(len(exact.made.z) != 3, "it does not make one return of each")
     ((name, scan),) = exact.scans.items()
     own = np.array([1.0, -2.0, 4.0])
     with_it = made_of(preprocessor, {name: evolve(scan, detections=evolve(scan.detections, evidence=own))})

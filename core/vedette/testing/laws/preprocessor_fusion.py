@@ -10,7 +10,7 @@ from vedette.sampling import returns
 from vedette.space import Array
 from vedette.supporting import Preprocessor
 from vedette.testing.bands import judge_run_means
-from vedette.testing.comparisons import Closed, Lacking, Unlike, demand, same
+from vedette.testing.comparisons import Closed, Lacking, Unlike, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.preprocessor_cases import Raw, exactly, made_of, scan_of
 from vedette.types import Detections, Scan
@@ -91,8 +91,7 @@ def _of_targets(preprocessor: Preprocessor, drawn: Raw) -> tuple[Array, Detectio
         z, seen = returns(sensor, x, rng.random(len(x)), standard)  # in 20 runs, as pairs of 600 take long
         scans[name] = Scan(5.0, name, Detections(z.reshape(20, -1, z.shape[-1]), seen.reshape(20, -1)))
     made, at = made_of(preprocessor, scans), x[:, exact.where]
-    if len(made.z) < 120:
-        raise Closed("it makes few returns of targets")
+    closed_if(len(made.z) < 120, "it makes few returns of targets")
     return at[np.clip(np.rint((made.z[:, 0] - at[0, 0]) / 1e4).astype(int), 0, len(at) - 1)], made
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, derivative, same
+from vedette.testing.comparisons import closed_if, demand, derivative, same
 from vedette.testing.law import Law
 from vedette.testing.laws.sensor_cases import Looks, regular, slopes
 from vedette.testing.states import speeds_of
@@ -21,11 +21,9 @@ def rates_are_derivatives(sensor: Sensor, drawn: Looks) -> None:
     measured, names = sensor.measurement, sensor.observes.names
     units = {axis.name: axis.unit for axis in measured.axes}
     rates = {f"{name}_rate": name for name, unit in units.items() if units.get(f"{name}_rate") == f"{unit}/s"}
-    if not rates:
-        raise Closed("it measures nothing together with its rate")
+    closed_if(not rates, "it measures nothing together with its rate")
     speeds = {names.index(place): names.index(speed) for place, speed in MOVING.items() if {place, speed} <= {*names}}
-    if not speeds:
-        raise Closed("it observes no velocity")
+    closed_if(not speeds, "it observes no velocity")
     used = [*speeds, *speeds.values()]
     x = np.where(np.isin(np.arange(len(names)), used), regular(sensor, drawn.x), 0.0)  # no biases, nor anything else
     for state in x:
@@ -52,8 +50,7 @@ def a_lag_goes_along_the_velocity(sensor: Sensor, drawn: Looks) -> None:
     axes, names = sensor.observes.axes, sensor.observes.names
     times = [i for i, axis in enumerate(axes) if axis.unit == "s"]
     pairs = speeds_of(sensor.observes)
-    if not times or not pairs:
-        raise Closed("it observes no time beside velocities")
+    closed_if(not times or not pairs, "it observes no time beside velocities")
     x = regular(sensor, drawn.x)
     H = slopes(sensor, x)
     way = np.sum([H[..., i] * x[:, None, v] for i, v in pairs], axis=0)

@@ -13,7 +13,7 @@ from vedette import fields
 from vedette.filters import predicted, unforwarded
 from vedette.roles import Component, Estimator, MotionModel
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
+from vedette.testing.comparisons import Closed, closed_by, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, not_refused, soft
 from vedette.testing.laws.motion_cases import Moves
@@ -94,10 +94,9 @@ def _remade(make: Callable[[float], MotionModel], component: Any, count: list[in
 def over_the_kits(make: Callable[[float], MotionModel], component: C) -> C:
     """Return an estimator or a motion around the kit's motions; Closed if it holds none, or they do not go together."""
     count: list[int] = []
-    with closed_if((ValueError, NotImplementedError), "it does not go with the kit's motion: {}"):
+    with closed_by((ValueError, NotImplementedError), "it does not go with the kit's motion: {}"):
         remade: C = _remade(make, component, count)
-    if not count:
-        raise Closed("it holds no motion that could be replaced by the kit's")
+    closed_if(not count, "it holds no motion that could be replaced by the kit's")
     return remade
 
 
@@ -117,8 +116,7 @@ def frames_within_turn(model: MotionModel, drawn: Moves) -> None:
 def a_frame_turns_before_each_prediction(estimator: Estimator[Any], drawn: Scene) -> None:
     """On a motion that reframes: it has the belief from before the prediction, in whatever it is wrapped."""
     remade = over_the_kits(Marked, estimator)
-    if remade.state != MARKED:
-        raise Closed("its state is not that of its motion")
+    closed_if(remade.state != MARKED, "its state is not that of its motion")
     reason = unforwarded(remade)
     demand(not reason, f"traits: {reason}")
     rng = drawn.rng()
@@ -141,8 +139,7 @@ def an_angle_has_no_seam(estimator: Estimator[Any], drawn: Scene) -> None:
     What is estimated lies within the period, in [-pi, pi).
     """
     spins = over_the_kits(Spin, estimator)
-    if spins.state != STATE:
-        raise Closed("its state is not that of its motion")
+    closed_if(spins.state != STATE, "its state is not that of its motion")
     rng = drawn.rng()
     sensor = Watch(HEADING, np.array([[0.02]]), 0.8)
     not_refused(spins, sensor)

@@ -13,7 +13,7 @@ from vedette.roles import Sensor
 from vedette.sampling import psd_root, returns
 from vedette.space import Array, Axis, Space
 from vedette.testing.bands import judge_frequency, judge_standard_normal
-from vedette.testing.comparisons import Closed, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.comparisons import closed_if, covariance, demand, finite, frozen_copy, is_derivative, same
 from vedette.testing.law import Law
 from vedette.testing.laws import clutter, imaging, inversion, platforms, rates, twins
 from vedette.testing.laws import space as spaces
@@ -205,8 +205,7 @@ def differences_undo_steps(sensor: Sensor, drawn: Looks) -> None:
 def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
     """What is measured under name and unit of an observed axis grows with it, and not as much with another one of them."""
     both = [axis.name for axis in sensor.measurement.axes if axis in sensor.observes.axes]
-    if not both:
-        raise Closed("it measures under names of its own")
+    closed_if(not both, "it measures under names of its own")
     H = full(sensor.jacobian(drawn.x), drawn.x, (len(sensor.measurement), len(sensor.observes)))
     for name in both:
         slope = H[:, sensor.measurement.names.index(name), sensor.observes.names.index(name)]
@@ -220,8 +219,7 @@ def names_mean_the_same(sensor: Sensor, drawn: Looks) -> None:
 def angles_wrap(sensor: Sensor, drawn: Looks) -> None:
     """Angles that turn have a period; in the measured space, whole turns change nothing and wrapped axes are canonical."""
     angles = [i for i, axis in enumerate(sensor.measurement.axes) if axis.unit == "rad" and axis.period is None]
-    if not angles and all(axis.period is None for axis in sensor.measurement.axes):
-        raise Closed("no axis wraps")
+    closed_if(not angles and all(axis.period is None for axis in sensor.measurement.axes), "no axis wraps")
     for i in angles:  # an elevation needs no period; what jumps on the way around the sensor does
         for way in _ways_around(sensor.observes, drawn.x[0]):
             with np.errstate(all="ignore"):

@@ -15,7 +15,17 @@ from vedette.filters import predicted
 from vedette.roles import Estimator
 from vedette.sampling import psd_root
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, closed_if, demand, deviations, frozen_copy, products, same, whitened
+from vedette.testing.comparisons import (
+    Closed,
+    closed_by,
+    closed_if,
+    demand,
+    deviations,
+    frozen_copy,
+    products,
+    same,
+    whitened,
+)
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft, started, sure
 from vedette.testing.linear_sensor import Watch
@@ -66,8 +76,7 @@ def sharp(estimator: Estimator[Any], drawn: Scene) -> Sharp:
     plain = [i for i, axis in enumerate(free.axes) if axis.period is None]
     flat = Watch(Space(tuple(free.axes[i] for i in plain)), sensor.C, 0.8, mix=(A / size)[:, plain])
     not_refused(estimator, flat, "sensors of three axes")
-    if not plain:
-        raise Closed("all of its axes wrap")
+    closed_if(not plain, "all of its axes wrap")
     z = flat.measure(mean[..., state.locate(flat.observes)]) + 0.7 * spread * rng.standard_normal((2, 2, 3))
     return Sharp(prior, flat, frozen_copy(z))
 
@@ -85,8 +94,7 @@ def _scans(drawn: Scene, given: Sharp) -> dict[str, Detections]:
 def an_unlike_sensor_is_linearised(estimator: Estimator[Any], drawn: Scene) -> None:
     """Where a belief is sharp, a bent sensor with a bearing on the wrap changes it as its tangent does."""
     given = sharp(estimator, drawn)
-    if given.sensor.linear:
-        raise Closed("it refuses sensors that are not linear")
+    closed_if(given.sensor.linear, "it refuses sensors that are not linear")
     where = estimator.state.locate(given.sensor.observes)
     start = estimator.start(given.prior, estimator.state, drawn.rng())
     for what, scan in _scans(drawn, given).items():
@@ -217,7 +225,7 @@ def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> No
     ahead = predicted(estimator, now, dt, rng)
     innovation = estimator.evaluate(ahead, drawn.watch, drawn.seen, P_GATE)
     later = estimator.update(ahead, innovation, sure(innovation.loglik, 1))
-    with closed_if(NotImplementedError, "it does not smooth"):
+    with closed_by(NotImplementedError, "it does not smooth"):
         cross = estimator.cross_covariance(now, dt)
         found = estimator.moments(estimator.smooth_step(now, later, dt, rng))
         at_once = estimator.moments(estimator.smooth_step(now, later, 0.0, rng))

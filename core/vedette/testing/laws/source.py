@@ -16,7 +16,7 @@ from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
 from vedette.supporting import Source
-from vedette.testing.comparisons import Closed, Unlike, demand, finite, same, stated
+from vedette.testing.comparisons import Closed, Unlike, closed_if, demand, finite, same, stated
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.frames import Picture
 from vedette.testing.states import SEEDS, speeds_of
@@ -170,8 +170,7 @@ def scans_last_as_stated(source: Source, drawn: Opened) -> None:
     """If it has `duration`: between its first scan and its last no more s pass."""
     limit = stated(source, "duration", "s")
     times = [scan.time for scan in drawn.open(source).scans]
-    if len(times) < 2:
-        raise Closed("it gives one scan at most")
+    closed_if(len(times) < 2, "it gives one scan at most")
     demand(times[-1] - times[0] <= limit * (1 + 1e-9), f"times: last {times[-1] - times[0]:g} s, `duration` is {limit:g} s")
 
 
@@ -216,8 +215,7 @@ def truth_moves_as_its_velocities(source: Source, drawn: Opened) -> None:
             vx, vy, to = path.states[:, [names.index(name) for name in ("vx", "vy", "heading")]].T
             ahead, way = np.sum(vx * np.cos(to) + vy * np.sin(to)), np.sum(np.hypot(vx, vy))
             demand(ahead >= 0.5 * way, f"{path.name}: heads where no more than {ahead / way:.3g} of its way leads")
-    if not judged:
-        raise Closed("it has no truth with velocities")
+    closed_if(not judged, "it has no truth with velocities")
 
 
 def every_generator_its_own(source: Source, drawn: Opened) -> None:
@@ -225,8 +223,7 @@ def every_generator_its_own(source: Source, drawn: Opened) -> None:
     one, other = drawn.open(source), drawn.again(1).open(source)
     pairs = zip(one.scans, other.scans, strict=False)
     unlike = any(a.time != b.time or not np.array_equal(told(a), told(b), equal_nan=True) for a, b in pairs)
-    if not (unlike or any(told(scan).size for scan in one.scans)):
-        raise Closed("it gives no returns")
+    closed_if(not (unlike or any(told(scan).size for scan in one.scans)), "it gives no returns")
     unlike = unlike or len(one.scans) != len(other.scans)
     demand(unlike, "open: gives the same scans from another generator, and says that it draws")
 

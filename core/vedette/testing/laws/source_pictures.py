@@ -10,7 +10,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.supporting import Source
 from vedette.testing.bands import judge_run_means
-from vedette.testing.comparisons import Closed, Unlike, demand
+from vedette.testing.comparisons import Closed, Unlike, closed_if, demand
 from vedette.testing.law import Law
 from vedette.testing.laws.source import OPENINGS, Opened, told
 from vedette.types import Recording
@@ -65,8 +65,7 @@ def pictures_show_the_truth(source: Source, drawn: Opened) -> None:
                 bright = light > 0.5 * light.max()
                 if light.max() > 20.0 * np.median(light):  # no noise is so bright
                     sizes.append(np.array([np.ptp(np.flatnonzero(bright.any(axis=axis))) + 1 for axis in (0, 1)]) / box)
-    if not contrast:
-        raise Closed("no target is within a picture with truth in px, or none stands out")
+    closed_if(not contrast, "no target is within a picture with truth in px, or none stands out")
     mean = float(np.mean(contrast))
     demand(abs(mean) > 1.0, f"frame: at the truth pixels must differ, are {mean:.3g} deviations from the others on average")
     for name, ratio in zip(("width", "height"), np.median(sizes, axis=0) if sizes else (), strict=False):
@@ -89,8 +88,7 @@ def _beside(source: Source, drawn: Opened) -> Iterator[list[tuple[float, Array]]
 def pictures_vary_as_stated(source: Source, drawn: Opened) -> None:
     """If it has `sigma` and `level` in counts, and perhaps `clutter`: so pixels vary beside the targets, and around that."""
     squares = [np.array([pixels for _, pixels in each]) ** 2 for each in _beside(source, drawn)]
-    if not all(np.isfinite(each).any() for each in squares):
-        raise Closed("no pixel is beside its targets")
+    closed_if(not all(np.isfinite(each).any() for each in squares), "no pixel is beside its targets")
     stated = np.sum(np.square([getattr(source, name, 0.0) for name in ("sigma", "clutter")]))
     ratios = np.array([np.nanmean(each) for each in squares]) / stated
     judge_run_means("variance of pixels", ratios, 0.6, 1.6, drawn.alpha / 20)
@@ -109,11 +107,9 @@ def backgrounds_drift_as_stated(source: Source, drawn: Opened) -> None:
         for (begin, one), (end, other) in pairwise(pictures):
             move, keep = np.multiply(end - begin, drift), np.exp((begin - end) / time)
             step, edge = np.round(move).astype(int), int(np.ceil(np.max(np.abs(move)))) + 1
-            if np.any(np.abs(move - step) > 0.01):
-                raise Closed("it does not drift by whole pixels")
+            closed_if(np.any(np.abs(move - step) > 0.01), "it does not drift by whole pixels")
             new = (other - keep * np.roll(one, step[::-1], axis=(0, 1)))[edge:-edge, edge:-edge]
-            if np.isfinite(new).sum() < 200:
-                raise Closed("few pixels are beside its targets")
+            closed_if(np.isfinite(new).sum() < 200, "few pixels are beside its targets")
             ratios.append(np.nanmean(new**2) / (clutter**2 * (1 - keep**2) + sigma**2 * (1 + keep**2)))
     judge_run_means("variance of what is new in a picture", np.array(ratios), 0.95, 1.05, drawn.alpha / 20)
 

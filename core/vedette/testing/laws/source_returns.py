@@ -12,7 +12,7 @@ from vedette.roles import Sensor
 from vedette.space import Array, Indices
 from vedette.supporting import Source
 from vedette.testing.bands import judge_scale
-from vedette.testing.comparisons import Closed, Lacking, Unlike, demand, same
+from vedette.testing.comparisons import Closed, Lacking, Unlike, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Altered, Opened
@@ -90,20 +90,17 @@ def _own(source: Source, sensor: Sensor) -> Sensor:
 
 def _are_hit(looks: list[Look]) -> None:
     hits, chances = sum(len(near) > 0 for _, _, near, _ in looks), sum(chance for *_, chance in looks)
-    if chances < 20:
-        raise Closed("it has too little truth for that")
+    closed_if(chances < 20, "it has too little truth for that")
     demand(hits > 0.8 * chances - 3 * np.sqrt(chances), f"returns: {hits} lie at the truth, {chances:.0f} should")
 
 
 def nobody_is_seen_before_or_after(source: Source, drawn: Opened) -> None:
     """If it draws, and its truth comes and goes: before and after, no returns lie where a target appears, or was last."""
-    if not source.draws or getattr(source, "sensors", None):
-        raise Closed("it draws nothing, or its scene has a sensor of its own")
+    closed_if(not source.draws or getattr(source, "sensors", None), "it draws nothing, or its scene has a sensor of its own")
     sensor = Altered(drawn.plain, 1.0, 0.0)
     scenes = (drawn.again(k, sensor).open(source) for k in range(6))
     looks = [(len(near) > 0, around) for scene in scenes for *_, near, around in _near(sensor, scene, beyond=True)]
-    if len(looks) < 6 or any(around for _, around in looks):
-        raise Closed("its targets are there all the time, or in clutter")
+    closed_if(len(looks) < 6 or any(around for _, around in looks), "its targets are there all the time, or in clutter")
     seen = sum(hit for hit, _ in looks)
     demand(seen < 0.8 * len(looks), f"returns: in {seen} of {len(looks)} looks lie at a target that is not there")
 
@@ -138,8 +135,7 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
                 squares += [(turned[near] / spread) ** 2] if near.sum() == 1 else []
             false.append(z[free])
     demand(len(squares) > 0.5 * there - 20.0, f"returns: {len(squares)} err as stated, {there:.3g} targets are detected")
-    if len(squares) < 40:
-        raise Closed("it has too little truth for that")
+    closed_if(len(squares) < 40, "it has too little truth for that")
     for i, axis in enumerate(("along", "across") if extent else ("x", "y")):
         judge_scale(f"errors {axis}, of returns", np.array(squares)[:, 0, i], 1.0, drawn.alpha / 3)
     rest = np.concatenate(false)
@@ -186,8 +182,7 @@ def targets_are_missed_as_stated(source: Source, drawn: Opened) -> None:
         first, both = first + firsts.count(0), both + len(firsts)
         if (looks > 300 and (both > 100 or not both)) or asked > 10 * MANY:
             break
-    if looks < 50:
-        raise Closed("it has too little truth for that")
+    closed_if(looks < 50, "it has too little truth for that")
     reach = -ndtri(drawn.alpha / 4)
     told = f"returns: targets are seen {seen} times in {looks} looks of a sensor that detects half"
     demand(abs(seen - looks / 2) < reach * np.sqrt(looks) / 2 + 0.02 * looks, told)
@@ -214,8 +209,7 @@ def order_of_returns_tells_nothing(source: Source, drawn: Opened) -> None:
                 variance += (count**2 - 1) / 12
         if len(places) > enough:
             break
-    if len(places) < 40:
-        raise Closed("it has too little truth for that")
+    closed_if(len(places) < 40, "it has too little truth for that")
     off = float(np.sum(places) / np.sqrt(variance))
     where = "before" if off < 0 else "behind"
     told = f"returns: targets' stand {where} false ones, by {abs(off):.1f} standard errors"

@@ -9,7 +9,7 @@ import attrs
 import numpy as np
 
 from vedette.supporting import Source
-from vedette.testing.comparisons import Closed, Lacking, demand, same
+from vedette.testing.comparisons import Lacking, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.source import Opened
 from vedette.testing.laws.source_pictures import BESIDE, distance, pictured
@@ -49,8 +49,7 @@ def truth_comes_and_goes_as_stated(source: Source, drawn: Opened) -> None:
     """
     recording, stated = drawn.open(source), {name: one for name, one in within(source) if hasattr(one, "disappears")}
     paths = [path for path in recording.truth if path.name in stated]
-    if not paths:
-        raise Closed("no target of its truth says when it appears and disappears")
+    closed_if(not paths, "no target of its truth says when it appears and disappears")
     for path in paths:
         one, known = stated[path.name], f"its truth is from {path.times[0]:g} to {path.times[-1]:g} s"
         begin, end = getattr(one, "appears", -np.inf), np.inf if one.disappears is None else one.disappears
@@ -76,8 +75,7 @@ def targets_are_as_bright_as_stated(source: Source, drawn: Opened) -> None:
         near = [distance(pixels, target) < BESIDE for target in targets]
         if len(near) == 1 and area < near[0].sum() + BESIDE and np.all(np.isfinite(pixels[near[0]])):
             found.append(np.sum(pixels[near[0]] - source.level))  # type: ignore[attr-defined]
-    if not found:
-        raise Closed("no single target is wholly in its pictures")
+    closed_if(not found, "no single target is wholly in its pictures")
     ratio = float(np.median(found)) / total
     demand(0.6 < ratio < 1.6, f"frame: a target is {ratio:.3g} times as bright as its spots state by `peak` and `spread`")
 
