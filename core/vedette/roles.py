@@ -21,6 +21,7 @@ from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.twins import Twin
 from vedette.space import NO_AXES, Array, Mask, Space
 from vedette.types import Detections, Frame, Gaussian, Innovation, Mixtures, Pose
+from vedette.values import held
 
 CONTRACT = 2
 """The version of this contract. A plugin module states `VEDETTE_CONTRACT = 2`; the registry sets any other aside."""
@@ -49,14 +50,7 @@ class Component(ABC):
 
 def components_in(value: Any) -> tuple[Component, ...]:
     """Return the components that a component's parameters hold, alone or in tables and tuples; not those within these."""
-    cls = type(value)
-    if attrs.has(cls):
-        value = [getattr(value, parameter.name) for parameter in attrs.fields(cls) if parameter.init]
-    elif isinstance(value, Mapping):
-        value = list(value.values())
-    if not isinstance(value, list | tuple):
-        return ()
-    return tuple(part for one in value for part in ((one,) if isinstance(one, Component) else components_in(one)))
+    return tuple(part for one in held(value) for part in ((one,) if isinstance(one, Component) else components_in(one)))
 
 
 class MotionModel(Component):

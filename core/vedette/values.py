@@ -1,9 +1,9 @@
-"""Values of the per-scan path, made without the cost of a frozen class's own constructor."""
+"""Values: what one holds, and those of the per-scan path, made without the cost of a frozen class's own constructor."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TypeVar
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
 import attrs
 
@@ -19,6 +19,17 @@ COMPILED = Maker is not None
 
 MOST = 32
 """Fields that compiled code takes (core/cpp/slots.hpp); classes of more make their values themselves."""
+
+
+def held(value: Any) -> list[Any]:
+    """Return what a tuple, a list or a table holds, or an attrs value by its parameters; nothing of any other."""
+    if isinstance(value, tuple | list):
+        return list(value)
+    if isinstance(value, Mapping):
+        return list(value.values())
+    return (
+        [getattr(value, field.name) for field in attrs.fields(type(value)) if field.init] if attrs.has(type(value)) else []
+    )
 
 
 def maker(cls: type[T]) -> Callable[..., T]:

@@ -13,6 +13,7 @@ from vedette.fields import ABSURD
 from vedette.tracking.state import State
 from vedette.types import Detections, Frame, Gaussian
 from vedette.units import short
+from vedette.values import held
 
 
 def time_of_start(time: Any) -> float:
@@ -102,12 +103,9 @@ def _axes(value: Any) -> Iterator[int]:
     """Yield the number of axes of each Gaussian that a belief holds."""
     if isinstance(value, Gaussian):
         yield value.mean.shape[-1]
-    elif isinstance(value, tuple):
-        for part in value:
+    else:
+        for part in held(value):
             yield from _axes(part)
-    elif attrs.has(type(value)):
-        for field in attrs.fields(type(value)):
-            yield from _axes(getattr(value, field.name))
 
 
 def _said(value: Any, axes: set[int]) -> str:

@@ -17,6 +17,7 @@ import numpy as np
 
 from vedette.errors import InputError
 from vedette.sampling.seeds import Seed
+from vedette.values import held
 
 VERSION = 1
 """Of this form."""
@@ -121,16 +122,9 @@ def classes_in(*values: Any) -> dict[str, type]:
 
 
 def _classes_of(value: Any) -> Iterator[type]:
-    if isinstance(value, tuple):
-        parts: list[Any] = list(value)
-    elif isinstance(value, Mapping):
-        parts = list(value.values())
-    elif attrs.has(type(value)):
+    if attrs.has(type(value)):
         yield type(value)
-        parts = [getattr(value, field.name) for field in attrs.fields(type(value))]
-    else:
-        return
-    for part in parts:
+    for part in held(value):
         yield from _classes_of(part)
 
 

@@ -15,6 +15,7 @@ from vedette.space import Space
 from vedette.streams import Decoded, Format, Message, TrackReport
 from vedette.testing.comparisons import Broken, demand
 from vedette.testing.law import Law, Profile
+from vedette.values import held
 
 LARGEST_MEMORY = 2**22
 """Bytes that the memory of a format may hold, whatever comes."""
@@ -116,16 +117,14 @@ def its_memory_is_bounded(format_: Format, drawn: Bytes) -> None:
     memory, piece = format_.start(), (drawn.noise.replace(b"\n", b"") or b"x") * 2**13
     for _ in range(-(-2 * LARGEST_MEMORY // len(piece))):
         memory = format_.decode(memory, piece).memory
-        held = _held(memory)
-        demand(held <= LARGEST_MEMORY, f"memory: must hold at most {LARGEST_MEMORY:,} bytes, holds {held:,}")
+        size = _size(memory)
+        demand(size <= LARGEST_MEMORY, f"memory: must hold at most {LARGEST_MEMORY:,} bytes, holds {size:,}")
 
 
-def _held(memory: Any) -> int:
+def _size(memory: Any) -> int:
     if isinstance(memory, bytes | str):
         return len(memory)
-    if isinstance(memory, tuple | list):
-        return sum(map(_held, memory))
-    return sum(_held(getattr(memory, each.name)) for each in attrs.fields(type(memory))) if attrs.has(type(memory)) else 0
+    return sum(map(_size, held(memory)))
 
 
 def writes_as_declared(format_: Format, drawn: Bytes) -> None:
