@@ -92,13 +92,8 @@ class Tracker:
 
     @property
     def starters(self) -> frozenset[str]:
-        """The sensors whose returns may start tracks."""
+        """The sensors whose returns may start tracks; none: the tracks given before the first scan are all."""
         return self._plan.starters
-
-    @property
-    def starts_tracks(self) -> bool:
-        """Whether returns may start tracks; otherwise the tracks given before the first scan are all."""
-        return bool(self._plan.starters)
 
     def given(self, recording: Recording) -> Gaussian | None:
         """Return the tracks that the birth has before the first scan of a recording, or None; ValueError with its place."""

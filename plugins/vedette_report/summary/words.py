@@ -145,7 +145,7 @@ def _read(experiment: Experiment, result: Result) -> Iterator[tuple[str, str]]:
 
 def _no_starters(tracker: Tracker) -> Iterator[str]:
     """Yield the sensors that the birth does not leave out, and whose returns cannot start tracks."""
-    if tracker.starts_tracks and tracker.birth is not None:
+    if tracker.starters and tracker.birth is not None:
         for name, sensor in tracker.sensors.items():
             if name not in tracker.starters and tracker.birth.starts_from(name) and not isinstance(sensor, ImagingSensor):
                 yield name

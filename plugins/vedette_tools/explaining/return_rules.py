@@ -61,7 +61,7 @@ def no_clutter(it: Situation) -> Iterator[Finding]:
     """Find existence judged against clutter where there is said to be none."""
     tracker = it.experiment.tracker
     for seen in it.sensors:
-        judged = tracker.starts_tracks and not tracker.lifecycle.certain and tracker.gate.clutter == "sensor"
+        judged = tracker.starters and not tracker.lifecycle.certain and tracker.gate.clutter == "sensor"
         none = seen.settled is not None and seen.settled.density == 0 and not seen.stated
         rate = seen.boxed * seen.stated if seen.boxed and seen.stated else np.inf
         if judged and (none or rate < RAREST):
@@ -177,7 +177,7 @@ def coarse_sensor(it: Situation) -> Iterator[Finding]:
 
 def gate_against_target(it: Situation) -> Iterator[Finding]:
     """Find a gate that leaves the target's own returns out."""
-    gate, when = it.experiment.tracker.gate, " before its track is confirmed" if it.experiment.tracker.starts_tracks else ""
+    gate, when = it.experiment.tracker.gate, " before its track is confirmed" if it.experiment.tracker.starters else ""
     if gate.probability < LEAST_GATE:
         text = f"leaves {100 * (1 - gate.probability):.3g} % of the target's own returns out, in every scan{when}"
         yield Finding("gate.probability", text, "0.99 to 0.9999")
