@@ -57,9 +57,10 @@ def run(arguments: Namespace) -> int:
             "objects": [one.data() for one in objects],
             "errors": [one.data() for one in errors],
         }
-        print(text)
-        if folder is not None:
-            print(f"{folder}: {', '.join(_write(folder, experiment.title, told, text, figures, pictures))}")
+        written = [] if folder is None else _write(folder, experiment.title, told, text, figures, pictures)
+        print(text)  # once all is written: the reader may have gone
+        if written:
+            print(f"{folder}: {', '.join(written)}")
         if arguments.json:
             print(json.dumps(figures))
         return DONE

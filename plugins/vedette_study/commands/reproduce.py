@@ -42,12 +42,13 @@ def run(arguments: Namespace) -> int:
         with on_terminal() as progress:
             result = run(runs, seed, progress, parts or afresh)
         seconds = process_time() - before
-        print(text(result))
-        print(f"{seconds:.1f} s of CPU time")
-        if folder is not None:
-            print(f"{folder}: {', '.join(_write(folder, result, look))}")
+        written = [] if folder is None else _write(folder, result, look)
         if parts is not None:
             parts.forget()
+        print(text(result))  # once all is written: the reader may have gone
+        print(f"{seconds:.1f} s of CPU time")
+        if written:
+            print(f"{folder}: {', '.join(written)}")
         if arguments.json:
             print(json.dumps(data(result) | {"cpu_seconds": seconds}))
         return 0

@@ -71,18 +71,21 @@ def run(arguments: Namespace) -> int:
             )
         seconds = perf_counter() - began
         inputs = {json.dumps([at.config.get(part) for part in INPUT], default=str): at.experiment for at in planned.points}
-        for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
-            print(f"LOOKS WRONG: {said}")
-        print(text(outcome))
-        print(f"{seconds:.1f} s, {process_time() - cpu:.1f} s of CPU time in this process")
+        used, written = process_time() - cpu, list[str]()
         if folder is not None:
             with told(folder):
-                print(f"{folder}: {', '.join(_write(folder, outcome, look))}")
+                written = _write(folder, outcome, look)
         judged = [] if kept is None or outcome.interrupted else verdicts(outcome, kept)
-        for verdict in judged:
-            print(verdict)
         if arguments.write and not outcome.interrupted:
             write_judgement(Path(arguments.write), judgement(outcome, kept))
+        for said in dict.fromkeys(said for experiment in inputs.values() for said in of_recording(experiment)):
+            print(f"LOOKS WRONG: {said}")
+        print(text(outcome))  # once all is written: the reader may have gone
+        print(f"{seconds:.1f} s, {used:.1f} s of CPU time in this process")
+        if written:
+            print(f"{folder}: {', '.join(written)}")
+        for verdict in judged:
+            print(verdict)
         if arguments.json:
             against = [attrs.asdict(verdict) for verdict in judged]
             print(json.dumps(outcome.data() | {"seconds": seconds} | ({"against": against} if judged else {})))

@@ -46,8 +46,9 @@ def run(arguments: Namespace) -> int:
             out=folder,
             resume=arguments.resume,
         )
-        print(text(tuned))
-        print(f"{folder}: {', '.join(_write(folder, tuned, look))}")
+        written = _write(folder, tuned, look)
+        print(text(tuned))  # once all is written: the reader may have gone
+        print(f"{folder}: {', '.join(written)}")
         if arguments.json:
             print(json.dumps(data(tuned)))
         return DONE
@@ -75,8 +76,9 @@ def _by_place(arguments: Namespace, folder: Path) -> int:
         "tuned.txt": by_place_text.text(by_place) + "\n",
         "tuned.json": json.dumps(by_place_text.data(by_place), indent=2) + "\n",
     }
+    written = write_texts(folder, texts)
     print(by_place_text.text(by_place))
-    print(f"{folder}: {', '.join(write_texts(folder, texts))}")
+    print(f"{folder}: {', '.join(written)}")
     if arguments.json:
         print(json.dumps(by_place_text.data(by_place)))
     return DONE
