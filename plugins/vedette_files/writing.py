@@ -20,10 +20,11 @@ import numpy as np
 from vedette.errors import ConfigError, InputError, Problem
 from vedette_files.files_read import NOTHING_READ, Inputs
 
-LOCK, UNFINISHED, WHOLE = ".lock", ".run-", ".whole"
+LOCK, UNFINISHED, WHOLE, BEGUN = ".lock", ".run-", ".whole", "config.json"
 """What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number.
 
-The place holds the last of these while its files move to the folder: whoever comes next moves the rest.
+The place holds the third of these while its files move to the folder: whoever comes next moves the rest. At first it holds
+the last alone, which shows nothing, and from which nobody can go on.
 """
 
 _PATIENCE = 0.3
@@ -205,7 +206,9 @@ def results_in(
     with locked(folder, reads, names):
         settle(folder)
         for left in unfinished_runs(folder):
-            if left not in replaces:
+            if [path.name for path in left.iterdir()] == [BEGUN]:
+                rmtree(left, ignore_errors=True)  # it was killed while it kept all in memory
+            elif left not in replaces:
                 told = "`vedette report` shows it, `vedette run --resume` goes on from it"
                 print(f"vedette: {folder}: holds an unfinished run, {left.name}: {told}", file=sys.stderr)
         results = Results(folder, reads, replaces)

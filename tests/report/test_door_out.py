@@ -275,6 +275,16 @@ def test_a_killed_run_leaves_former_results_and_is_shown(ran, capsys):
     assert {name: content for name, content in files_of(ran).items() if name in before} == before
 
 
+def test_what_a_killed_run_left_of_which_there_is_nothing_to_see_is_removed(given, capsys):
+    """Each later run told anew that --resume goes on from it, which refused to."""
+    place = given / "out" / f"{UNFINISHED}1"
+    place.mkdir(parents=True)
+    (place / "config.json").write_text("{}")
+    assert main(["run", "config.json", "--out", "out", "--stream"]) == 0
+    assert not place.exists()
+    assert place.name not in capsys.readouterr().err
+
+
 def test_a_run_that_was_killed_before_its_first_block_is_told(ran, capsys):
     place = ran / f"{UNFINISHED}1"
     place.mkdir()
