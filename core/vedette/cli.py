@@ -14,7 +14,6 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vedette import display
 from vedette.commands.exit_codes import CLOSED, INTERRUPTED, complain, ended
 from vedette.commands.parser import Parser
 from vedette.errors import VedetteError
@@ -48,11 +47,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except OSError as error:
         return complain(f"{error.filename or 'a file or the output'}: {error.strerror or error}")
     except (Exception, KeyboardInterrupt, SystemExit) as error:
-        from vedette.tracking.faults import raised_by
-
         if KeyboardInterrupt in (type(error), type(error.__context__)):  # some libraries raise over it, as zipfile does
             print("vedette: interrupted", file=sys.stderr)
             return INTERRUPTED
+        from vedette.tracking.faults import raised_by
+
         if (text := raised_by(error, None)) is None:  # a component that ends the process is told as one that raises
             raise
         return ended(error, text, traceback=traceback)
@@ -87,6 +86,7 @@ def _forget_stdout() -> None:
 
 def _parser() -> Parser:
     """Return the parser of all commands that plugins bring, each with its own options."""
+    from vedette import display
     from vedette.config.registry import Registry  # which says in a line if the kernels asked for cannot be had
 
     parser = Parser("vedette", description="Compose target trackers from small parts and run them.")

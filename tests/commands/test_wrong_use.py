@@ -109,6 +109,26 @@ def test_a_reader_that_goes_away_is_no_error():
     assert (done.returncode, done.stderr) == (141, "")
 
 
+PRESSED = """
+import sys
+class Pressed:
+    def find_spec(self, name, path, target=None):
+        if name == "numpy.linalg":
+            sys.meta_path.remove(self)
+            raise KeyboardInterrupt
+sys.meta_path.insert(0, Pressed())
+from vedette.cli import main
+sys.exit(main(["info"]))
+"""
+
+
+@pytest.mark.costly
+def test_ctrl_c_while_libraries_are_loaded_is_no_traceback():
+    """Most of the time that a command takes to begin, numpy is being loaded."""
+    done = subprocess.run([sys.executable, "-c", PRESSED], stderr=subprocess.PIPE, text=True, timeout=300)
+    assert (done.returncode, done.stderr) == (130, "vedette: interrupted\n")
+
+
 MEANT = {
     "a command": (["runn", "c.toml"], "invalid choice: 'runn'", "did you mean run?"),
     "an option": (["run", "c.toml", "--frmat", "svg"], "vedette run: error: unknown: --frmat svg", "did you mean --format?"),
