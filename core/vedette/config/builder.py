@@ -96,7 +96,7 @@ class Builder:
         """Build a class from what `given` says about its parameters, without complaint about missing ones in `meant`."""
         declared = list(declared)
         stated, before = [p for p in declared if p.name in given], len(self.problems)
-        values = {p.name: self._walked(p, given[p.name], below(place, p.name)) for p in stated}
+        values = {p.name: self._shaped(p.shape, given[p.name], below(place, p.name)) for p in stated}
         for parameter in declared:
             if parameter.required and parameter not in stated:
                 values[parameter.name] = FAILED
@@ -141,10 +141,6 @@ class Builder:
         else:
             self.fail(place, text)
 
-    def _walked(self, parameter: Parameter, given: Any, place: str) -> Any:
-        """Return given components, built; any other value as it is: the constructor converts it once."""
-        return self._shaped(parameter.shape, given, place) if holds_parts(parameter.shape) else given
-
     def _judge(self, parameter: Parameter, given: Any, place: str) -> None:
         """Record what is wrong with one value of a class that could not be built: its constructor reports only the first."""
         name = parameter.field.name
@@ -165,8 +161,9 @@ class Builder:
         return self.fail(place, text)
 
     def _shaped(self, shape: Shape, given: Any, place: str) -> Any:
-        if given is FAILED:
-            return FAILED
+        """Return given components, built; any other value as it is: the constructor converts it once."""
+        if given is FAILED or not holds_parts(shape):
+            return given
         match shape:
             case Maybe(item):
                 return None if given is None else self._shaped(item, given, place)
