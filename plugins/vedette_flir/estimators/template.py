@@ -13,16 +13,17 @@ from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilte
 from vedette_flir.estimators.earlier import SURELY, Elsewhere, kept_frame, nothing_kept
 from vedette_flir.estimators.growth import resized
 from vedette_flir.estimators.hints import forgotten, hinted
-from vedette_flir.estimators.judged import LIKELY, in_negative, judged, likelier_of
+from vedette_flir.estimators.judged import LIKELY, Judged, in_negative, judged, likelier_of
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, unremembered
-from vedette_flir.estimators.surroundings import BESIDE, gone
+from vedette_flir.estimators.surroundings import BESIDE
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import NEAR, Look, Matcher
+from vedette_flir.estimators.unmarked import unmarked
 from vedette_flir.estimators.whole_frame import sought
-from vedette_flir.evidence import COMMON, LAG, LOST, PULL, STANDING, learned, log_odds, presence_ratio
+from vedette_flir.evidence import COMMON, LOST, PULL, learned, log_odds, presence_ratio
 from vedette_flir.initial_box import target_in
-from vedette_flir.newcomers import SURE, UNKNOWN, UNMOVED, leaps, moves, newcomer_odds, written
+from vedette_flir.newcomers import SURE, leaps
 from vedette_flir.patches import centroid, contrast, kept, sample
 from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
 from vedette_flir.sizes import DOUBT, FOLLOWS
@@ -169,45 +170,17 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
         appearance, cut = self._with_scene(appearance, pixels)
-        hidden = appearance
+        hidden, there = appearance, Elsewhere(appearance, pixels, where)
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
-        W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
-        at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
-        before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
-        there = Elsewhere(appearance, pixels, where)
-        seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else None)
-        judge = partial(
-            judged, by, self._matcher, appearance, pixels, existence=existence, past=past[1], where=where, elsewhere=there
-        )
-        it = judge(seek(at, near, appearance))
-        if existence != LOST and (it.ratio < 0 or before > LIKELY):
-            it = likelier_of(it, judge(in_negative(by, pixels, appearance, seek, at, near)), before)
-        here, appearance, ratio, standing = it.look, it.appearance, it.ratio, it.standing
-        left, travelled = (float(np.hypot(*off)) for off in here.place - appearance.offset - past)
-        best, anew, told = here, False, None
-        new = self.moves and not np.isfinite(travelled)
-        if new:
-            ratio = float(np.clip(ratio, -UNKNOWN, 0.0))  # whether it moves is not known yet
-        elif self.moves and existence > LOST:
-            ratio -= STANDING * (not moves(left, 0.0))
-        elif self.moves:
-            origin = past[0] + appearance.offset
-            off = float(np.hypot(*gone(appearance.around, pixels, here.place, origin, appearance.size)))
-            turned = origin - appearance.seen_at
-            stays = written(here.place - appearance.seen_at, turned)
-            if stays or not moves(min(left, off), float(np.hypot(*turned))):
-                ratio = min(ratio, -UNMOVED)
-            elif existence == LOST:
-                told = newcomer_odds(by.alone(pixels, here), float(np.fmin(travelled, appearance.drift)) / LAG)
+        it = self._expected(by, near, appearance, pixels, where, S, existence, past[1], there)
+        ratio, told = unmarked(by, pixels, it, existence, past) if self.moves else (it.ratio, None)
+        here, best, appearance, anew = it.look, it.look, it.appearance, False
+        new = self.moves and not np.isfinite(past[1]).all()
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
-            expected = 0.0 if cut else max(log_odds(existence), PULL) + standing
-            same = not cut and bool(np.isnan(appearance.hint_at).any())
-            other, odds = sought(by, pixels, appearance, here, expected, there, same_scene=same)
-            appearance, likelier = hinted(appearance, pixels, other, cut=cut)
-            odds += likelier * (other is not here)
+            other, odds, appearance = _elsewhere(by, pixels, it, existence, there, cut=cut)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
-            if other is not here and odds > 0 and (apart or standing == 0):
+            if other is not here and odds > 0 and (apart or it.standing == 0):
                 # it need not stand out as before to be held from now on
                 usual = np.minimum(appearance.usual, max(other.clear, 1.0))
                 best, ratio, appearance, anew = other, odds, forgotten(unremembered(evolve(other.known, usual=usual))), apart
@@ -228,6 +201,31 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         renewed = kept_frame(pixels, renewed, place, held=min(existence - SURELY, ratio) > 0 and not (anew or best.negative))
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
+
+    def _expected(
+        self,
+        by: Matcher,
+        near: int,
+        appearance: TemplateAppearance,
+        pixels: Array,
+        where: Array,
+        S: Array,
+        existence: float,
+        past: Array,
+        there: Elsewhere,
+    ) -> Judged:
+        """Judge the best place within so many cells of where the target is expected: as it is known, or in the negative."""
+        W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
+        at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
+        before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
+        seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else None)
+        judge = partial(
+            judged, by, self._matcher, appearance, pixels, existence=existence, past=past, where=where, elsewhere=there
+        )
+        it = judge(seek(at, near, appearance))
+        if existence != LOST and (it.ratio < 0 or before > LIKELY):
+            it = likelier_of(it, judge(in_negative(by, pixels, appearance, seek, at, near)), before)
+        return it
 
     def without(self, pixels: Array, where: Array, appearance: TemplateAppearance) -> Array:
         """Return the frame less the smoothed template at its place."""
@@ -283,3 +281,14 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return what is usual after a frame: it rises by `brighten` of the way, and falls more slowly."""
         part = self.brighten if now > usual else slower * self.brighten
         return np.asarray(usual + share * part * (now - usual))
+
+
+def _elsewhere(
+    by: Matcher, pixels: Array, it: Judged, existence: float, there: Elsewhere, *, cut: bool
+) -> tuple[Look, float, TemplateAppearance]:
+    """Look for a target in the whole frame: its likeliest place, the log-odds of that, and what is remembered of it."""
+    expected = 0.0 if cut else max(log_odds(existence), PULL) + it.standing
+    same = not cut and bool(np.isnan(it.appearance.hint_at).any())
+    other, odds = sought(by, pixels, it.appearance, it.look, expected, there, same_scene=same)
+    appearance, likelier = hinted(it.appearance, pixels, other, cut=cut)
+    return other, odds + likelier * (other is not it.look), appearance
