@@ -18,7 +18,6 @@ from vedette import (
     Frame,
     InputError,
     LazyScans,
-    Problem,
     Recording,
     Scan,
     Sensor,
@@ -81,7 +80,7 @@ class VideoStream(Source):
         """Open the stream, read its first frame, and return the frames as they will come."""
         camera = camera_of(sensors)
         if self.box is None and self.boxes is None and not self.automatic:
-            raise ConfigError([Problem("box", "is missing: [x, y, w, h] in px, of the target in the first frame")])
+            raise ConfigError.at("box", "is missing: [x, y, w, h] in px, of the target in the first frame")
         video = self._opened()
         frames = _Frames(self._told, video, self.grey, self.negative, self.steady)
         rate = self.rate or frames.rate or 30.0
@@ -108,15 +107,15 @@ class VideoStream(Source):
     def _opened(self) -> Any:
         """Return OpenCV's capture; ConfigError without an address, InputError where there is nothing to read."""
         if not self.address:
-            raise ConfigError([Problem("address", "is missing: the number of a camera, a URL, or a file")])
+            raise ConfigError.at("address", "is missing: the number of a camera, a URL, or a file")
         cv2, at = opencv(), self.address
         if at.isdecimal() and int(at) > MOST_CAMERA:
-            raise ConfigError([Problem("address", f"must be the number of a camera, up to {MOST_CAMERA}, got {short(at)}")])
+            raise ConfigError.at("address", f"must be the number of a camera, up to {MOST_CAMERA}, got {short(at)}")
         if not at.isdecimal() and not URL.match(at):
             try:
                 path = user_path(at)
             except ValueError as error:
-                raise ConfigError([Problem("address", str(error))]) from None
+                raise ConfigError.at("address", str(error)) from None
             if path.is_dir():
                 raise InputError(f"{path}: is a folder; the source 'video' takes one of images")
             if not path.is_file():

@@ -91,11 +91,11 @@ class VideoSource(Source):
         """All frames from the first box on, and its trajectory as the truth: x, y, width, height."""
         camera = camera_of(sensors)
         if not self.path:
-            raise ConfigError([Problem("path", "is missing: a video file, or a folder of images")])
+            raise ConfigError.at("path", "is missing: a video file, or a folder of images")
         try:
             path = user_path(self.path)
         except ValueError as error:
-            raise ConfigError([Problem("path", str(error))]) from None
+            raise ConfigError.at("path", str(error)) from None
         camera_motion, corners = Registration(), list[Array]()
 
         def watch(grey: Grey) -> None:
@@ -164,7 +164,7 @@ class VideoSource(Source):
         try:
             return inside(path.parent, str(user_path(given).absolute()) if given else name)
         except ValueError as error:
-            raise ConfigError([Problem(parameter, str(error))]) from None
+            raise ConfigError.at(parameter, str(error)) from None
 
     def _boxes(self, path: Path, part: Segment) -> tuple[dict[int, Array], set[int], int]:
         """Frame number to the true centre, width and height, of this part, frames without target, and boxes in the file.
@@ -176,7 +176,7 @@ class VideoSource(Source):
         if not self.truth and not file.exists():
             if self._given:
                 return {}, set(), 0
-            raise ConfigError([Problem("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")])
+            raise ConfigError.at("box", f"is missing: [x, y, w, h] in px, as there is no file {name}")
         labels, absent = boxes_and_absences(file, self.first_pixel)
         boxes = {number - part.label_offset: box for number, box in labels.items()}
         inside = {number: box for number, box in boxes.items() if part.start <= number < part.end}
@@ -193,5 +193,5 @@ def camera_of(sensors: Mapping[str, Sensor]) -> str:
     """Return the name of the one sensor that a video needs, a camera; ConfigError if there are others."""
     cameras = [name for name, sensor in sensors.items() if isinstance(sensor, ImagingSensor)]
     if len(cameras) != 1 or len(sensors) != 1:
-        raise ConfigError([Problem("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")])
+        raise ConfigError.at("sensors", f"a video needs one sensor, a camera; got {', '.join(sensors) or 'none'}")
     return cameras[0]
