@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from support.paths import EXAMPLES
 from vedette import Frame, Scan
-from vedette_flir.estimators import template, template_search
+from vedette_flir.estimators import template, template_search, unmarked
 from vedette_flir.newcomers import CHANCE, PLACE, TURN, moves, newcomer_odds
 
 SIZE = (140, 180)
@@ -67,7 +67,7 @@ def test_one_spot_is_a_target_and_one_among_its_like_is_not(monkeypatch):
     many = [np.array([20.0 + 16.0 * i + 5.0 * (j % 2), 40.0 + 16.0 * j]) for i in range(8) for j in range(5)]
     waves = [drawn(k, [at + k * STEP for at in many]) for k in range(40)]
     assert not len(confirmed(waves))
-    monkeypatch.setattr(template, "newcomer_odds", lambda alone, speed: newcomer_odds(1.0, speed))
+    monkeypatch.setattr(unmarked, "newcomer_odds", lambda alone, speed: newcomer_odds(1.0, speed))
     assert len(confirmed(waves)) > 3
 
 
@@ -88,8 +88,8 @@ def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeyp
     """A sign moves before the scene as the camera turns; asked is whether it moves in the frames."""
     corners = [np.array([0.8 * k, 0.1 * k]) for k in range(40)]
     if not asked:
-        monkeypatch.setattr(template, "written", lambda off, turned: False)
-        monkeypatch.setattr(template, "moves", lambda off, turned: True)
+        monkeypatch.setattr(unmarked, "written", lambda off, turned: False)
+        monkeypatch.setattr(unmarked, "moves", lambda off, turned: True)
     sky = [np.where(drawn(k, [], corner, sign=True) > 150.0, 200.0, 60.0) + k % 2 for k, corner in enumerate(corners)]
     assert len(confirmed(sky, corners)) == (0 if asked else 1)
 
@@ -99,7 +99,7 @@ def test_what_is_written_into_frames_is_no_target_where_the_camera_turns(monkeyp
 def test_a_line_drawn_in_inverse_is_no_target_where_the_camera_turns(monkeypatch, asked):
     """Bright over sky and dark over land, it ends at a treeline, and so grows and shrinks as the camera turns along that."""
     if not asked:
-        monkeypatch.setattr(template, "written", lambda off, turned: not moves(float(np.hypot(*off)), 0.0))
+        monkeypatch.setattr(unmarked, "written", lambda off, turned: not moves(float(np.hypot(*off)), 0.0))
     corners, frames = [np.array([4.0 * k, 0.0]) for k in range(40)], []
     for k, corner in enumerate(corners):
         frames.append(drawn(k, [], corner))
@@ -163,6 +163,6 @@ def test_what_goes_along_with_what_is_around_it_is_slow(monkeypatch, flies):
         speeds.append(speed)
         return -2.0
 
-    monkeypatch.setattr(template, "newcomer_odds", odds)
+    monkeypatch.setattr(unmarked, "newcomer_odds", odds)
     confirmed(frames)
     assert (len(speeds) > 0 and np.median(speeds) > 0.15) == flies
