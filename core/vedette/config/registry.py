@@ -20,17 +20,9 @@ from vedette.roles import Component
 class Clash:
     """A kind that several distributions provide, so that none of them is used."""
 
+    role: str
+    kind: str
     entries: tuple[Installed, ...]
-
-    @property
-    def role(self) -> str:
-        """The role of the kind."""
-        return self.entries[0].role
-
-    @property
-    def kind(self) -> str:
-        """The kind that several provide."""
-        return self.entries[0].kind
 
     def __str__(self) -> str:
         bringers = " and by ".join(entry.bringer for entry in self.entries)
@@ -64,8 +56,9 @@ def _unambiguous(entries: Iterable[Installed]) -> tuple[tuple[Installed, ...], t
     classes: dict[tuple[str, str], dict[type[Component], Installed]] = {}
     for entry in entries:
         classes.setdefault((entry.role, entry.kind), {}).setdefault(entry.cls, entry)
-    groups = [tuple(group.values()) for group in classes.values()]
-    return tuple(group[0] for group in groups if len(group) == 1), tuple(Clash(group) for group in groups if len(group) > 1)
+    groups = [(role, kind, tuple(group.values())) for (role, kind), group in classes.items()]
+    unique = tuple(group[0] for *_, group in groups if len(group) == 1)
+    return unique, tuple(Clash(*several) for several in groups if len(several[-1]) > 1)
 
 
 @frozen

@@ -67,20 +67,17 @@ def check_given(state: State, start: Callable[[], State], observed: Detections |
 
 def _check_runs(state: State, observed: Detections | Frame) -> None:
     """Raise ScanRefused for returns or a frame of other runs than the state's."""
-    framed, runs = isinstance(observed, Frame), state.existence.shape[:-1]
-    given = observed.pixels if isinstance(observed, Frame) else observed.z
+    runs = state.existence.shape[:-1]
+    name, given = ("pixels", observed.pixels) if isinstance(observed, Frame) else ("z", observed.z)
     try:
         fits = np.broadcast_shapes(given.shape[:-2], runs) == runs
     except ValueError:
         fits = False
     if not fits:
-        wanted_shape = ", ".join([*map(str, runs), *(("height", "width") if framed else ("returns", str(given.shape[-1])))])
-        name = "pixels" if framed else "z"
-        raise ScanRefused(f"{name}: must have shape ({wanted_shape}) as the state is of {_runs(runs)}, got {given.shape}")
-
-
-def _runs(shape: tuple[int, ...]) -> str:
-    return f"{' x '.join(map(str, shape))} runs" if shape else "one run"
+        last = ("height", "width") if name == "pixels" else ("returns", str(given.shape[-1]))
+        wanted = ", ".join([*map(str, runs), *last])
+        of = f"{' x '.join(map(str, runs))} runs" if runs else "one run"
+        raise ScanRefused(f"{name}: must have shape ({wanted}) as the state is of {of}, got {given.shape}")
 
 
 def _belief(state: State) -> Any:
