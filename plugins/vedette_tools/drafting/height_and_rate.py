@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from itertools import zip_longest
+from math import comb, sqrt
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from vedette.space import Array
 from vedette_files.tables.numbers import is_number
@@ -27,7 +29,10 @@ UNSURE = 0.2
 """Beyond this standard error the data do not tell whether rates hold the platform's own motion: 1 is all of it, 0 none."""
 
 EVEN = 0.01
-"""Three returns are even in time if their two steps differ by less than this share."""
+"""Returns are even in time if their steps differ by less than this share."""
+
+HIGHEST = 8
+"""Differences of heights are taken up to this order."""
 
 
 def fullest(height: Meaning, columns: Mapping[str, list[str]], below: Sequence[str]) -> Meaning:
@@ -64,17 +69,29 @@ def own_velocity(
 
 
 def third_noise(chains: Sequence[Chain], thirds: Sequence[Array]) -> float:
-    """Return the standard deviation of its errors, by its second differences along chains; NaN without any.
+    """Return the standard deviation of its errors, by its differences along chains; NaN without any.
 
-    Steady motion leaves the noise alone in them: sqrt(6) of it. The median takes no notice of jumps to another target.
+    Steady motion leaves the noise alone in second ones: sqrt(6) of it. Of a ball or a satellite they hold its turns, and
+    higher ones less of these: the next order is taken as long as it says half as much.
     """
+    noise = _by_differences(chains, thirds, 2)
+    for order in range(3, HIGHEST + 1):
+        finer = _by_differences(chains, thirds, order)
+        if not finer < 0.5 * noise:
+            break
+        noise = finer
+    return noise
+
+
+def _by_differences(chains: Sequence[Chain], thirds: Sequence[Array], order: int) -> float:
+    """Return the noise that makes the median of these differences, which takes no notice of jumps to another target."""
     apart: list[Array] = [np.zeros(0)]
     for chain in chains:
-        if len(chain.times) > 2:
-            dt = np.diff(chain.times)
-            apart.append(np.diff(_along(chain, thirds), 2)[np.abs(dt[1:] - dt[:-1]) < EVEN * dt[1:]])
+        if len(chain.times) > order:
+            dt = sliding_window_view(np.diff(chain.times), order)
+            apart.append(np.diff(_along(chain, thirds), order)[np.ptp(dt, axis=-1) < EVEN * dt[:, -1]])
     every = np.concatenate(apart)
-    return float(1.4826 * np.median(np.abs(every)) / np.sqrt(6)) if len(every) else float("nan")
+    return float(1.4826 * np.median(np.abs(every)) / sqrt(comb(2 * order, order))) if len(every) else float("nan")
 
 
 def recedes(chains: Sequence[Chain], thirds: Sequence[Array], stands: Array, *, relative: bool) -> bool:

@@ -9,7 +9,9 @@ import pytest
 import vedette
 from support.foreign_files import paths
 from vedette import Space, Trajectory, metrics
+from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.config import draft_config
+from vedette_tools.drafting.height_and_rate import third_noise
 
 TIMES = 2.0 * np.arange(80)
 SPACE = Space.of(x="m", y="m", z="m")
@@ -147,6 +149,15 @@ def test_a_height_that_never_changes_or_is_not_always_there_is_not_read(tmp_path
         text = drafted(given, tmp_path)
         assert "# not read: height" in text
         assert 'kind = "cartesian_position"' in text
+
+
+@pytest.mark.parametrize("turn", [0.0, 0.1, 0.4])
+def test_a_height_that_turns_is_not_taken_for_its_errors(turn):
+    """As of a satellite: one of 0.4 rad a look had errors of 500 m, and has 1; what does not turn has what it had."""
+    rng, looks = np.random.default_rng(1), np.arange(80)
+    heights = 7000 * np.sin(turn * looks) + rng.normal(0, 1, 80)
+    chain = Chain(looks, np.zeros(80, dtype=int), TIMES, np.zeros((80, 2)))
+    assert third_noise([chain], heights[:, None]) == pytest.approx(1.0, rel=0.25)
 
 
 def test_a_height_without_tracks_is_left_out(tmp_path):
