@@ -79,6 +79,15 @@ def test_white_errors_of_targets_that_turn_are_not_called_correlated():
     assert compared([Path(times[:10], times[:10])]) is None
 
 
+@pytest.mark.filterwarnings("error")
+def test_weeks_without_a_look_leave_the_errors_before_and_after_them():
+    """As of a recording of two days, five weeks apart: variances below 0 ended in a warning of an invalid logarithm."""
+    times, rng = np.arange(60.0), np.random.default_rng(5)
+    gap = np.where(times < 30, 0.0, 3e6)
+    paths = [Path(times + gap, rng.normal(size=60) + 2 * times) for _ in range(8)]
+    assert compared(paths).white.deviation == pytest.approx(1.0, rel=0.15)
+
+
 DRAWS = 30
 
 

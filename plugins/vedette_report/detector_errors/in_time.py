@@ -17,6 +17,9 @@ LONGEST, MOST = 400, 64
 FEWEST = 20
 """A piece of fewer returns tells too little of how its errors go on."""
 
+GAP = 1000.0
+"""Where nothing was seen for so many steps a path is cut: errors are forgotten, and variances would be rounded below 0."""
+
 OWN = 0.1
 """The white part of a correlated error, over the correlated one, if no larger part is clearly likelier."""
 
@@ -137,8 +140,10 @@ def compared(paths: Sequence[Path]) -> Compared | None:
 
 
 def _pieces(path: Path) -> list[Path]:
-    count = -(-len(path.times) // LONGEST)
-    parts = np.array_split(np.arange(len(path.times)), count) if count else []
+    steps = np.diff(path.times)
+    gaps = np.flatnonzero(steps > GAP * np.median(steps)) + 1 if len(steps) else ()
+    seen = [part for part in np.split(np.arange(len(path.times)), gaps) if len(part) >= FEWEST]
+    parts = [part for each in seen for part in np.array_split(each, -(-len(each) // LONGEST))]
     return [Path(path.times[part], path.values[part]) for part in parts if len(part) >= FEWEST]
 
 
