@@ -31,6 +31,7 @@ NOT_TEXT = {
     b"\x93NUMPY": f"is an array of numpy{AS_CSV}, with titles",
     b"#ROSBAG": f"is a recording of ROS{AS_CSV}, a topic in each file",
     b"ULog": f"is a log of PX4{AS_CSV}, as ulog2csv does",
+    b"CCSDS_OEM": "is a CCSDS ephemeris, an object after each META_START, in km: write one table, as id,time,x,y,z",
     b"CCSDS_TDM": "is a CCSDS message, each quantity in a line of its own: write a row for each time, as time,range,bearing",
     b"\xd4\xc3\xb2\xa1": "holds packets of a network, not text: decode what they hold, as ASTERIX, to CSV or JSON",
 }

@@ -23,8 +23,8 @@ LEAST = {"range": 0.0}
 COMMA = re.compile(r"([-+\d:T ]*),(\d[\deE:Z+-]*)")
 """A number, or a time with a part of a second, that has a comma where a program wants a point."""
 
-_THOUSANDS = re.compile(r"[-+]?\d{1,3}([,' ]\d{3})+(\.\d*)?")
-"""A number whose digits are grouped."""
+_THOUSANDS = re.compile(r"[-+]?\d{1,3}(?:([,' ]\d{3})+(\.\d*)?|(\.\d{3})+(,\d*))")
+"""A number whose digits are grouped, by points where its decimals stand behind a comma."""
 
 _DEGREES = re.compile(
     r"(?P<before>[NSEWnsew])?\s*(?P<sign>[-+])?(?P<degrees>\d+(?:\.\d+)?)\s*(?:°|º|deg)?"
@@ -83,8 +83,9 @@ class Number:
         """Return what to write instead of a cell that is no number, or ""."""
         if COMMA.fullmatch(cell):
             return '; decimal = "," reads it'
-        if _THOUSANDS.fullmatch(cell):
-            return f"; write it without what groups its digits, {re.sub('[^-+0-9.]', '', cell)}"
+        if grouped := _THOUSANDS.fullmatch(cell):
+            digits = "[^-+0-9,]" if grouped[4] else "[^-+0-9.]"
+            return f"; write it without what groups its digits, {re.sub(digits, '', cell)}"
         number, _, unit = cell.partition(" ")
         if is_number(number) and unit.isalpha():
             return f"; write the number alone, {number}: `units` says that it is in {unit}"

@@ -29,11 +29,8 @@ from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import WIDE, Design, Facts, written
 from vedette_tools.drafting.trial import Trial, at_the_end, tried
-from vedette_tools.drafting.unread import readable, told_of
+from vedette_tools.drafting.unread import UNREAD, readable, told_of
 from vedette_tools.drafting.wishes import Wishes
-
-UNREAD = 0.5
-"""A table of which more rows cannot be read is not the one that its header says."""
 
 SELDOM = 0.1
 """Some targets report so many times as often as those do that report seldom among the first. By hand, on AIS."""

@@ -46,6 +46,11 @@ NO_ROWS = {
 }
 """Lines of what is no table, and what to do with it."""
 
+LIST = re.compile(r"\[.*,.*\]")
+"""A cell that holds a list."""
+
+IN_A_LINE = "holds several positions between semicolons: write a row for each, as time,id,x,y"
+
 HEMISPHERES = {"N": "latitude", "S": "latitude", "E": "longitude", "W": "longitude"}
 """What an angle is that ends in such a letter."""
 
@@ -67,8 +72,10 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
     numbers, first, below = header_line(lines(path))
     number = numbers[0]
     if "\0" in first or first[:1] == "\ufffd":
+        in_pairs = 2 * first.count("\0") >= len(first) - 1
         wanted = "a table is CSV, in UTF-8 or UTF-16, or Parquet; the source `video` reads frames"
-        raise InputError(f"{path}: is no text; {wanted}")
+        unmarked = "looks like UTF-16 without a byte order mark: save the table in UTF-8"
+        raise InputError(f"{path}: {unmarked if in_pairs else f'is no text; {wanted}'}")
     numbered = [(each, line) for each, line in islice(below, LOOKED_AT) if line.strip()]
     text = [line for _, line in numbered]
     start = next(lines(path))[1]
@@ -76,6 +83,8 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
         for lines_of, told in NO_ROWS.items():
             if lines_of.search(line):
                 raise InputError(f"{path}:{each}: holds {told}")
+    if any(sum(part.count(",") > 1 for part in line.split(";")) > 3 for line in (first, *text)):
+        raise InputError(f"{path}:{number}: {IN_A_LINE}")
     if start.lstrip().startswith("<?xml") or first.lstrip().startswith("<"):
         cure = "XML is read as GPX alone, from a file named .gpx: gpsbabel makes it of KML and TCX; save others as CSV"
         raise InputError(f"{path}:1: must be the titles of the columns, got {shown(start)}; {cure}")
@@ -155,7 +164,7 @@ def of_header(path: TablePath, titles: Sequence[str], below: Sequence[str]) -> s
     in_lines = isinstance(path, Path) and not is_columnar(path)
     if in_lines and ("" in titles[:-1] or (any(below) and not any(sign.isdigit() for cell in below for sign in cell))):
         return f"; {ONE_EACH}"
-    if of_lists := next((title for title, cell in zip(titles, below, strict=False) if cell[:1] == "[" and "]," in cell), ""):
+    if of_lists := next((title for title, cell in zip(titles, below, strict=False) if LIST.fullmatch(cell)), ""):
         return f"; {of_lists} holds lists: write a row for each position in them, with its time"
     if "sample_token" in titles:
         return "; nuScenes keeps it in sample.json: join the two by sample_token"

@@ -6,7 +6,9 @@ import re
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from itertools import pairwise
+from typing import Any
 
+from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.titles import NAMES, OTHER_IDS, PROPERTIES, SENT
 
 OFTEN, ONCE = 2.0, 0.9
@@ -31,7 +33,21 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
         often = name in SENT or len(told) >= OFTEN * len({cell for cell, _ in told})  # what is sent is a name however seldom
         if once and often and not _counted(told):
             return title
-    return ""
+    return _sorted_by(columns, times, taken)
+
+
+def _sorted_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Collection[str]) -> str:
+    """Return the column by whose cells rows are sorted before their times, which go back where it changes alone; or ""."""
+    order: Sequence[Any] = [*map(float, times)] if all(map(is_number, times)) else times
+    back = {i for i, (before, after) in enumerate(pairwise(order)) if after < before}
+    found: dict[str, int] = {}
+    for title, cells in columns.items() if back else ():
+        changes = {i for i, (before, after) in enumerate(pairwise(cells)) if after != before}
+        twice = sum(order[i] == order[i + 1] for i in {*range(len(cells) - 1)} - changes)
+        apart = len({*cells}) == 1 + len(changes) <= len(cells) / OFTEN
+        if apart and back <= changes and twice <= (1 - ONCE) * len(cells) and title not in taken and all(cells):
+            found[title] = len(changes)
+    return max(found, key=lambda title: found[title], default="")
 
 
 def _counted(told: Iterable[tuple[str, str]]) -> bool:

@@ -36,6 +36,8 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
     """Return the column of the time, which may be made of several, and the pattern of dates if it is known already."""
     by_word = by_words_of(columns)
     parts = [(pattern, next((by_word[name] for name in names if name in by_word), "")) for pattern, names in CALENDAR]
+    if "MM" in columns and "mm" in columns:  # months and minutes
+        parts[1], parts[4] = ("%m", "MM"), ("%M", "mm")
     present = [(pattern, title) for pattern, title in parts if title]
     whole = found is not None and not _most(columns[found.title], is_day) and found.title not in dict(parts).values()
     if all(title for _, title in parts[:3]) and not whole:

@@ -63,6 +63,9 @@ NAMES = (
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 
+OBJECTS = frozenset(name.removesuffix("_id") for name in NAMES if name.endswith("_id"))
+"""Words for objects, before an axis of where one is: vehicle_x."""
+
 OTHER_IDS = frozenset((
     "frame", "scan", "sweep", "turn", "image", "scene", "sensor", "source", "station", "radar", "site", "camera", "cam",
     "event", "message", "msg", "detection", "det", "measurement", "plot", "point", "spot", "cluster", "parent", "row",
@@ -221,7 +224,8 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
         if place in AXES[axis]:
             return axis, True, True
     letters = [word for word in words if word in ("x", "y", "z")]
-    if len(letters) == 1 and (words[0] in CENTRES or COORDINATE & {*words}) and not {*MOVING} & {*words}:
+    of_place = {*words[:1]} <= {*CENTRES} or "_".join(words[:-1]) in OBJECTS or COORDINATE & {*words}
+    if len(letters) == 1 and of_place and not {*MOVING} & {*words}:
         return letters[0], own, False
     for axis, names in AXES.items():
         if axis == "sensor" and len(words) > 2:

@@ -13,6 +13,9 @@ from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
 from vedette_tools.drafting.reading import opened
 from vedette_tools.drafting.table import Table
 
+UNREAD = 0.5
+"""A table of which more rows cannot be read is not the one that its header says."""
+
 LACKING = 0.01
 """Where such a part of the rows has no height, it is not read: their objects are tracked in the plane. By hand."""
 
@@ -26,7 +29,9 @@ _OF_ROW = re.compile(r", got .*|\d[\d.e+-]*")
 def readable(table: Table) -> tuple[Table, Recording]:
     """Open a table, as it must be read so that no rows are refused that can be taken; it says what was changed."""
     recording = opened(table)
-    if table.scan and any(NOT_OF_SCAN in problem.text for problem in recording.refused):
+    rows = recording.rows["detections"]
+    again = any(NOT_OF_SCAN in problem.text for problem in recording.refused)
+    if table.scan and (again or rows.refused > UNREAD * rows.total):
         told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
         table = evolve(table, scan="", assumed=(*table.assumed, told))
         recording = opened(table)

@@ -272,6 +272,16 @@ REFUSED = {
         table("time,POLYLINE", lambda time, x, y: (time, f'"[[{x:.2f},{y:.2f}],[{x:.2f},{y:.2f}]]"')),
         "among time, POLYLINE; .* POLYLINE holds lists: write a row for each position",
     ),
+    "lists of numbers in cells": (
+        table("time,xs,ys", lambda time, x, y: (time, *(f'"[{each:.2f}, 0, 0, 0]"' for each in (x, y)))),
+        "among time, xs, ys; .* xs holds lists",
+    ),
+    "a frame of a game in each line": (
+        "\n".join(f"{k}:" + "".join(f"{i},{9 * i},{k / 7},{k / 9};" for i in range(22)) + ":0,0,1;:" for k in range(20)),
+        "d.csv:1: holds several positions",
+    ),
+    "UTF-16 without its mark": (table("time,x,y", plain).encode("utf-16-le"), "d.csv: .* byte order mark: save"),
+    "an ephemeris": ("CCSDS_OEM_VERS = 2.0\nMETA_START\nMETA_STOP\n", "d.csv: is .* in km"),
     "comments and words with numbers above rows without titles": (
         "# by A\n#\ngaze 576 304\n" + "\n".join(f"{k} {k / 7} {k / 9} 1" for k in range(20)),
         r"d.csv:4: .*\(echo 'c1 c2 c3 c4'; tail -n \+4",
@@ -557,7 +567,9 @@ def test_a_column_of_dates_is_the_time_whatever_its_title_says(tmp_path):
     assert any("t_begin is the time" in said for said in found.said)
 
 
-@pytest.mark.parametrize("titles", ["x_center,y_center", "cell X Coordinate (px),cell Y Coordinate (px)", "Loc.X,Loc.Y"])
+@pytest.mark.parametrize(
+    "titles", ["x_center,y_center", "cell X Coordinate (px),cell Y Coordinate (px)", "Loc.X,Loc.Y", "vehicle_x,vehicle_y"]
+)
 def test_what_says_that_an_x_is_a_position_stands_before_or_after_it(titles, tmp_path):
     (tmp_path / "d.csv").write_text(table(f"time,{titles},orientation_x,x_center_speed", lambda *look: (*look, 1, 2)))
     assert [*read_table(tmp_path / "d.csv").measured.values()] == titles.split(",")
@@ -615,3 +627,24 @@ def test_a_column_that_begins_again_numbers_no_scans(tmp_path):
     text = draft_config(tmp_path / "d.csv")
     assert "frame numbers no scans" in text
     assert "cannot be read" not in text
+
+
+def test_a_column_that_counts_what_is_there_at_a_time_numbers_no_scans(tmp_path):
+    """As of the points of a radar in each of its frames."""
+    rows = [(k, 1 + i, 10 * i + k / 9, 20 * i) for k in range(60) for i in range(3 + k % 4)]
+    (tmp_path / "d.csv").write_text("\n".join(["time,NumFrame,x,y", *(",".join(map(str, row)) for row in rows)]) + "\n")
+    assert "NumFrame numbers no scans" in draft_config(tmp_path / "d.csv")
+
+
+@pytest.mark.parametrize(("title", "name"), [("eddy", "eddy"), ("track", "track"), ("storm", "")])
+def test_what_rows_are_sorted_by_before_their_times_names_objects(title, name, tmp_path):
+    """Two eddies, and a kind that is the same for both; a storm whose rows are mixed is none, nor is what stands twice."""
+    rows = [f"{k // 20 if name else k % 7 // 6},cyclone,{k % 20},{k % 20 + k // 20},{k}" for k in range(40)]
+    (tmp_path / "d.csv").write_text("\n".join([f"{title},kind,time,x,y", *rows]))
+    assert read_table(tmp_path / "d.csv").identity == name
+
+
+def test_months_and_minutes_are_told_apart_by_the_size_of_their_letters(tmp_path):
+    titles = "YYYY,MM,DD,hh,mm,ss"
+    (tmp_path / "d.csv").write_text(table(f"{titles},x,y", lambda t, x, y: (2026, 5, 12, 8, t // 60, t % 60, x, y)))
+    assert read_table(tmp_path / "d.csv").time.title == titles.replace(",", " + ")
