@@ -129,6 +129,20 @@ def test_ctrl_c_while_libraries_are_loaded_is_no_traceback():
     assert (done.returncode, done.stderr) == (130, "vedette: interrupted\n")
 
 
+def test_commands_to_type_name_a_path_with_blanks_as_a_shell_reads_it(tmp_path, monkeypatch, capsys):
+    """They were to be pasted, and named other files."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "plugin", "road", "--out", "my lake"]) == 0
+    assert "cd 'my lake'; " in capsys.readouterr().out
+    Path("my lake.csv").write_text("0,1.5,2.5\n1,2.5,3.5\n")
+    assert main(["new", "config", "my lake.csv"]) == 2
+    assert "; tail -n +1 'my lake.csv')" in capsys.readouterr().err
+    Path("my run/.run-1").mkdir(parents=True)
+    Path("my run/.run-1/recording.jsonl").touch()
+    assert main(["report", "my run"]) == 2
+    assert "--resume 'my run'`" in capsys.readouterr().err
+
+
 MEANT = {
     "a command": (["runn", "c.toml"], "invalid choice: 'runn'", "did you mean run?"),
     "an option": (["run", "c.toml", "--frmat", "svg"], "vedette run: error: unknown: --frmat svg", "did you mean --format?"),

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
+from shlex import quote
 from typing import Any, final
 
 import numpy as np
@@ -164,7 +165,8 @@ def not_ended(folder: Path) -> str:
     if not left:
         return ""
     streamed = any((place / RECORDING).exists() for place in left)
-    cure = f"`vedette run --resume {folder}` finishes it" if streamed else "as it writes all at its end, run it again"
+    finishes = f"`vedette run --resume {quote(str(folder))}` finishes it"
+    cure = finishes if streamed else "as it writes all at its end, run it again"
     return f"the run in {str(folder)!r} did not end: {cure}"
 
 

@@ -62,6 +62,6 @@ def _plugin(arguments: Namespace) -> int:
     folder = Path(arguments.out or distribution_name(arguments.name))
     for path in draft_package(arguments.name, folder, arguments.role):
         print(path)
-    print(f"install and test it: cd {folder}; pip install -e '.[test]'; python -m pytest")
+    print(f"install and test it: cd {quote(str(folder))}; pip install -e '.[test]'; python -m pytest")
     print("to add a component, type the same with another --role")
     return DONE

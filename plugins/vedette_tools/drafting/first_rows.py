@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Sequence
 from itertools import islice, pairwise
 from pathlib import Path
+from shlex import quote
 
 from vedette.errors import InputError
 from vedette_files.input_files import lines, shown
@@ -150,10 +151,11 @@ def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -
         if in_degrees(second, first):
             named[i : i + 2] = ["latitude", "longitude"]
             break
-    rest = f"tail -n +{number} {path}"
+    file = quote(str(path))
+    rest = f"tail -n +{number} {file}"
     if table[0] in heads and all(1 < len(row) < width for row in heads) and delimiter != " ":
         named.insert(0, "id")  # a line above the rows of each object names it
-        rest = f"awk -F'{delimiter}' 'NF < {width} {{id = $1; next}} {{print id FS $0}}' {path}"
+        rest = f"awk -F'{delimiter}' 'NF < {width} {{id = $1; next}} {{print id FS $0}}' {file}"
     return (
         f"{wanted}; write one above it, with the columns' own names: (echo '{delimiter.join(named)}'; {rest}) > titled.csv"
     )
