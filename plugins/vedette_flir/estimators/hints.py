@@ -6,10 +6,13 @@ import numpy as np
 from attrs import evolve
 
 from vedette import Array
+from vedette_flir.estimators.earlier import Elsewhere
+from vedette_flir.estimators.judged import Judged
 from vedette_flir.estimators.surroundings import BESIDE, gone
 from vedette_flir.estimators.template_appearance import TemplateAppearance
-from vedette_flir.estimators.template_search import Look
-from vedette_flir.evidence import LAG
+from vedette_flir.estimators.template_search import Look, Matcher
+from vedette_flir.estimators.whole_frame import sought
+from vedette_flir.evidence import LAG, PULL, log_odds
 from vedette_flir.newcomers import SPEED, moves
 
 ROUGH = 3.0
@@ -19,6 +22,17 @@ MOVING = 1.0
 """Log-odds by which a place that moves by a pixel a frame is rather a target's: most of what is like one stands. By hand; a
 slower one is less, as in `newcomer_odds`.
 """
+
+
+def found_elsewhere(
+    by: Matcher, pixels: Array, it: Judged, existence: float, there: Elsewhere, *, cut: bool
+) -> tuple[Look, float, TemplateAppearance]:
+    """Look for a target in the whole frame: its likeliest place, the log-odds of that, and what is remembered of it."""
+    expected = 0.0 if cut else max(log_odds(existence), PULL) + it.standing
+    same = not cut and bool(np.isnan(it.appearance.hint_at).any())
+    other, odds = sought(by, pixels, it.appearance, it.look, expected, there, same_scene=same)
+    appearance, likelier = hinted(it.appearance, pixels, other, cut=cut)
+    return other, odds + likelier * (other is not it.look), appearance
 
 
 def hinted(appearance: TemplateAppearance, pixels: Array, look: Look, *, cut: bool) -> tuple[TemplateAppearance, float]:

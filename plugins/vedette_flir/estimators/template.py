@@ -12,7 +12,7 @@ from vedette import Array, Gaussian, fields
 from vedette_flir.estimators.appearance import AppearanceBelief, AppearanceFilter
 from vedette_flir.estimators.earlier import SURELY, Elsewhere, kept_frame, nothing_kept
 from vedette_flir.estimators.growth import resized
-from vedette_flir.estimators.hints import forgotten, hinted
+from vedette_flir.estimators.hints import forgotten, found_elsewhere
 from vedette_flir.estimators.judged import LIKELY, Judged, in_negative, judged, likelier_of
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, unremembered
@@ -20,8 +20,7 @@ from vedette_flir.estimators.surroundings import BESIDE
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import NEAR, Look, Matcher
 from vedette_flir.estimators.unmarked import unmarked
-from vedette_flir.estimators.whole_frame import sought
-from vedette_flir.evidence import COMMON, LOST, PULL, learned, log_odds, presence_ratio
+from vedette_flir.evidence import COMMON, LOST, learned, presence_ratio
 from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, leaps
 from vedette_flir.patches import centroid, contrast, kept, sample
@@ -30,6 +29,12 @@ from vedette_flir.sizes import DOUBT, FOLLOWS
 
 LATEST = 0.3
 """Part of how a target looked of late that each frame renews. By hand: from .15 to .6 as many turning targets are held."""
+
+DIM, SEEN = 4.0, 12.0
+"""Contrast over the spread around below which a first frame may not show its target, and from which on what appears in its
+box soon after is the target. By hand, on starts in `ir_clips` and the odd clips: what stood in a box from the first frame on
+grew clearer by 1.8 at most; by 6 a wisp of cloud is taken for a bird.
+"""
 
 SLOWER, SLOWEST = 0.2, 0.05
 """How much slower what is usual falls than it rises; the same of the likeness to the first template."""
@@ -166,19 +171,24 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         appearance: TemplateAppearance,
         past: Array,
     ) -> Match[TemplateAppearance]:
-        """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance."""
+        """Find the best place within 3.5 standard deviations and 2 px, or in the whole frame, and update the appearance.
+
+        Where the first frames show next to nothing in the box, the first that shows something tells how the target looks.
+        """
+        if (seen := self._at_last(pixels, where, box, appearance, past)) is not None:
+            return seen
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
         appearance, cut = self._with_scene(appearance, pixels)
         hidden, there = appearance, Elsewhere(appearance, pixels, where)
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
-        it = self._expected(by, near, appearance, pixels, where, S, existence, past[1], there)
+        it = self._expected(by, near, S, existence, past[1], there)
         ratio, told = unmarked(by, pixels, it, existence, past) if self.moves else (it.ratio, None)
         here, best, appearance, anew = it.look, it.look, it.appearance, False
         new = self.moves and not np.isfinite(past[1]).all()
         if not new and (cut or existence < LOST or (existence > LOST and here.likeness < self.limit)):
-            other, odds, appearance = _elsewhere(by, pixels, it, existence, there, cut=cut)
+            other, odds, appearance = found_elsewhere(by, pixels, it, existence, there, cut=cut)
             apart = bool(np.any(np.abs(other.place - here.place) > appearance.size))
             if other is not here and odds > 0 and (apart or it.standing == 0):
                 # it need not stand out as before to be held from now on
@@ -202,22 +212,24 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         residual = place - appearance.offset - box_at
         return Match(residual, likely, renewed, presence, elsewhere, 1.0, best.likeness, told, hidden)
 
-    def _expected(
-        self,
-        by: Matcher,
-        near: int,
-        appearance: TemplateAppearance,
-        pixels: Array,
-        where: Array,
-        S: Array,
-        existence: float,
-        past: Array,
-        there: Elsewhere,
-    ) -> Judged:
+    def _at_last(
+        self, pixels: Array, where: Array, box: Array, appearance: TemplateAppearance, past: Array
+    ) -> Match[TemplateAppearance] | None:
+        """Return the target as this frame is the first to show it in its box; None where one before did, or none does."""
+        if self.moves or appearance.usual >= DIM or np.isfinite(past[1]).all() or appearance.least == 0:
+            return None
+        seen = self.first(pixels, where, box)
+        made = seen.appearance
+        if made.usual < SEEN:
+            return None
+        return evolve(seen, residual=seen.residual + made.offset, appearance=evolve(made, offset=np.zeros(2)))
+
+    def _expected(self, by: Matcher, near: int, S: Array, existence: float, past: Array, there: Elsewhere) -> Judged:
         """Judge the best place within so many cells of where the target is expected: as it is known, or in the negative."""
+        pixels, where, before = there.pixels, there.where, float(there.appearance.negative)
         W = self.prior_weight * np.linalg.inv(S + 0.3 * np.eye(2))
         at = np.clip(where, 0.0, np.array(pixels.shape[::-1]) - 1.0)
-        before, appearance = float(appearance.negative), evolve(appearance, negative=np.zeros(()))
+        appearance = evolve(there.appearance, negative=np.zeros(()))
         seek = partial(by.look, pixels, where=where, W=W, close=self._matcher if existence > LOST else None)
         judge = partial(
             judged, by, self._matcher, appearance, pixels, existence=existence, past=past, where=where, elsewhere=there
@@ -281,14 +293,3 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return what is usual after a frame: it rises by `brighten` of the way, and falls more slowly."""
         part = self.brighten if now > usual else slower * self.brighten
         return np.asarray(usual + share * part * (now - usual))
-
-
-def _elsewhere(
-    by: Matcher, pixels: Array, it: Judged, existence: float, there: Elsewhere, *, cut: bool
-) -> tuple[Look, float, TemplateAppearance]:
-    """Look for a target in the whole frame: its likeliest place, the log-odds of that, and what is remembered of it."""
-    expected = 0.0 if cut else max(log_odds(existence), PULL) + it.standing
-    same = not cut and bool(np.isnan(it.appearance.hint_at).any())
-    other, odds = sought(by, pixels, it.appearance, it.look, expected, there, same_scene=same)
-    appearance, likelier = hinted(it.appearance, pixels, other, cut=cut)
-    return other, odds + likelier * (other is not it.look), appearance
