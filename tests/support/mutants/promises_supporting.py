@@ -136,6 +136,8 @@ LIFECYCLES = [
      {"review": lambda s, m, r: MOfN.review(s, m, evolve(r, dt=r.dt if r.p_detect.any() else 1.0))}, COVERED),
     ("not confirmed while out of sight", MOfN, "a_look_at_nothing_keeps_the_verdict",
      reviewed(MOfN, lambda a, r: (a[0], a[1] & (r.p_detect > 0), a[2])), FEW),
+    ("looks elsewhere are misses", MOfN, "a_look_at_nothing_keeps_the_verdict",
+     {"review": lambda s, m, r: MOfN.review(s, m, evolve(r, p_detect=np.maximum(r.p_detect, 0.5)))}, FEW),
     ("a look elsewhere ends what is not confirmed", MOfN, "a_look_at_nothing_keeps_the_verdict",
      reviewed(MOfN, lambda a, r: (a[0], a[1], a[2] & (a[1] | (r.p_detect > 0)))), FEW),
     ("a look elsewhere is a miss", MOfN, "confirms_after_hits",

@@ -74,12 +74,12 @@ def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """A scan of no time that could not detect a track ends none, and leaves one confirmed that was by 3 hits and had 30."""
+    """Scans of no time that could not detect a track end none, and leave one confirmed that was by 3 hits and had 30."""
     demand(after(lifecycle, [scan(0.0, 0.0, 0.0)])[2].all(), "review: a scan that could not detect a new track ended it")
     memory, soon, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 3)
     memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 27, memory)
-    _, still, _ = after(lifecycle, [scan(0.0, 0.0, 0.0)], memory)
-    demand(np.all(still | ~(soon & confirmed & alive)), "confirmed: a track is no longer, where none could detect it")
+    _, still, left = after(lifecycle, [scan(0.0, 0.0, 0.0)] * 30, memory)
+    demand(np.all((still & left) | ~(soon & confirmed & alive)), "confirmed: a track that none could detect is no longer")
 
 
 def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
