@@ -43,7 +43,7 @@ out, by less than such a part of what they do as they are. By hand.
 """
 
 AUTOMATIC = """automatic = true  # no target is given: the tracker finds them
-steady = {steady}     # whether x and y are counted from the first frame, however the camera turns, so that scenery stands"""
+steady = {steady}     # x and y count from the first frame, however the camera turns; false if it stands, and clouds drift"""
 
 FOUND = """
 [sensors.spots]

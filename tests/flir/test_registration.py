@@ -1,5 +1,7 @@
 """A camera that turns: where its frames lie in the scene, and what becomes of targets there."""
 
+import re
+
 import cv2
 import numpy as np
 import pytest
@@ -263,6 +265,7 @@ def test_velocities_are_those_in_the_scene(source, clip):
     if source == "video":
         assert result.score().position_rmse_m < 1.5
         assert np.ptp(track.mean[:, names.index("x")]) > 200.0, "as far as the camera turned"
+        assert re.search(r"turns by up to 2[34]\d px", result.recording.notes["camera"])
 
 
 @pytest.mark.parametrize(("shows", "steady"), [(True, "true"), (False, "false")], ids=["a scene", "noise over a slope"])

@@ -41,6 +41,9 @@ from vedette_flir.sources.boxes import (
 )
 from vedette_flir.sources.images import WEIGHTS, Grey, look_through, signed
 
+TURNED = 5.0
+"""Px by which the camera turns from which on it is told. By hand."""
+
 
 @final
 @frozen
@@ -150,6 +153,9 @@ class VideoSource(Source):
         ]
         told = "" if self.rate or clip.rate or clip.times is not None else f", taken as {rate:g} a second: set source.rate"
         notes = {"frames": f"{kept[0]} to {kept[-1]} of {path.name}, {size}, {clip.dtype}{told}"}
+        if (far := max((float(np.hypot(*at)) for at in corners), default=0.0)) >= TURNED:
+            doubt = "drifting clouds look so, too: if the camera stands, source.steady = false"
+            notes["camera"] = f"turns by up to {far:.0f} px, and places are those of the first frame; {doubt}"
         lost = sum(problem.rows for problem in clip.problems)
         rows = {"frames": Rows(clip.total, len(kept), lost, len(clip.numbers) - len(kept))}
         if labels:
