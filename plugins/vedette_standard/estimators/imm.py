@@ -33,6 +33,7 @@ from vedette_standard.estimators.imm_backward import (
     pair_posterior,
 )
 from vedette_standard.estimators.transitions import Transition, rates_problem, transition_problem
+from vedette_standard.estimators.unlike import velocity_problem
 
 
 @frozen(eq=False)
@@ -76,7 +77,8 @@ class Imm(Estimator[Modes]):
     return i is log sum_j c_j l_ji; given the association weights W_i, the joint posterior of mode j and hypothesis i is
     W_i c_j l_ji / sum_j' c_j' l_j'i. So it is the textbook's IMM-PDAF under PDA, and as exact under any other associator.
     Modes may have different states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
-    0 and 0 by default (a constant-velocity target does not turn). At dt = 0 no mode switches.
+    0 and 0 by default (a constant-velocity target does not turn); where modes hold one velocity in axes of their own,
+    such as vx, vy and heading, speed, they must be stated. At dt = 0 no mode switches.
     Blom, Bar-Shalom, The Interacting Multiple Model Algorithm, IEEE Trans. Automatic Control 33, 1988.
 
     >>> from vedette import Detections, Gaussian
@@ -195,6 +197,8 @@ class Imm(Estimator[Modes]):
 
     @_absent.default
     def _moments_of_the_absent(self) -> Array:
+        if problem := velocity_problem([mode.state for mode in self.modes], self.absent):
+            raise ValueError(f"absent: {problem}")
         stated = [self.absent.get(axis.name, (0.0, 0.0)) for axis in self.state.axes]
         return np.array([[mean for mean, _ in stated], [deviation**2 for _, deviation in stated]]).reshape(2, -1)
 

@@ -7,6 +7,8 @@ import pytest
 from scipy.linalg import expm
 
 from support.imm import NESTED, start, unlike
+from vedette import MotionModel, Space
+from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
@@ -81,3 +83,29 @@ def test_an_interval_is_refused_where_the_matrix_has_no_generator(matrix):
 def test_what_is_wrong_with_a_parameter_is_said(parameters, message):
     with pytest.raises(ValueError, match=message.replace("[", r"\[")):
         Imm(TWO, **parameters)
+
+
+class Headed(MotionModel):
+    """Moves along a heading."""
+
+    kind = "test_headed"
+    state = Space.of(x="m", y="m", heading="rad mod 2pi", speed="m/s", turn_rate="rad/s")
+
+    def move(self, x, dt):
+        way = dt * x[..., 3, None] * np.stack([np.cos(x[..., 2]), np.sin(x[..., 2])], axis=-1)
+        return np.concatenate([x[..., :2] + way, x[..., 2:]], axis=-1)
+
+    def noise(self, x, dt):
+        return 0.01 * dt * np.eye(5)
+
+
+@pytest.mark.parametrize("stated", [{}, {"vx": (0, 6), "vy": (0, 6)}, {"speed": (6, 3)}])
+def test_a_velocity_in_axes_of_its_own_is_not_certainly_0_without_a_word(stated):
+    modes = TWO[0], ExtendedKalman(Headed())
+    with pytest.raises(ValueError, match="absent: ") as error:
+        Imm(modes, transition=SWITCH, absent=stated)
+    missing = ", ".join(name for name in ("vx", "vy", "heading", "speed") if name not in stated)
+    assert f" of {missing} in " in str(error.value)
+    told = dict.fromkeys(("vx", "vy", "heading", "speed"), (0.0, 5.0))
+    assert len(Imm(modes, transition=SWITCH, absent=told).state) == 7
+    assert len(Imm(modes[:1], transition=[[1.0]]).state) == 4
