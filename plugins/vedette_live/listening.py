@@ -40,7 +40,8 @@ class Listening:
     scans: BoundedQueue[Formed] = field(init=False)
     groupers: list[Grouper] = field(init=False)
     locks: list[Lock] = field(init=False)
-    _log: Sparing = field(factory=lambda: Sparing(""))
+    log: Sparing = field(factory=lambda: Sparing(""))
+    logs: list[Sparing] = field(init=False)
 
     def __attrs_post_init__(self) -> None:
         parts, experiment = self.service.parts, self.service.experiment
@@ -48,6 +49,7 @@ class Listening:
         self.scans = BoundedQueue(parts.service.queue)
         self.groupers = [Grouper(feed.scans, Placing(sensors, feed.sensors, parts.service.origin)) for feed in parts.inputs]
         self.locks = [Lock() for _ in parts.inputs]
+        self.logs = [Sparing(f"input {i}") for i in range(len(parts.inputs))]
 
     def threads(self, stop: Event) -> list[Thread]:
         """Return a thread for each input, to be started: it ends with the input, or when `stop` is set."""
@@ -64,12 +66,17 @@ class Listening:
             self.counters.add("messages_dropped_total", dropped.messages)
             self.leave_out(dropped, "dropped")
             self.ails["tracker"] = "it is behind, and scans are dropped"
-            self._log.warn("scan dropped", f"time {dropped.scan.time:.6f}: the tracker is behind", "")
+            self.log.warn("scan dropped", f"time {dropped.scan.time:.6f}: the tracker is behind", "")
 
     def leave_out(self, formed: Formed, why: str) -> None:
         """Let the record tell of a scan that was not taken."""
         if self.service.parts.service.record:
             self.left_out.append((formed, why))
+
+    def tell(self, *, last: bool = False) -> None:
+        """Let the log tell what it has left out, once it is time to."""
+        for log in (self.log, *self.logs):
+            log.tell(last=last)
 
     def due(self) -> list[Formed]:
         """Return the scans that silence completes."""
@@ -86,7 +93,7 @@ class Listening:
     def _listen(self, i: int, feed: Feed, stop: Event) -> None:
         """Decode and group what an input brings, until it ends."""
         memories = dict[str, Any]()
-        log = Sparing(f"input {i}")
+        log = self.logs[i]
         try:
             for arrival in feed.input.listen(stop):
                 self._arrived(i, feed, memories, arrival, log)

@@ -20,7 +20,7 @@ from vedette_live.grouping import Formed
 from vedette_live.health import Health, notify
 from vedette_live.keeping import TOGETHER, Keeping
 from vedette_live.listening import Listening
-from vedette_live.log import LOG, Sparing
+from vedette_live.log import LOG
 from vedette_live.reports import report_of
 from vedette_live.sending import Sending
 from vedette_live.window import Window
@@ -31,6 +31,8 @@ _TICK = 0.05
 """s between looks at what silence completes."""
 _LAST = 2.0
 """s, at the stop, for what has come to be formed into scans."""
+_LAST_TOLD = ("scans_taken_total", "messages_refused_total", "messages_dropped_total")
+"""Counts that the last line of the log tells."""
 _DEAF = 10
 """Scans of a sensor, refused one after the other, of which the health tells."""
 
@@ -52,7 +54,6 @@ class Running:
     _page: LivePage | None = None
     _came: float = 0.0
     _deaf: dict[str, int] = field(factory=dict)
-    _log: Sparing = field(factory=lambda: Sparing(""))
 
     def __attrs_post_init__(self) -> None:
         self.listening = Listening(self.service, self.counters, self.ails)
@@ -99,6 +100,8 @@ class Running:
                 self._page.end(interrupted=False, wait=1.0)
             if health is not None:
                 health.close()
+            self.listening.tell(last=True)
+            LOG.info("stopped", extra={name.removesuffix("_total"): self.counters.counts[name] for name in _LAST_TOLD})
         if fatal := [told for name, told in self.ails.items() if name.startswith("input") and told.startswith("!")]:
             raise InputError(fatal[0][1:])
 
@@ -111,6 +114,7 @@ class Running:
         while now() < end:
             if self.stop.is_set() and end == np.inf:
                 end = now() + _LAST
+                LOG.info("stopping")
             formed = self.listening.scans.take(TOGETHER, _TICK)
             if len(formed) < TOGETHER:
                 self.ails.pop("tracker", None)
@@ -119,6 +123,7 @@ class Running:
             elif not any(thread.is_alive() for thread in feeds):
                 return
             self._close_silent()
+            self.listening.tell()
             due = now() - saved_at >= every
             self.kept.save(self._window, due=due)
             if due:
@@ -144,7 +149,7 @@ class Running:
                 for number in one.acknowledge:
                     self.listening.numbers.refuse(number, told)
             self.listening.leave_out(one, "refused")
-            self._log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
+            self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
         self._hear(formed, {id(one): told for one, told in refused})
         done = now()
         for one in came.values():

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import logging
 import resource
 import socket
 import urllib.error
 import urllib.request
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import reduce
 from operator import xor
 from pathlib import Path
@@ -37,6 +38,7 @@ from support.services import (
 )
 from vedette import ConfigError
 from vedette.streams import Arrival
+from vedette_live import log
 from vedette_live.config import load_service
 from vedette_live.running import Running
 from vedette_standard.lifecycles.existence import Existence
@@ -239,6 +241,50 @@ def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_counted_and_tol
     assert list(running.ails) == ["tracker"]
     assert [record.getMessage() for record in caplog.records] == ["scan dropped"]
     assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
+
+
+def test_each_kind_of_refusal_is_told_at_once_and_the_others_counted(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All refusals within ten seconds were told as one, and those after the first never."""
+    wrong = [b'{"n": 6', b'{"sensor": "nroth", "z": []}', b'{"sensor": "north", "z": [[1, 2, 3]]}', b"\xff"]
+    again = [b'{"sensor": "nrth", "z": []}', b'{"sensor": "south", "z": [[1, 2, 3, 4]]}', *wrong[:1] * 3]
+
+    def arrivals() -> Iterator[Arrival]:
+        yield from (Arrival(line, 0.0) for line in [*wrong, *again])
+        wait_for(lambda: len(lines_of("message refused")) == 7)
+        yield Arrival(wrong[1], 0.0)
+
+    def lines_of(event: str) -> list[dict[str, Any]]:
+        return [vars(record) for record in caplog.records if record.getMessage() == event]
+
+    with caplog.at_level(logging.INFO, "vedette.live"):
+        monkeypatch.setattr(log, "_QUIET", 0.5)
+        running = ran({**TRACKER, "inputs": [feed()]}, arrivals())
+    told = lines_of("message refused")
+    assert len({each["why"] for each in told[:4]}) == 4
+    assert [each["more"] for each in told] == [0, 0, 0, 0, 2, 0, 0, 0]
+    assert len(told) + sum(each["more"] for each in told) == running.counters.counts["messages_refused_total"] == 10
+    (end,) = lines_of("stopped")
+    assert (end["scans_taken"], end["messages_refused"]) == (0, 10)
+
+
+def test_reasons_without_end_do_not_fill_the_log(caplog: pytest.LogCaptureFixture) -> None:
+    sparing = log.Sparing("input 0")
+    for i in range(1000):
+        sparing.warn("message refused", f"{chr(0x4E00 + i)} is not known", "")
+    assert len(caplog.records) == log.KINDS + 1
+    sparing.tell(last=True)
+    assert sum(vars(record)["more"] + 1 for record in caplog.records) == 1000
+
+
+def test_a_stop_is_told(caplog: pytest.LogCaptureFixture) -> None:
+    heard = {"input": {"kind": "udp", "port": free_port()}, "format": {"kind": "json_lines"}}
+    with caplog.at_level(logging.INFO, "vedette.live"), served({**TRACKER, "inputs": [heard]}) as running:
+        wait_for(lambda: "serving" in caplog.messages)
+        running.stop.set()
+        wait_for(lambda: "stopped" in caplog.messages)
+    assert caplog.messages == ["serving", "stopping", "stopped"]
 
 
 def test_what_is_answered_is_not_dropped() -> None:
