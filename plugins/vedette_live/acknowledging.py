@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import json
+from bisect import bisect_right, insort
 from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import final
 
 from attrs import define, field
 
+MISSED = 300
+"""Runs of numbers that were left out, the latest of each input and sensor, which may still come late."""
 FEW = 10
 """Lines of a stream that could not be read, the latest, which are answered if a later one has a number."""
 Number = tuple[str, str, int]
 """The stream by which a message came, its sensor there, and its number."""
+Run = tuple[int, int]
+"""The first and the last of numbers that follow each other."""
 
 
 @final
@@ -20,12 +25,17 @@ Number = tuple[str, str, int]
 class Acknowledging:
     """The numbers of messages, which rise by input and sensor: those that have come, been taken and been kept.
 
+    A number that was left out may come late. `missed`: of each input and sensor the first and last of each run of these,
+    in order; `_late`: those that came since, and are not taken yet.
+
     Inputs add what comes, in their threads; the thread that tracks says what is taken and kept. `replies`: of the
     connections whose messages have numbers.
     """
 
     kept: dict[str, int] = field(factory=dict)
     replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
+    missed: dict[str, list[Run]] = field(factory=dict)
+    _late: set[tuple[str, int]] = field(factory=set)
     _seen: dict[str, int] = field(factory=dict)
     _waiting: deque[tuple[Number, int, str]] = field(factory=deque)
     _taken: dict[tuple[str, str], int] = field(factory=dict)
@@ -64,7 +74,7 @@ class Acknowledging:
 
     def came(self, number: Number) -> bool:
         """Return whether a message has come before; whoever sent it again is answered once it is kept."""
-        if number[2] > self.last(number):
+        if number[2] > self.last(number) or self._missed(number) is not None:
             return False
         self._waiting.append((number, number[2], ""))
         return True
@@ -75,15 +85,45 @@ class Acknowledging:
 
     def note(self, number: Number) -> None:
         """Remember that a message has come: of a sensor that is known, as others may have very many names."""
-        self._seen[_key(*number[:2])] = number[2]
+        key, count, last, at = _key(*number[:2]), number[2], self.last(number), self._missed(number)
+        missed = self.missed.setdefault(key, [])
+        if at is not None:
+            self._late.add((key, count))
+            first, end = missed[at]
+            missed[at : at + 1] = [one for one in ((first, count - 1), (count + 1, end)) if one[0] <= one[1]]
+        elif count > last + 1:
+            missed.append((last + 1, count - 1))
+        del missed[:-MISSED]
+        self._seen[key] = max(count, last)
+
+    def _missed(self, number: Number) -> int | None:
+        """Return the place of the run of numbers left out that a number is of."""
+        return _place(self.missed.get(_key(*number[:2]), []), number[2])
+
+    def untaken(self, taken: Mapping[str, int]) -> dict[str, list[Run]]:
+        """Return the runs of numbers below those `taken` of each input and sensor that are not: they may still come."""
+        runs = {key: list(missed) for key, missed in self.missed.copy().items()}
+        for key, count in self._late.copy():  # read second: what moves from one to the other meanwhile is in both
+            if _place(known := runs.setdefault(key, []), count) is None:
+                insort(known, (count, count))
+        return {
+            key: [(first, min(last, taken[key])) for first, last in known if first <= taken[key]]
+            for key, known in runs.items()
+            if key in taken
+        }
 
     def mark(self, number: Number) -> None:
         """Remember that a message has come that is in no scan: it is taken once what came before it is."""
         self._marks.append((number, self.last(number)))
 
-    def take(self, numbers: Iterable[Number]) -> None:
+    def take(self, numbers: Collection[Number]) -> None:
         """Remember that messages are taken, or refused."""
         _raise(self._taken, numbers)
+        self.drop(numbers)
+
+    def drop(self, numbers: Iterable[Number]) -> None:
+        """Wait no more for messages that came late."""
+        self._late.difference_update((_key(*number[:2]), number[2]) for number in numbers)
 
     def taken(self) -> dict[str, int]:
         """Return the latest number of each input and sensor that is taken."""
@@ -106,7 +146,8 @@ class Acknowledging:
         refused = list[tuple[Number, str]]()
         for _ in range(len(self._waiting)):
             untaken, needed, why = self._waiting.popleft()
-            if needed > self.kept.get(_key(*untaken[:2]), -1):  # it waits for others to be taken, or to be kept
+            key = _key(*untaken[:2])
+            if needed > self.kept.get(key, -1) or (key, needed) in self._late:  # until others are taken, or kept
                 self._waiting.append((untaken, needed, why))
             elif why:
                 refused.append((untaken, why))
@@ -140,6 +181,12 @@ class Acknowledging:
 def _key(stream: str, sensor: str) -> str:
     """Return the input and the sensor of a stream, which begins with the number of its input."""
     return f"{stream.partition(' ')[0]} {sensor}"
+
+
+def _place(runs: list[Run], number: int) -> int | None:
+    """Return the place of the run that holds a number."""
+    at = bisect_right(runs, number, key=lambda run: run[0]) - 1
+    return at if at >= 0 and number <= runs[at][1] else None
 
 
 def _raise(highest: dict[tuple[str, str], int], numbers: Iterable[Number]) -> None:

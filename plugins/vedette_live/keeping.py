@@ -69,6 +69,8 @@ class Keeping:
         for grouper, known in zip(self.listening.groupers, clocks, strict=False):
             grouper.clocks = known
         self.listening.numbers.kept = dict(saved.acknowledged)
+        missed = saved.states.get("missed", {})  # the data of an older Vedette lack it
+        self.listening.numbers.missed = {key: [(first, last) for first, last in runs] for key, runs in missed.items()}
         if self.recorder is not None and "recorded" in saved.states and not saved.older:
             self.recorder.cut(saved.states["recorded"])
         for name, count in saved.counters.items():
@@ -106,6 +108,7 @@ class Keeping:
             "before": window.before.to_data(),
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
             "clocks": clocks,
+            "missed": acknowledging.untaken(numbers),
         }
         if self.recorder is not None:
             states["recorded"] = self.recorder.end

@@ -64,6 +64,7 @@ class Listening:
         for dropped in self.scans.put(formed, wait=wait):
             self.counters.add("scans_dropped_total")
             self.counters.add("messages_dropped_total", dropped.messages)
+            self.numbers.drop(dropped.acknowledge)
             self.leave_out(dropped, "dropped")
             self.ails["tracker"] = "it is behind, and scans are dropped"
             self.log.warn("scan dropped", f"time {dropped.scan.time:.6f}: the tracker is behind", "")

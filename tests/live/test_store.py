@@ -37,6 +37,7 @@ from support.services import (
 from vedette import ConfigError, InputError
 from vedette.streams import Arrival, Saved
 from vedette_live import keeping, recorder, saving
+from vedette_live.acknowledging import MISSED, Acknowledging
 from vedette_live.config import load_service
 from vedette_live.running import Running
 from vedette_live.saving import formed_from
@@ -159,6 +160,62 @@ def test_a_sender_whose_last_line_was_late_may_send_all_again(tmp_path: Path, re
         ran(given, sent)
     again = ran(given, [*sent, *sent])
     assert (again.ails, again.counters.counts["messages_refused_total"]) == ({}, 0)
+
+
+@pytest.mark.parametrize("restart", [False, True])
+def test_a_number_that_was_left_out_may_come_late_and_once(tmp_path: Path, restart: bool) -> None:
+    """It counted as come before, so that its scan was lost, and its sender was told that it was kept."""
+    answers, todo = list[bytes](), [json.loads(line) for line in lines(12) if b"north" in line]
+    sent = [numbered("north", each["n"], each["time"], each["z"], answers) for each in todo]
+    given = {**config(tmp_path, 1, horizon="4 s"), "inputs": [feed()]}
+    early, rest = [*sent[:2], sent[3]], [sent[2], sent[3], sent[2], *sent[4:], sent[0]]
+    if restart:
+        ran(given, early)
+        running = ran(given, rest)
+    else:
+        running = ran(given, [*early, *rest])
+    counts = running.counters.counts
+    assert [counts[f"{name}_total"] for name in ("scans_taken", "scans_late", "messages_repeated")] == [6, 1, 3]
+    assert as_json(running.state) == as_json(undisturbed(line for line in lines(12) if b"north" in line))
+    assert not running.ails
+    told = [json.loads(answer) for answer in answers]
+    assert {"ack": todo[-1]["n"], "sensor": "north"} in told
+    assert not any("refused" in each for each in told)
+    ran(given, [numbered("north", 20, 30.0, [], answers), numbered("north", 15, 16.0, [[0.0, 0.0]], answers)])
+    (late,) = [json.loads(answer) for answer in answers if b"refused" in answer]
+    assert late["ack"] == 15
+    assert "late" in late["refused"]
+
+
+def test_what_comes_late_is_answered_once_it_is_kept(tmp_path: Path) -> None:
+    """A higher number was kept before; who sends it again meanwhile must not be told that it is safe."""
+    numbers, answers = Acknowledging(), list[bytes]()
+    numbers.begin("0 a", answers.append)
+    for number in (("0 a", "north", count) for count in (0, 2)):
+        numbers.note(number)
+        numbers.take([number])
+    numbers.keep(numbers.taken())
+    assert numbers.untaken(numbers.kept) == {"0 north": [(1, 1)]}
+    late = ("0 a", "north", 1)
+    assert not numbers.came(late)
+    numbers.note(late)
+    assert numbers.came(late)
+    assert numbers.untaken(numbers.kept) == {"0 north": [(1, 1)]}
+    numbers.keep(numbers.taken())
+    assert [json.loads(answer)["ack"] for answer in answers] == [2]
+    numbers.take([late])
+    assert numbers.untaken(numbers.kept) == {"0 north": []}
+    numbers.keep(numbers.taken())
+    assert [json.loads(answer)["ack"] for answer in answers] == [2, 1]
+
+
+def test_numbers_left_out_are_remembered_in_bounds() -> None:
+    numbers = Acknowledging()
+    for count in range(0, 4 * MISSED, 2):
+        numbers.note(("0 a", "north", count))
+    assert len(numbers.missed["0 north"]) == MISSED
+    assert numbers.came(("0 a", "north", 1))
+    assert not numbers.came(("0 a", "north", 4 * MISSED - 3))
 
 
 def test_a_sender_that_counts_anew_is_told(tmp_path: Path) -> None:
