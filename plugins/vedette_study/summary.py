@@ -29,6 +29,11 @@ _SERIES = ("position_rmse", "nees", "nis")
 _SWEPT = (*_SERIES, "lost")
 """Those that are drawn along a swept axis."""
 
+_NIS_ALONE = (
+    "nis tells whether covariances fit the returns, not which point is better: that takes a truth, or, of numbers in a "
+    "config, their likelihood, which vedette tune compares"
+)
+
 
 def text(outcome: Outcome) -> str:
     """Return means with their standard errors, and the differences to the first point."""
@@ -44,6 +49,8 @@ def text(outcome: Outcome) -> str:
     for table in tables(outcome):
         nothing = "no figure exists: no run confirmed a track, or compared one with a truth"
         lines += ["", table.title, *(rows(table) if table.columns else [nothing])]
+    if len(plan.points) > 1 and _seen(outcome) == ["nis"]:
+        lines += ["", _NIS_ALONE]
     if np.any(outcome.figures.get("approximated", 0) > 0):
         why = "how often in a run a track's association weights were not exact: its cluster was too large"
         lines += ["", f"approximated: {why}"]
@@ -61,7 +68,7 @@ def tables(outcome: Outcome) -> Iterator[Table]:
     """Yield the means, with several points the paired differences, and the means at each place that was averaged over."""
     points = outcome.plan.points
     known = study_figures()
-    names = [name for name, values in outcome.figures.items() if not known[name].detail and _says_something(name, values)]
+    names = _seen(outcome)
     columns = tuple(name if known[name].unit == "1" else f"{name} [{known[name].unit}]" for name in names)
     over = f", each the mean over {', '.join(outcome.plan.average)}" if outcome.parts is not None else ""
     means = tuple((at.name, _cells(outcome.means(i), names)) for i, at in enumerate(points))
@@ -73,6 +80,12 @@ def tables(outcome: Outcome) -> Iterator[Table]:
         each = outcome.parts.plan.points
         means = tuple((at.name, _cells(outcome.parts.means(i), names)) for i, at in enumerate(each))
         yield Table("Each by itself", columns, means)
+
+
+def _seen(outcome: Outcome) -> list[str]:
+    """Return the figures that the text has."""
+    known = study_figures()
+    return [name for name, values in outcome.figures.items() if not known[name].detail and _says_something(name, values)]
 
 
 def _says_something(name: str, values: Array) -> bool:

@@ -17,7 +17,7 @@ from vedette_files import write_recording
 from vedette_study.plan import plan
 from vedette_study.redraw import Redraw
 from vedette_study.seeds import sequence
-from vedette_study.summary import charts
+from vedette_study.summary import charts, text
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 PARTICLES = {"kind": "bootstrap_particles", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}, "particles": 100}
@@ -162,6 +162,14 @@ def test_settings_are_compared_on_the_same_draws(recorded):
         np.testing.assert_array_equal(values, again.figures[name])
     other = vedette.monte_carlo(recorded, runs=4, seed=1).figures["position_rmse"]
     assert np.all(other[0] != found.figures["position_rmse"][0])
+
+
+def test_where_nis_is_all_there_is_the_text_says_what_it_does_not_tell(recorded):
+    sweep = {"estimator.motion.sigma_accel": [0.5, 2.0]}
+    with_truth = vedette.monte_carlo(recorded, runs=2, sweep=sweep)
+    nis = {"nis": with_truth.figures["nis"]}
+    assert "vedette tune" in text(attrs.evolve(with_truth, figures=nis))
+    assert "vedette tune" not in text(with_truth)
 
 
 def test_runs_that_would_all_be_the_same_are_refused(recorded):

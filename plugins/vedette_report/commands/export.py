@@ -57,6 +57,9 @@ def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
     """Return the run of a folder."""
     if not (folder / "tracks.jsonl").is_file():
         told = f"must be the folder that a run has written, or the database of a service, got {str(folder)!r}"
+        if folder.is_file() and (folder.parent / "tracks.jsonl").is_file():
+            smoothed = " and --smoothed" if folder.name.startswith("smoothed.") else ""
+            told = f"must be a run's folder, not a file in it: {str(folder.parent)!r}{smoothed}"
         raise ConfigError.at("RUN_DIR", not_ended(folder) or told)
     for option in _OF_KEPT:
         if getattr(arguments, option) is not None:

@@ -219,6 +219,16 @@ def test_wrong_use_is_told_and_writes_nothing(folder, options, told, tmp_path, c
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.parametrize(("name", "smoothed"), [("smoothed.npz", True), ("series.npz", False)])
+def test_a_file_of_a_run_names_its_folder_and_what_else_is_to_be_said(name, smoothed, tmp_path, capsys):
+    for one in ("tracks.jsonl", name):
+        (tmp_path / one).write_bytes(b"")
+    assert main(["export", str(tmp_path / name), "--to", str(tmp_path / "x.csv")]) == 2
+    told = capsys.readouterr().err
+    assert f"'{tmp_path}'" in told
+    assert ("--smoothed" in told) == smoothed
+
+
 def made(cov, north_east=False, units=("m", "m"), times=(0.0, 1.0)):
     """A run of one track that stands at 100 m along x."""
     axes = dict(zip(("x", "y"), units, strict=True)) | {"vx": "m/s", "vy": "m/s"}
