@@ -10,7 +10,9 @@ from attrs import evolve
 
 import vedette
 from vedette import Gaussian
+from vedette.errors import ConfigError
 from vedette.testing import Misuse, assert_consistent, consistency
+from vedette_report.drawing.consistency import drawn
 from vedette_report.recorded import recorded_consistency
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
@@ -148,6 +150,23 @@ def test_the_seed_repeats_a_report():
 def test_the_picture_is_drawn(tmp_path):
     consistency(LINEAR, runs=50, scans=12).plot(tmp_path / "picture.png")
     assert (tmp_path / "picture.png").read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.costly
+def test_a_picture_of_another_format_is_refused_with_those_there_are(tmp_path):
+    with pytest.raises(ConfigError, match=r"path: .*\.png, \.svg, \.pdf, got 'picture\.html'"):
+        consistency(LINEAR, runs=50, scans=12).plot(tmp_path / "picture.html")
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.costly
+def test_the_picture_shows_the_bands_of_the_verdicts():
+    report = consistency(IMM, runs=50, scans=12)
+    assert not report.exact
+    for panel, name in zip(drawn(report).axes, ("NEES, mean over a run", "NIS of radar"), strict=False):
+        (verdict,) = (one for one in report.verdicts if one.name == name)
+        edges = [line.get_ydata()[0] for line in panel.lines if line.get_linestyle() == "--"]
+        assert edges == [verdict.low, verdict.high]
 
 
 @pytest.mark.parametrize(

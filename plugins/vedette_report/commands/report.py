@@ -48,6 +48,10 @@ def _with_results(path: Path) -> Path:
     """Return the run to show: that of a folder, or where it has none, the one in it that did not come to its end."""
     left = unfinished_runs(path) if path.suffix != ".npz" else []
     if not left:
+        if (path / "consistency.json").exists() and not (path / SERIES).exists():
+            seen = ", ".join(sorted(one.name for one in path.glob("consistency.*")))
+            told = f"{path} is what `vedette consistency` left: look at {seen}; a page shows what `vedette run --out` leaves"
+            raise ConfigError.at("RUN_DIR", told)
         return path
     if (path / SERIES).exists():
         print(f"vedette: {path}: this is its finished run; {left[-1].name} in it is one that did not end", file=sys.stderr)

@@ -273,7 +273,9 @@ def save(made: Figure, path: Path) -> None:
     """Write a PNG, SVG or PDF, by the path's suffix; the same figure gives the same bytes."""
     from matplotlib import rc_context
 
-    form = path.suffix[1:]
+    form = path.suffix[1:].lower()
+    if form not in _NAMES:
+        raise ConfigError.at("path", f"a picture must end in {', '.join(f'.{one}' for one in _NAMES)}, got {path.name!r}")
     title, _, facts = str(made.get_label()).partition("\n")
     named = {name: text for name, text in zip(_NAMES[form], (title, facts), strict=True) if text}
     settings: dict[Any, Any] = {"svg.hashsalt": path.stem, "svg.fonttype": "none", "pdf.fonttype": 42}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from pathlib import Path
-from typing import Any, ParamSpec, cast
+from typing import Any, ParamSpec
 
 import attrs
 import numpy as np
@@ -21,7 +21,6 @@ from vedette.testing import Misuse
 from vedette.tracking import Tracker
 from vedette_report.consistency import Verdict
 from vedette_report.drawing.brought import drawing
-from vedette_report.drawing.canvas import Format
 from vedette_report.whole_trackers.covariances import (
     distance_verdicts,
     error_verdict,
@@ -111,8 +110,8 @@ class Report:
         return html_table(first, [*rows, *([("likely", self.cause)] if self.cause and rest else [])])
 
     def plot(self, path: str | Path) -> None:
-        """Draw NEES, NIS and calibration over time with their bands; needs matplotlib."""
-        drawing(cast(Format, Path(path).suffix[1:])).save("consistency", self, Path(path))
+        """Draw NEES, NIS and calibration over time with their bands, as a PNG, SVG or PDF; needs matplotlib."""
+        drawing().save("consistency", self, Path(path))
 
 
 def consistency(

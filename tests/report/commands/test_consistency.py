@@ -125,6 +125,10 @@ def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_pa
     assert (out / "consistency.txt").read_text().strip() in "\n".join(lines)
     assert json.loads((out / "consistency.json").read_text())["tracks"] == [track]
     assert (out / "consistency.png").read_bytes().startswith(b"\x89PNG")
+    assert main(["report", str(out)]) == 2
+    told = capsys.readouterr().err
+    assert f"RUN_DIR: {out}" in told
+    assert "consistency.json, consistency.png, consistency.txt" in told
 
 
 @pytest.mark.costly
