@@ -181,6 +181,8 @@ def test_the_picture_shows_the_bands_of_the_verdicts():
         ({"interval": 0.0}, r"interval: must be a number of s.*got 0\.0"),
         ({"interval": (1.0, -0.5)}, r"interval: .*got -0\.5"),
         ({"interval": []}, r"interval: .*got \[\]"),
+        ({"interval": (4.0, 0.2)}, r"interval: .*got \(4\.0, 0\.2\)"),
+        ({"interval": (0.2, 1.0, 4.0)}, r"interval: .*got \(0\.2, 1\.0, 4\.0\)"),
         ({"alpha": 2}, "alpha: must be between 0 and 1, got 2"),
     ],
 )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import Any, ParamSpec
@@ -120,7 +120,7 @@ def consistency(
     prior: Mapping[str, tuple[float, float]] | None = None,
     runs: int = 200,
     scans: int = 50,
-    interval: float | Sequence[float] = 1.0,
+    interval: float | tuple[float, float] = 1.0,
     alpha: float = 1e-6,
     band: tuple[float, float] = (0.85, 1.15),
     seed: int = 0,
@@ -141,7 +141,8 @@ def consistency(
     runs, scans
         Number of runs, at least 30, and of scans of each sensor in a run, at least 10.
     interval
-        Time between scans in s; or several, which take turns: scans at uneven times show a noise that does not fit them.
+        Time between scans in s; or the least and the most of uneven ones, which are even in their logarithms and come in an
+        order that the seed draws, the same in all runs: a noise that does not fit uneven times shows.
     alpha
         Probability with which a consistent tracker is found not to be, over all verdicts together.
     band
@@ -170,8 +171,7 @@ def consistency(
         tracker = tracker.tracker
     elif not isinstance(tracker, Tracker):
         tracker = build(tracker)
-    each = np.resize(interval, scans)
-    times = np.concatenate([[0.0], np.cumsum(each)]) if len(np.unique(each)) > 1 else each[0] * np.arange(scans + 1)
+    times = _times(interval, scans, seed)
     start = prior_of(tracker, prior)
     scene = world_of(tracker, world, start)
     played = play(tracker, start, times, runs, np.random.default_rng(seed), scene)
@@ -185,19 +185,30 @@ def consistency(
     return attrs.evolve(report, cause=cause)
 
 
-def _check_options(runs: int, scans: int, interval: float | Sequence[float], alpha: float, seed: int) -> None:
+def _times(interval: float | tuple[float, float], scans: int, seed: int) -> Array:
+    """Return the times (1 + scans,) of the start and of all scans."""
+    low, high = np.resize(interval, 2).tolist()
+    times: Array = low * np.arange(scans + 1.0)
+    if low < high:
+        times[1:] = np.cumsum(np.random.default_rng([seed, scans]).permutation(np.geomspace(low, high, scans)))
+    return times
+
+
+def _check_options(runs: int, scans: int, interval: float | tuple[float, float], alpha: float, seed: int) -> None:
     """Raise Misuse for options with which nothing can be judged."""
     for name, given, least in (("runs", runs, 30), ("scans", scans, 2 * LAGS), ("seed", seed, 0)):
         if not isinstance(given, int | np.integer) or given < least:
             raise Misuse(f"{name}: must be a whole number of at least {least}, got {given!r}")
     several = list(interval) if isinstance(interval, list | tuple | np.ndarray) else [interval]
     for name, values, most, said in (
-        ("interval", several, ABSURD, "a number of s above 0, or several"),
+        ("interval", several, ABSURD, "a number of s above 0, or the least and the most"),
         ("alpha", [alpha], 1.0, "between 0 and 1"),
     ):
         wrong = [value for value in values if not isinstance(value, int | float | np.number) or not 0 < value < most]
         if wrong or not values:
             raise Misuse(f"{name}: must be {said}, got {wrong[0] if wrong else values!r}")
+    if len(several) > 2 or several[0] > several[-1]:
+        raise Misuse(f"interval: must be a number of s, or the least and the most, got {interval!r}")
 
 
 def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
