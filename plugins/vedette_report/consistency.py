@@ -103,7 +103,10 @@ def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: f
     at `least`, below which no value can be: 0 for a NEES, a NIS or a square.
     """
     mean, reach = _mean_and_reach(values, alpha)
-    return _run_mean(name, mean, max(low - reach, least), high + reach, alpha, (low, high))
+    below, above = max(low - reach, least), high + reach
+    made = f"({low:g} to {high:g} and {reach:.2g} for chance, standard error {mean.error:.2g})"
+    text = f"{name}: {_scale(mean.value, below, above)} {made}"
+    return Verdict(name, mean.value, below, above, alpha, text, mean.error)
 
 
 def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, valid: Mask | None = None) -> Verdict:
@@ -151,12 +154,6 @@ def _mean_and_reach(values: Array, alpha: float) -> tuple[Estimate, float]:
     if mean.error is None:
         raise ValueError("values: needs at least 2 runs, got 1")
     return mean, float(-stdtrit(len(values) - 1, alpha / 2)) * mean.error
-
-
-def _run_mean(name: str, mean: Estimate, low: float, high: float, alpha: float, band: tuple[float, float]) -> Verdict:
-    words = _scale(mean.value, low, high)
-    text = f"{name}: {words} (standard error {mean.error:.2g}, equivalence band {band[0]:g} to {band[1]:g})"
-    return Verdict(name, mean.value, low, high, alpha, text, mean.error)
 
 
 def _scale(figure: float, low: float, high: float) -> str:

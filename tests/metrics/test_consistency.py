@@ -143,6 +143,7 @@ def test_run_mean_and_equivalence_by_hand():
     assert lenient.figure == pytest.approx(1.15)
     assert stdtr(3, (0.9 - lenient.low) / error) == pytest.approx(1 - 0.05 / 2)
     assert lenient.high - 1.1 == pytest.approx(0.9 - lenient.low)
+    assert f"0.9 to 1.1 and {lenient.high - 1.1:.2g} for chance" in lenient.text
     assert lenient.inside
     assert not strict.inside
     assert "too few runs" in strict.text

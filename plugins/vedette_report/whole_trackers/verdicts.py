@@ -33,7 +33,7 @@ def lost_verdict(count: int, total: int, share: float) -> Verdict:
     from scipy.special import bdtrc
 
     most = max(k for k in range(total + 1) if k == 0 or bdtrc(k - 1, total, MOST_LOST) >= share)
-    text = f"lost tracks: {count} of {total}, left out of the other figures; {MOST_LOST:.0%} are allowed, so at most {most}"
+    text = f"lost tracks: {count} of {total}, left out of the other figures; {MOST_LOST:.0%} may be, by chance up to {most}"
     return Verdict("lost", count / total, 0.0, most / total, share, text)
 
 

@@ -98,10 +98,11 @@ def _sized(knob: Knob, turn: float, error: float, world: World) -> str:
     factor = 1.0 / share
     if abs(turn) <= 4 * error or abs(factor - 1.0) <= 0.04:
         return ""
+    also = " (process noise, sigma squared)" if knob.name == "Q" else ""
     if factor < 1:
-        return f"{knob.name} is {share:.2g} +- {error:.1g} times too large"
-    spread = error / share**2
-    return f"{knob.name} is {factor:.2g} +- {spread:.1g} times too small" if factor < 15 else f"{knob.name} is far too small"
+        return f"{knob.name} is {share:.2g} +- {error:.1g} times too large{also}"
+    size = f"{factor:.2g} +- {error / share**2:.1g} times" if factor < 15 else "far"
+    return f"{knob.name} is {size} too small{also}"
 
 
 def _shift(played: Runs) -> str:
