@@ -20,6 +20,7 @@ MEANINGS = {
     "scans_taken_total": "scans that the tracker took",
     "scans_refused_total": "scans that the tracker refused, those that came too late among them",
     "scans_dropped_total": "scans dropped whole, the oldest first, as the tracker was behind",
+    "returns_left_out_total": "returns that were not finite, or had no covariance, of scans that were taken",
     "scans_late_total": "scans that were late within the horizon, and were taken",
     "scans_stepped_again_total": "steps that late scans made necessary",
     "reports_sent_total": "reports sent by outputs",

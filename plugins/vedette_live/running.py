@@ -150,6 +150,10 @@ class Running:
                     self.listening.numbers.refuse(number, told)
             self.listening.leave_out(one, "refused")
             self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
+        for of, problems in window.flawed:
+            if any(id(one) in came for one in of):  # not one that was only stepped again
+                self.counters.add("returns_left_out_total", len(problems))
+                self.listening.log.warn("return left out", f"time {of[-1].scan.time:.6f}: {problems[0]}", "")
         self._hear(formed, {id(one): told for one, told in refused})
         done = now()
         for one in came.values():

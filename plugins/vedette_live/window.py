@@ -50,6 +50,7 @@ class Window:
     before: State = field(init=False)
     latest: float = field(init=False)
     came: dict[tuple[float, str, bytes] | None, None] = field(factory=dict)
+    flawed: list[tuple[tuple[Formed, ...], list[Problem]]] = field(factory=list)
     again: int = 0
     late: int = 0
 
@@ -62,7 +63,11 @@ class Window:
         return self.kept[-1].state if self.kept else self.before
 
     def take(self, formed: Iterable[Formed]) -> Refusals:
-        """Take scans; return those that are refused, each with the reason. What it holds of the others is not changed."""
+        """Take scans; return those that are refused, each with the reason. What it holds of the others is not changed.
+
+        `flawed` then holds the scans that were stepped without bad returns, these or former ones, and what was wrong.
+        """
+        self.flawed.clear()
         refused, usable = Refusals(), list[Formed]()
         latest = self.latest
         for one in formed:  # as if each came alone: what is refused does not depend on which are taken together
@@ -125,6 +130,7 @@ class Window:
             kept, problems = without_bad_returns(scan)
             if not problems:
                 raise
+            self.flawed.append((formed, problems))
             return Taken(kept, formed, self.tracker.step(self.state, kept))
 
     def settled(self, *, all_of_it: bool = False) -> list[Taken]:

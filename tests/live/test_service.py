@@ -269,6 +269,21 @@ def test_each_kind_of_refusal_is_told_at_once_and_the_others_counted(
     assert (end["scans_taken"], end["messages_refused"]) == (0, 10)
 
 
+def test_a_return_that_is_left_out_is_counted_and_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    """Its scan was taken without it, and nobody heard of that."""
+    told = [b'{"sensor": "north", "time": 3, "z": [[NaN, 0], [0, 0]]}', b'{"sensor": "north", "time": 2, "z": []}']
+
+    def arrivals() -> Iterator[Arrival]:
+        yield Arrival(told[0], 0.0)
+        wait_for(lambda: "return left out" in caplog.messages)
+        yield Arrival(told[1], 0.0)
+
+    running = ran({**TRACKER, "inputs": [feed()], "service": {"horizon": "5 s"}}, arrivals())
+    counts = running.counters.counts
+    assert [counts[f"{name}_total"] for name in ("scans_taken", "scans_stepped_again", "returns_left_out")] == [2, 1, 1]
+    assert caplog.messages.count("return left out") == 1
+
+
 def test_reasons_without_end_do_not_fill_the_log(caplog: pytest.LogCaptureFixture) -> None:
     sparing = log.Sparing("input 0")
     for i in range(1000):
