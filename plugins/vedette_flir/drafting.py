@@ -27,6 +27,9 @@ CAMERA = """kind = "box_centroid"
 detection_probability = 0.95  # a codec smears or erases a dim target now and then
 """
 
+RATE = """
+rate = 30.0  # frames a second: assumed, as a folder of images tells no times"""
+
 GIVEN = """
 [birth]
 kind = "given"
@@ -74,7 +77,7 @@ seed = 1
 
 [source]
 kind = "video"
-path = {path}
+path = {path}{rate}
 grey = "luminance"  # what becomes of colours: or "red", "green", "blue"
 {start}
 
@@ -132,6 +135,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         about=about,
         title=json.dumps(f"Targets in {path.name}"),
         path=json.dumps(str(path)),
+        rate=RATE if path.is_dir() else "",
         start=start,
         camera=CAMERA,
         centred="false" if boxes else "true",
