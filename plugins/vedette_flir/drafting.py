@@ -28,7 +28,7 @@ detection_probability = 0.95  # a codec smears or erases a dim target now and th
 """
 
 RATE = """
-rate = 30.0  # frames a second: assumed, as a folder of images tells no times"""
+# rate = 30.0  # frames a second: taken, as a folder of images tells none; state your own"""
 
 GIVEN = """
 [birth]
