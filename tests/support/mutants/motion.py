@@ -9,6 +9,7 @@ from vedette_standard.estimators.least_squares import Noiseless
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.motion.coordinated_turn import CoordinatedTurn
 from vedette_standard.motion.coordinated_turn_piecewise import CoordinatedTurnPiecewise
+from vedette_standard.motion.curvilinear import Curvilinear
 from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.singer import Singer
@@ -87,6 +88,12 @@ def turns_in_degrees(self, x, dt):
     return CoordinatedTurn.move(self, x * scale, dt) / scale
 
 
+def fades_twice(self, x, dt):
+    """A turn rate of time constant 10 s turns by its integral, and is left as if it were of 5 s."""
+    turned = x * [1.0, 1.0, 1.0, 1.0, -10.0 * np.expm1(-dt / 10.0) / dt if dt else 1.0]
+    return np.concatenate([CoordinatedTurn.move(self, turned, dt)[..., :4], np.exp(-dt / 5.0) * x[..., 4:]], axis=-1)
+
+
 def writes_in_place(self, x, dt):
     x[..., 0] += dt * x[..., 2]
     x[..., 1] += dt * x[..., 3]
@@ -148,12 +155,15 @@ MOTION = [
     ("a frame within that stays", Noiseless, "frames_within_turn", {"reframe": lambda s, own, combined: own}),
     ("a path that bends the other way", CoordinatedTurn, "paths_bend_with_their_velocities", {"move": turns_the_other_way}),
     ("a turn rate in deg/s", CoordinatedTurn, "turn_rates_turn", {"move": turns_in_degrees}),
+    ("a turn rate that fades twice as fast as it turns less", CoordinatedTurn, "turn_rates_turn", {"move": fades_twice}),
     ("a deviation for its square", ConstantVelocity, "variances_are_squares",
      {"noise": lambda s, x, dt: ConstantVelocity.noise(s, x, dt) / s.sigma_accel}),
     ("a deviation's third power", ConstantVelocity, "noise_has_its_units",
      {"noise": lambda s, x, dt: ConstantVelocity.noise(s, x, dt) * s.sigma_accel}),
     ("a deviation that is not used", RandomWalk, "deviations_count",
      {"noise": lambda s, x, dt: RandomWalk.noise(s, x, dt) / s.sigma**2}),
+    ("a density's third power", Curvilinear, "deviations_count",
+     {"noise": lambda s, x, dt: Curvilinear.noise(s, x, dt) * s.sigma_normal}),
     ("a mean noise of another model", CV, "a_sure_belief_has_the_noise_of_its_mean",
      {"mean_noise": lambda s, x, cov, dt: 1.01 * CV.noise(s, x, dt)}),
     ("a speed that grows by e in each minute", CV, "any_gap_can_be_moved_over",

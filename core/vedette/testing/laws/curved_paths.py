@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from vedette.roles import MotionModel
-from vedette.space import Array
-from vedette.testing.comparisons import Closed, demand, same
+from vedette.space import Array, Space
+from vedette.testing.comparisons import Closed, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.states import speeds_of
@@ -22,11 +22,10 @@ def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
     From 0 to twice dt * what vx gains is right: a model may move by the velocity at the beginning, or at the end, of a step.
     """
     names = model.state.names
-    if not (pairs := speeds_of(model.state)):
-        raise Closed("it has no velocity of a position")
+    closed_if(not (pairs := speeds_of(model.state)), "it has no velocity of a position")
     places, speeds = (list(each) for each in zip(*pairs, strict=True))
     once, twice = (model.state.difference(model.move(drawn.x, k * STEP), drawn.x) for k in (1, 2))
-    bend, gain = twice[:, places] - 2 * once[:, places], STEP * once[:, speeds]
+    bend, gain = twice[:, places] - 2 * once[:, places], STEP / 2 * twice[:, speeds]
     off, most = np.linalg.norm(bend - gain, axis=-1), 1.3 * np.linalg.norm(gain, axis=-1)
     rounding = 1e-11 * (1.0 + np.max(np.abs(drawn.x[:, places]), axis=-1))
     F = np.broadcast_to(model.jacobian(drawn.x, STEP), (*drawn.x.shape, len(names)))[..., speeds, speeds]
@@ -41,32 +40,40 @@ def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
 
 
 def turn_rates_turn(model: MotionModel, drawn: Moves) -> None:
-    """An axis `turn_rate` in rad/s says how fast the velocity, or the heading, turns, either way round."""
-    state = model.state
-    names = state.names
+    """An axis `turn_rate` in rad/s says how fast the velocity, or the heading, turns, either way, also while it changes."""
+    state, names = model.state, model.state.names
     turned = "heading" in names or {"vx", "vy"} <= {*names}
-    if "turn_rate" not in names or state.axes[names.index("turn_rate")].unit != "rad/s" or not turned:
-        raise Closed("it has no `turn_rate` in rad/s that turns something")
+    wrong = "turn_rate" not in names or state.axes[names.index("turn_rate")].unit != "rad/s" or not turned
+    closed_if(wrong, "it has no `turn_rate` in rad/s that turns something")
     x = np.where([name in TURNING for name in names], drawn.x, 0.0)  # nothing else that could turn it
-    rate = np.abs(x[:, names.index("turn_rate")])
+    r = names.index("turn_rate")
+    rate = np.abs(x[:, r])
     with np.errstate(all="ignore"):
-        after = model.move(x, STEP)
-    if "heading" in names:
-        moves = np.ones(len(x), dtype=bool)
-        turn = state.difference(after, x)[:, names.index("heading")]
-    else:
-        v, w = (each[:, [names.index("vx"), names.index("vy")]] for each in (x, after))
-        moves = np.hypot(v[:, 0], v[:, 1]) > 1e-3
-        turn = np.arctan2(v[:, 0] * w[:, 1] - v[:, 1] * w[:, 0], np.sum(v * w, axis=-1))
-    found = np.abs(turn) / STEP
-    for i in np.flatnonzero(moves & np.isfinite(found) & (np.abs(found - rate) > 0.05 * rate + 1e-6)):
+        once, twice = (model.move(x, k * STEP) for k in (1, 2))
+        found, on = (np.abs(_turned(state, x, after)) / STEP for after in (once, twice))
+    for i in np.flatnonzero(np.isfinite(found) & (np.abs(found - rate) > 0.05 * rate + 1e-6)):
         demand(False, f"move: a turn_rate of {rate[i]:.6g} rad/s must turn it that fast, turns it by {found[i]:.6g} rad/s")
+    gain, bend = np.sign(x[:, r]) * (twice - x)[:, r] / 2, on - 2 * found
+    off = np.min([np.abs(bend - k * gain) for k in (0.0, 1.0, 2.0)], axis=0)  # by the rate before, amid or after a step
+    for i in np.flatnonzero((np.abs(gain) < 0.1 * rate) & (off > 0.2 * np.abs(gain) + 1e-10)):
+        demand(False, f"move: turn_rate gains {gain[i] / STEP:.4g} rad/s^2, what turns by it {bend[i] / STEP:.4g} rad/s^2")
+
+
+def _turned(state: Space, x: Array, after: Array) -> Array:
+    """Return how far the heading, or else the velocity, turned (k,); NaN for one that stood."""
+    if "heading" in state.names:
+        return np.asarray(state.difference(after, x)[:, state.names.index("heading")])
+    v, w = (each[:, [state.names.index("vx"), state.names.index("vy")]] for each in (x, after))
+    return np.where(np.hypot(*v.T) > 1e-3, _angle(v, w), np.nan)
+
+
+def _angle(v: Array, w: Array) -> Array:
+    return np.asarray(np.arctan2(v[:, 0] * w[:, 1] - v[:, 1] * w[:, 0], np.sum(v * w, axis=-1)))
 
 
 def headings_lead_the_way(model: MotionModel, drawn: Moves) -> None:
     """Axes `heading` and `speed` beside x and y: it moves by speed * dt, and its way turns as the heading does."""
-    state = model.state
-    names = state.names
+    state, names = model.state, model.state.names
     if not {"x", "y", "heading", "speed"} <= {*names} or state.axes[names.index("heading")].unit != "rad":
         raise Closed("it has no `heading` and `speed` beside x and y")
     places, h, v = [names.index("x"), names.index("y")], names.index("heading"), names.index("speed")
@@ -77,9 +84,7 @@ def headings_lead_the_way(model: MotionModel, drawn: Moves) -> None:
     fast = np.abs(x[:, v]) > 1e-3
     far = np.hypot(*ways[0].T)[fast]
     same("way of a step, in m", far, STEP * np.abs(x[fast, v]), 0.05)
-    (one, other) = ways
-    across = one[:, 0] * other[:, 1] - one[:, 1] * other[:, 0]
-    turn = np.arctan2(across, np.sum(one * other, axis=-1))[fast]
+    turn = _angle(*ways)[fast]
     otherwise = f"move: a heading turned by .5 rad must turn the way by that, turns it by {turn.tolist()}"
     demand(np.all(np.abs(np.abs(turn) - 0.5) < 0.02) and len(set(np.sign(turn).tolist())) < 2, otherwise)
 

@@ -144,8 +144,7 @@ def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
 def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
     """An axis vx is the velocity of x: over a short time, x gains dt times vx, and never more of its noise than dt times."""
     names, dt = model.state.names, 1e-3
-    if not (pairs := speeds_of(model.state)):
-        raise Closed("it has no velocity of a position")
+    closed_if(not (pairs := speeds_of(model.state)), "it has no velocity of a position")
     F = _full(model.jacobian(drawn.x, dt), drawn.x, 2)
     for i, v in pairs:
         calm = np.abs(F[:, v, v] - 1.0) < 0.02  # a stiff model loses its velocity even in this time

@@ -125,14 +125,15 @@ _OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
 
 
 def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
-    """The noise grows as the square of `sigma`, of an axis' `sigma_...`, and of what is called a standard deviation.
+    """The noise grows as the square of `sigma`, of any `sigma_...`, and of what is called a standard deviation.
 
-    Of the latter, one alone must count, as others may be of what is not in the noise.
+    One alone must count, and an axis' own; others may be of what is not in the noise.
     """
     x, (space, _, noise) = drawn.x, _noise(component, drawn)
     names = space.names
     known = {"sigma", *(f"sigma_{axis}" for axis in names)}
-    said = [p.name for p in parameters(type(component)) if DEVIATION in p.field.metadata.get("doc", "")]
+    told = {p.name: p.field.metadata.get("doc", "") for p in parameters(type(component))}
+    said = [name for name, doc in told.items() if name.startswith("sigma_") or DEVIATION in doc]
     judged = False
     for name in [*said, *sorted(known.difference(said))]:
         value = getattr(component, name, None)
@@ -152,7 +153,7 @@ def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> N
             for power, ratio in _OTHER_POWERS.items():
                 wrong = (first > 1e-6 * usual[:, i]) & (np.abs(then - ratio * first) < 1e-6 * first)
                 demand(not np.all(wrong), f"noise: the variance of {names[i]} grows as {name}^{power}, not as its square")
-    closed_if(not judged, "it has no standard deviation")
+    closed_if(not judged, "no parameter is a `sigma` or called a standard deviation")
 
 
 def _made_square(
