@@ -71,6 +71,7 @@ def test_a_disk_that_is_full_already(given):
     assert full("new", "plugin", "road", most=0).endswith("pyproject.toml: File too large")
 
 
+@pytest.mark.costly
 def test_a_disk_that_gets_full_leaves_no_half_of_a_plugin(given):
     """The files before the one that did not fit stayed, and the same command was then refused."""
     assert full("new", "plugin", "road", most=800).endswith("motion.py: File too large")

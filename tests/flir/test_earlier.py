@@ -49,6 +49,7 @@ def test_a_lost_target_is_not_taken_for_what_stood_elsewhere(monkeypatch, turn, 
 
 
 @TURNS
+@pytest.mark.costly
 def test_a_target_that_comes_back_elsewhere_is_found(turn):
     """It comes back 60 px on, where nothing was before; a spot like it stands in the scene."""
     frames = [
@@ -63,6 +64,7 @@ def test_a_target_that_comes_back_elsewhere_is_found(turn):
 
 @TURNS
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
+@pytest.mark.costly
 def test_a_target_that_is_dim_beside_a_brighter_spot_of_the_scene_is_held(monkeypatch, turn, asked):
     """It fades to a third while it passes the spot 11 px below, which is more like it then than it is itself."""
     if not asked:

@@ -25,6 +25,7 @@ def off(frames, k=FRAMES - 1):
 
 
 @pytest.mark.parametrize("late", [1, 3, 5])
+@pytest.mark.costly
 def test_a_target_that_appears_in_its_box_soon_after_is_followed(monkeypatch, late):
     frames = drawn(lambda k: 60.0 * (k >= late))
     assert off(frames) < 1.0

@@ -93,6 +93,7 @@ def airliner(growth, frames=60):
 
 
 @pytest.mark.parametrize("growth", [0.4, -0.4])
+@pytest.mark.costly
 def test_a_large_target_before_a_wood_is_followed_as_it_grows(growth, monkeypatch):
     found, true, ratio = airliner(growth)
     worst = np.hypot(*(found - true).T).max()

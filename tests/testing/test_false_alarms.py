@@ -191,6 +191,7 @@ def test_a_slope_of_rounding_size_is_not_blamed_where_a_bearing_stays_at_0(seed)
 
 
 @pytest.mark.parametrize("name", ["constant jerk", "current statistical model"])
+@pytest.mark.costly
 def test_a_path_of_hardly_any_acceleration_may_bend_by_its_jerk(name):
     (right,) = (c.make() for c in COMPONENTS if c.name == name)
     (law,) = (law for law in laws_of(type(right)) if law.name == "paths_bend_with_their_velocities")

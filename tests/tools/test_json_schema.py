@@ -109,6 +109,7 @@ def test_right_configs_validate_and_build(more: dict[str, Any], registry: Regist
 
 
 @pytest.mark.parametrize("more", WRONG)
+@pytest.mark.costly
 def test_wrong_configs_neither_validate_nor_build(more: dict[str, Any], registry: Registry, validator: Any) -> None:
     assert not validator.is_valid(config(**more))
     with pytest.raises(ConfigError):

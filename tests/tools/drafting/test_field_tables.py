@@ -618,6 +618,7 @@ def test_hours_and_minutes_beside_dates_are_read_where_neither_has_marks(tmp_pat
     assert (found.time.title, found.dates) == ("Date + Time", "%Y%m%d %H%M")
 
 
+@pytest.mark.costly
 def test_a_column_that_begins_again_numbers_no_scans(tmp_path):
     """As of plays, whose ball is counted from another moment: its rows were refused."""
     rows = [
@@ -629,6 +630,7 @@ def test_a_column_that_begins_again_numbers_no_scans(tmp_path):
     assert "cannot be read" not in text
 
 
+@pytest.mark.costly
 def test_a_column_that_counts_what_is_there_at_a_time_numbers_no_scans(tmp_path):
     """As of the points of a radar in each of its frames."""
     rows = [(k, 1 + i, 10 * i + k / 9, 20 * i) for k in range(60) for i in range(3 + k % 4)]
