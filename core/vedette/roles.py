@@ -50,7 +50,9 @@ class Component(ABC):
 
 def components_in(value: Any) -> tuple[Component, ...]:
     """Return the components that a component's parameters hold, alone or in tables and tuples; not those within these."""
-    return tuple(part for one in held(value) for part in ((one,) if isinstance(one, Component) else components_in(one)))
+    cls = type(value)
+    parts = [getattr(value, each.name) for each in attrs.fields(cls) if each.init] if attrs.has(cls) else held(value)
+    return tuple(part for one in parts for part in ((one,) if isinstance(one, Component) else components_in(one)))
 
 
 class MotionModel(Component):

@@ -22,14 +22,12 @@ MOST = 32
 
 
 def held(value: Any) -> list[Any]:
-    """Return what a tuple, a list or a table holds, or an attrs value by its parameters; nothing of any other."""
+    """Return what a tuple, a list or a table holds, or all fields of an attrs value; nothing of any other."""
     if isinstance(value, tuple | list):
         return list(value)
     if isinstance(value, Mapping):
         return list(value.values())
-    return (
-        [getattr(value, field.name) for field in attrs.fields(type(value)) if field.init] if attrs.has(type(value)) else []
-    )
+    return [getattr(value, field.name) for field in attrs.fields(type(value))] if attrs.has(type(value)) else []
 
 
 def maker(cls: type[T]) -> Callable[..., T]:
