@@ -70,12 +70,10 @@ def resample(log_weights: Array, offset: Array) -> NDArray[np.intp]:
     rows = log_weights.reshape(-1, p)
     levels = np.cumsum(point_weights(rows), axis=-1)
     levels /= levels[:, -1:]
-    marks = (np.arange(p) + offset.reshape(-1, 1)) / p
-    # One sorted list for all rows: row i has the levels from i to i + 1.
-    base = np.arange(len(rows))[:, None]
-    index = np.searchsorted((levels + base).ravel(), (marks + base).ravel(), side="right").reshape(-1, p) - base * p
-    inside: NDArray[np.intp] = np.clip(index, 0, p - 1).reshape(log_weights.shape)
-    return inside
+    below = np.ceil(levels * p - offset.reshape(-1, 1)).astype(np.intp)  # of the marks (0 + u) / p, (1 + u) / p, ...
+    below[:, -1] = p
+    times = np.diff(below, axis=-1, prepend=0)
+    return np.repeat(np.broadcast_to(np.arange(p), rows.shape).ravel(), times.ravel()).reshape(log_weights.shape)
 
 
 def points_at(points: Array, index: NDArray[np.intp]) -> Array:

@@ -33,8 +33,8 @@ from vedette_standard.particles import Particles
 class Ahead:
     """What predicts points again from other ancestors once a scan has arrived.
 
-    Of every ancestor its noise-free prediction, the centre (*b, t, p, n), and the root of its noise (*b, t, p, n, n);
-    standard noise (*b, t, p, n) and an offset (*b, t), drawn beforehand.
+    Of every ancestor its noise-free prediction, the centre (*b, t, p, n), and the root of its noise (*b, t, p, n, n), or
+    (*b, t, 1, n, n) if all points of a track have one; standard noise (*b, t, p, n) and an offset (*b, t), drawn beforehand.
     """
 
     centres: Array
@@ -118,12 +118,15 @@ class AuxiliaryParticles(OverMotion[Looking]):
         points = particles.points_at(before, particles.resample(log_weights, offsets[0]))
         points = np.where(due[..., None], points, before)
         centres = self.motion.move(points, dt)
-        roots = np.broadcast_to(kernels.root(self.motion.noise(points, dt)), (*points.shape, points.shape[-1]))
+        roots, (*tracks, _, n) = kernels.root(self.motion.noise(points, dt)), points.shape
+        roots = np.broadcast_to(roots, (*tracks, 1 if roots.ndim == 2 else self.particles, n, n))
         standard = rng.standard_normal(points.shape)
         moved = Particles(self._scattered(centres, roots, standard), np.where(due, -math.log(self.particles), log_weights))
         return Looking(moved, Ahead(centres, roots, standard, offsets[1]))
 
     def _scattered(self, centres: Array, roots: Array, standard: Array) -> Array:
+        if roots.shape[-3] == 1:  # one product for all points of a track
+            return self.state.displace(centres, standard @ np.swapaxes(roots[..., 0, :, :], -1, -2))
         return self.state.displace(centres, (roots @ standard[..., None])[..., 0])
 
     def evaluate(self, belief: Looking, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -151,7 +154,9 @@ class AuxiliaryParticles(OverMotion[Looking]):
         if not news.any():
             return same
         index = particles.resample(particles.normalised(now.log_weights + foreseen), ahead.offset)
-        roots = np.take_along_axis(ahead.roots, index[..., None, None], axis=-3)
+        roots = ahead.roots
+        if roots.shape[-3] > 1:
+            roots = np.take_along_axis(roots, index[..., None, None], axis=-3)
         points = self._scattered(particles.points_at(ahead.centres, index), roots, ahead.standard)
         before = -np.take_along_axis(foreseen, index, axis=-1)
         sensor, p_gate = detail.scan.value
