@@ -47,17 +47,18 @@ def at_returns(prior: Gaussian, state: Space, sensor: Sensor, detections: Detect
     x = mean + (share @ sensor.observes.difference(spot.mean, mean)[..., None])[..., 0]
     c, j, m = len(prior.mean), *z.shape
     H = np.broadcast_to(sensor.jacobian(x), (c, j, m, len(own)))
-    expected = sensor.measure(x) + (H @ (mean - x)[..., None])[..., 0]
+    # Of the line, nothing wraps: else a bearing of its tangent, many turns away from a Gaussian far aside, may fit again.
+    line, off = (H @ (mean - x)[..., None])[..., 0], sensor.measurement.difference(z, sensor.measure(x))
     R, detects = np.broadcast_to(sensor.noise(x) if noise is None else noise, (c, j, m, m)), sensor.detects(x)
     seen = kernels.evaluate_returns(  # each pair as a run with a track and a return
         np.repeat(prior.cov, j, axis=0)[:, None],
-        np.tile(z, (c, 1))[:, None],
-        expected.reshape(-1, 1, m),
+        off.reshape(-1, 1, m),
+        line.reshape(-1, 1, m),
         embedded(H, own, len(state)).reshape(-1, 1, m, len(state)),
         R.reshape(-1, 1, 1, m, m),
         np.broadcast_to(detects, (c, j)).reshape(-1, 1),
         1.0,
-        sensor.measurement.periods,
+        (),
     )
     loglik, shift, post = seen.loglik[:, 0, 1], seen.detail.shift, seen.detail.post
     after = Gaussian(prior.mean[:, None] + shift.reshape(c, j, -1), post.reshape(c, j, len(state), len(state)))

@@ -169,6 +169,9 @@ class Poisson(Birth):
         if found is not None and k:
             rate = np.exp(kernels.log_sum(found[2], axis=0))
             clutter = np.broadcast_to(sensor.clutter(detections.z), k)
+            if detections.missing is not None:  # over the components that each return has
+                lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
+                clutter = clutter * np.exp(detections.missing @ np.log(lengths))
             some = (rate + clutter > 0) & detections.valid
             existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
             returns = np.flatnonzero((existence > 0) & (existence >= self.least))

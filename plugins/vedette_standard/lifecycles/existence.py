@@ -10,7 +10,7 @@ from attrs import frozen
 
 from vedette import Array, Mask, Review, fields, maker
 from vedette_standard.compiled import fastest
-from vedette_standard.lifecycles.limited import Limited
+from vedette_standard.lifecycles.limited import DETECTED, UNSEEN, Limited
 
 
 @frozen(eq=False)
@@ -27,9 +27,9 @@ class Existence(Limited):
     """A track as in integrated probabilistic data association: it exists with probability e, updated by every scan.
 
     Between scans e <- e exp(-dt / lifetime); after one, e <- e L / (1 - e + e L), L the scan's likelihood ratio with the
-    track against without it (the tracker does this, for every associator). A track is confirmed once e passes `confirm`,
-    stays so as long as e is at least `show`, and ends when e falls below `delete`; one that began below and was
-    never above, when e has fallen by a factor of 2.718. A scan that cannot see it ends it by `max_out_of_coverage` alone.
+    track against without it (the tracker does this, for every associator). A track is confirmed once a look at it leaves
+    e at `confirm`, stays so as long as e is at least `show`, and ends when e falls below `delete`; one that began below and
+    was never above, when e has fallen by a factor of 2.718. A scan that cannot see it ends it by `max_out_of_coverage` only.
     Musicki, Evans, Stankovic, Integrated Probabilistic Data Association, IEEE Trans. Automatic Control 39, 1994.
 
     >>> from vedette import Review
@@ -76,7 +76,10 @@ class Existence(Limited):
     def judge(self, own: Known, scan: Review) -> tuple[Known, Mask, Mask]:
         """Compare the existence with the thresholds, and keep whether a track was ever confirmed."""
         ever, confirmed, alive = by_existence(own.confirmed, scan.existence, self.confirm, self.show, self.delete)
-        least = own.least
+        looked, least = (scan.p_detect > UNSEEN) | (scan.hit > DETECTED), own.least
+        if not looked.all():  # what began above `confirm` is confirmed by a look at it, not by a scan of another place
+            ever = own.confirmed | ever & looked
+            confirmed = confirmed & ever
         if np.any(least < self.delete):
             least = np.where(scan.existence >= self.delete, self.delete, least)
             alive = scan.existence >= least

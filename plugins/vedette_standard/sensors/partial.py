@@ -16,9 +16,9 @@ class Partial(WrappedSensor):
 
     Such a return is scored by, and updates with, the components that it has. `optional` states the interval over which
     clutter is uniform on each axis that may be missing, independently of the others: over the remaining axes, the density
-    is larger by this factor. Whether a component is missing is independent of target and clutter. Only complete returns
-    start tracks. Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at random leaves the rest its
-    likelihood).
+    is larger by this factor. Whether a component is missing is independent of target and clutter. Such returns start
+    tracks with the birth 'poisson' alone. Little, Rubin, Statistical Analysis with Missing Data, 2002 (what is missing at
+    random leaves the rest its likelihood).
 
     >>> import numpy as np
     >>> from vedette import Detections, Gaussian

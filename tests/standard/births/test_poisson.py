@@ -13,9 +13,13 @@ from support.paths import EXAMPLES, recording
 from vedette import Detections
 from vedette.sampling import Bounds
 from vedette_standard.births.poisson import Appearance, Poisson
+from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
+from vedette_standard.sensors.position_velocity import PositionVelocity
+from vedette_standard.sensors.range_bearing import RangeBearing
 
 FILTER, RADAR = Kalman(ConstantVelocity(0.3)), CartesianPosition(2.0, 0.8, 1e-4)
 AT = {"x": [10.0, 30.0], "y": [-20.0, 40.0], "vx": [0.0, 2.0], "vy": [0.0, 3.0]}
@@ -42,6 +46,33 @@ def test_a_new_track_exists_by_its_rate_against_the_clutter_and_has_the_posterio
     order = [FILTER.state.names.index(name) for name in ("x", "y")]
     np.testing.assert_allclose(newborn.prior.mean[0, order], [10.0, -20.0] + gain * (z - [10.0, -20.0]))
     np.testing.assert_allclose(np.diag(newborn.prior.cov[0])[order], 4.0 * gain)
+
+
+@pytest.mark.parametrize(("place", "spread"), [(0.0, 800.0), (400.0, 150.0), (1e5, 800.0)])
+def test_a_radar_beside_a_place_counts_no_turns_of_its_bearing(place, spread):
+    """At 50 m from a radar, the tangent of a bearing goes round and round before it is as far off as the place."""
+    radar, estimator = RangeBearing(2.0, 0.002, 1e-6), ExtendedKalman(ConstantVelocity(0.3))
+    birth = Poisson((Appearance({"x": [place, spread], "y": [0.0, spread], "vx": [0.0, 2.0], "vy": [0.0, 2.0]}, 1.0),))
+    bearing = np.linspace(-3.0, 3.0, 40)
+    x, y = 50.0 * np.cos(bearing), 50.0 * np.sin(bearing)
+    seen = Detections.of(np.column_stack([np.full(40, 50.0), bearing]))
+    rate, _ = birth.reveal(birth.initial_memory(estimator, RNG), estimator, radar, seen, 1.0)
+    by_area = np.exp(-0.5 * ((x - place) ** 2 + y**2) / spread**2) / (2 * np.pi * spread**2)  # errors are far smaller
+    np.testing.assert_allclose(rate, by_area * 50.0, rtol=2e-2)
+
+
+def test_a_return_without_its_velocity_starts_a_track_as_that_of_a_sensor_without_one():
+    """So does the clutter count over the components that it has: over all, false returns were targets."""
+    z, some, none = np.array([[25.0, -10.0, 0.0, 0.0]]), np.array([True]), np.zeros(1)
+    whole = Partial(PositionVelocity(2.0, 0.5, 0.8, clutter_density=1e-4 / 60.0), {"vx": 6.0, "vy": 10.0})
+    birth, begun = Poisson((Appearance(AT, initial=1.5),)), []
+    partly = Detections(z, some, missing=np.array([[False, False, True, True]]))
+    for radar, seen in ((whole, partly), (RADAR, Detections(z[:, :2], some))):
+        rate, found = birth.reveal(birth.initial_memory(FILTER, RNG), FILTER, radar, seen, 1.0)
+        new = birth.begin(found, FILTER, radar, "radar", seen, none)
+        begun.append([rate, new.existence, new.prior.mean, new.prior.cov])
+    for one, other in zip(*begun, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
 
 
 def test_what_is_not_detected_is_thinned_and_what_comes_is_added():

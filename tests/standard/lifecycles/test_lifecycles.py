@@ -57,6 +57,24 @@ def test_m_of_n_does_not_count_scans_that_cannot_see_the_track():
     assert memory.own.looks[0] == 1
 
 
+@pytest.mark.parametrize("life", [Existence(confirm=0.6), Score(), CoastLimited(), MOfN()])
+def test_a_scan_that_sees_nothing_of_a_track_changes_no_later_verdict(life):
+    """Though it began above what confirms it, as beside a birth that knows how many targets there are."""
+    rng, count = np.random.default_rng(2), 60
+    alone, begun = life.start(np.full(count, 0.9)), np.full(count, 0.9)
+    beside, lived, none, confirmed_late = alone, begun > 0, np.zeros(count), False
+    for _ in range(12):
+        beside, _, on = life.review(beside, Review(0.0, begun, none, none))
+        lived &= on
+        begun, hit = rng.uniform(0.1, 0.9, count), (rng.random(count) < 0.6).astype(float)
+        alone, *verdict = life.review(alone, Review(1.0, begun, hit, none + 0.5))
+        beside, *same = life.review(beside, Review(1.0, begun, hit, none + 0.5))
+        np.testing.assert_array_equal(np.array(verdict)[:, lived], np.array(same)[:, lived])
+        confirmed_late |= bool((~verdict[0] & lived).any())
+        lived &= verdict[1]
+    assert confirmed_late, "the law says something"
+
+
 def test_existence_follows_the_lifetime_and_the_thresholds():
     life = Existence(lifetime=100.0, confirm=0.9, delete=0.1)
     assert life.predict(np.array([0.8]), 50.0)[0] == pytest.approx(0.8 * np.exp(-0.5))
