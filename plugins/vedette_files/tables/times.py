@@ -32,6 +32,8 @@ MIDNIGHT = 600.0
 LOOKED_AT = 50
 """So many times of a table decide in which form they all are."""
 
+_OF_DAY = re.compile(r"(\d{1,2})([: ])(\d{1,2})(?:\2(\d{1,2}(?:\.\d*)?))?(?: ?([AP])M)?", re.IGNORECASE)
+
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 DATED = "s since 1970-01-01T00:00:00Z"
@@ -71,11 +73,25 @@ def stamp(cell: str, pattern: str = "") -> tuple[str, float]:
     try:
         date = datetime.fromisoformat(cell)
     except ValueError:
-        moment = time.fromisoformat(cell).replace(tzinfo=None)
-        return OF_DAY, (datetime.combine(EPOCH, moment, UTC) - EPOCH).total_seconds()
+        return OF_DAY, _of_day(cell)
     if date.tzinfo is None:
         return UNZONED, (date.replace(tzinfo=UTC) - EPOCH).total_seconds()
     return ZONED, (date - EPOCH).total_seconds()
+
+
+def _of_day(cell: str) -> float:
+    """Return a time of day, by ISO 8601 or as 8:39:04 PM or 8 39 4, in s since midnight; ValueError if it is none."""
+    found = _OF_DAY.fullmatch(cell)
+    if found and (found[4] or found[5]):
+        hours, minutes, seconds = int(found[1]), int(found[3]), float(found[4] or 0)
+        if found[5] and not 1 <= hours <= 12:
+            raise ValueError
+        hours = hours % 12 + 12 * (found[5] in "pP") if found[5] else hours
+        if hours >= 24 or minutes >= 60 or seconds >= 60:
+            raise ValueError
+        return 3600.0 * hours + 60.0 * minutes + seconds
+    moment = time.fromisoformat(cell).replace(tzinfo=None)
+    return (datetime.combine(EPOCH, moment, UTC) - EPOCH).total_seconds()
 
 
 @frozen

@@ -19,10 +19,18 @@ _ZONE = re.compile(r"(?<=\d) [A-Z]{1,5}\b")
 
 _COMPACT = re.compile(r"(19|20)\d{6}(\d\d){0,3}")
 
+_PLAIN = re.compile(r"(\d{6}|\d{8}) (\d{4}|\d{6}(\.\d+)?)")
+
+_CLOCK_FIRST = re.compile(r"(\d{1,2}:\d\d(?::\d\d(?:\.\d+)?)?(?: ?[APap][Mm])?) (\S.*)")
+_DAY_FIRST = re.compile(r"(%\w[^ %]%\w[^ %]%\w),? (%[HI]:%M(?::%S(?:\.%f)?)?(?: ?%p)?)")
+
 _DAY = re.compile(r"\d{1,4}(?P<between>[./-])(\d{1,2}|[A-Za-z]{3})(?P=between)\d{1,4}(T00:00:00)?")
 _OF_DAY = re.compile(r"\d{1,2}:\d\d(:\d\d(\.\d*)?)?( ?[APap][Mm])?Z?")
 
 _HOURS_AND_MINUTES = re.compile(r"\d\d:\d\d")
+
+PLAIN_DAYS = ("%y%m%d", "%d%m%y", "%m%d%y")
+"""How dates of six digits are written."""
 
 ENOUGH = 0.9
 """Such a part of the cells are read by a pattern that counts."""
@@ -38,9 +46,14 @@ def is_plain_day(cell: str) -> bool:
     return re.fullmatch(r"(1[6-9]|20)\d\d(0[1-9]|1[0-2])([0-2]\d|3[01])", cell) is not None
 
 
+def is_short_day(cell: str) -> bool:
+    """Return whether a cell is as long as a date without marks and century, as 510625."""
+    return re.fullmatch(r"\d{6}", cell) is not None
+
+
 def is_plain_clock(cell: str) -> bool:
-    """Return whether a cell is hours and minutes without marks, as 0600."""
-    return re.fullmatch(r"([01]\d|2[0-3])[0-5]\d", cell) is not None
+    """Return whether a cell is a time of day without marks, as 0600 or 060015.5."""
+    return re.fullmatch(r"([01]\d|2[0-3])[0-5]\d([0-5]\d(\.\d*)?)?", cell) is not None
 
 
 def is_moment(cell: str) -> bool:
@@ -60,6 +73,11 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     go back more often or span more: rows stand in the order of time, within days rather than months.
     """
     given = [cell.strip() for cell in cells if cell.strip()]
+    if given and (ahead := _CLOCK_FIRST.fullmatch(given[0])) and not is_time_of_day(ahead[0]):
+        return _clock_first(given)
+    if given and (parts := _PLAIN.fullmatch(given[0])):
+        clock = "%H%M" if len(parts[2]) == 4 else "%H%M%S.%f" if parts[3] else "%H%M%S"
+        return _likeliest(given, [f"{day} {clock}" for day in (("%Y%m%d",) if len(parts[1]) == 8 else PLAIN_DAYS)])
     if given and all(_HOURS_AND_MINUTES.fullmatch(cell) for cell in given):
         return "", "times are hours and minutes; write minutes and seconds as 00:59:59"
     if given and _COMPACT.fullmatch(given[0]):
@@ -67,7 +85,7 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
         if len(_read(given, pattern)) == len(given):
             return pattern, f"dates are written as {pattern}"
     if given and (spelt := _spelt(given)):
-        zone = _ZONE.search(spelt.replace("%S", "00"))
+        zone = _ZONE.search(spelt.replace("%S", "00")) if "%z" not in spelt else None
         unread = zone and zone[0].strip() not in ("UTC", "GMT", "Z")
         return spelt, f"{zone[0].strip()} is no zone that is read: times are as if in UTC" if zone and unread else ""
     if not given or (parts := _DATE.fullmatch(given[0])) is None or _by_iso(given):
@@ -81,21 +99,31 @@ def pattern_of(cells: Sequence[str]) -> tuple[str, str]:
     clock = f"{'%I' if parts['half'] else '%H'}:%M{seconds}"
     half = "" if not parts["half"] else " %p" if parts["half"].startswith(" ") else "%p"
     patterns = [f"{between.join(order)}{parts['gap']}{clock}{half}" for order in orders]
+    return _likeliest(given, patterns)
+
+
+def _likeliest(given: Sequence[str], patterns: Sequence[str]) -> tuple[str, str]:
+    """Return which of several patterns most likely wrote dates, and what was assumed; "" if none did."""
     read = {pattern: moments for pattern in patterns if len(moments := _read(given, pattern)) >= ENOUGH * len(given)}
     if not read:
         return "", ""
     best = min(read, key=lambda pattern: (-len(read[pattern]), _backwards(read[pattern]), _span(read[pattern])))
-    if len(read) == 1:
-        return best, ""
-    (other,) = set(read) - {best}
-    return best, f"dates are written as {best}; if not, say --dates '{other}'"
+    others = " or ".join(f"'{other}'" for other in read if other != best)
+    return best, f"dates are written as {best}; if not, say --dates {others}" if others else ""
+
+
+def _clock_first(given: Sequence[str]) -> tuple[str, str]:
+    """Return the pattern of dates behind times of day, as 08:39:04 23-Nov-2026, and what was assumed of it."""
+    turned = [_CLOCK_FIRST.sub(r"\2 \1", cell) for cell in given]
+    found, told = ("%Y-%m-%d %H:%M:%S", "") if _by_iso(turned) else pattern_of(turned)
+    return _DAY_FIRST.sub(r"\2 \1", found), _DAY_FIRST.sub(r"\2 \1", told)
 
 
 def _spelt(cells: Sequence[str]) -> str:
     """Return the pattern of dates that begin with the day of the week; "" if they are others."""
     zone = _ZONE.search(cells[0])
     for each in _SPELT:
-        for pattern in (each.format(" %z"), each.format(zone[0] if zone else "")):
+        for pattern in (each.format(" %z"), each.format(" GMT%z"), each.format(zone[0] if zone else "")):
             if len(_read(cells, pattern)) >= ENOUGH * len(cells):
                 return pattern
     return ""

@@ -28,13 +28,17 @@ HEARD = "which tells who heard a tag, and no positions: track those that a posit
 
 FAMILIAR = {
     ("receiver", "transmitter"): f"a table of VEMCO's, {HEARD}",
+    ("local number", "message", "field 1"): "records of FIT as FitCSVTool prints them: with --data record it writes a table "
+    "with a column for each field, too, or gpsbabel -i garmin_fit makes GPX",
     ("vehicle_id", "local_x", "local_y"): "trajectories of NGSIM, in feet and ms: keep the rows of one Location, and say "
     "--time Global_Time --columns x=Local_X,y=Local_Y --units time=ms,x=ft,y=ft",
 }
 """Titles of tables that many have, in small letters, and what to do with such a table."""
 
 NO_ROWS = {
-    re.compile(r"(^|\\)[!$][A-Z]{5},"): "sentences of NMEA 0183, not a table: decode them to one first, let `vedette serve` "
+    re.compile(
+        r"(^|\\|[\]\s])[!$][A-Z]{5},"
+    ): "sentences of NMEA 0183, not a table: decode them to one first, let `vedette serve` "
     "read them, or, if TAG blocks tell times, the source `stream`; or let gpsbabel make GPX of a receiver's own positions",
     re.compile(r"^B\d{13}[NS]\d{8}[EW][AV]"): "fixes of a logger by IGC, not a table: `gpsbabel -i igc -f FILE -o gpx -F "
     "FILE.gpx` makes GPX of them, which is read",
@@ -42,6 +46,9 @@ NO_ROWS = {
         "ASTERIX as a decoder prints it for people: have it print JSON, or let the source `stream` or `vedette serve` read "
         "the bytes themselves, format = { kind = 'asterix' }"
     ),
+    re.compile(
+        r"^[A-Z0-9-]{3,9}>[A-Z0-9]+[A-Za-z0-9,*-]*:"
+    ): "packets of APRS, as OGN sends them, not a table: decode them to one first, as time,id,lat,lon",
     re.compile(r"^VEMCO DATA LOG,"): f"a log of VEMCO's, {HEARD}",
     re.compile(r"^1 \d{5}[A-Z] \d{5}[A-Z ]"): "elements of orbits (TLE), not positions: work out those of each moment first",
 }

@@ -10,7 +10,7 @@ import numpy as np
 from vedette.space import Array
 from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.several import GEODETIC
-from vedette_tools.drafting.titles import Meaning
+from vedette_tools.drafting.titles import Meaning, meaning
 
 MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons; so many that are equal are none."""
@@ -21,8 +21,14 @@ DAYS = ((2e4, 8e4), (7.1e5, 7.7e5), (2.43e6, 2.49e6))
 SECONDS = (6e8, 4.2e9)
 """Seconds since 1970, of 1989 to 2103: ms since a recorder was switched on are hardly as many."""
 
+MICROS = 1e5
+"""Whole numbers so far apart are us: a clock of ms that ticks every 100 s counts s. By hand."""
+
 CEILING = 20_000.0
 """m: hardly anything that is tracked flies higher, and much does in ft."""
+
+SPACE = 100_000.0
+"""What flies higher is in space, whatever it is told in."""
 
 CODED = 25.0
 """ft: transponders tell altitudes in such steps."""
@@ -56,6 +62,9 @@ def add_unit(
     elif not unit and axis == "range" and {title.lower() for title in columns} >= ASTERIX:
         unit = "NM"
         guessed[given.title] = "is in NM, as ASTERIX sends it"
+    elif not unit and axis == "altitude" and any(_in_whole_parts(title, cells) for title, cells in columns.items()):
+        unit = "0.001 m"
+        guessed[given.title] = "is in mm, as beside latitudes in whole parts of a degree"
     elif not unit and axis == "altitude" and (told := _in_feet(numbers(columns[given.title]))):
         unit = "ft"
         guessed[given.title] = f"is in ft: {told}{_unknown(given)}"
@@ -65,9 +74,17 @@ def add_unit(
         units[place] = unit
 
 
+def _in_whole_parts(title: str, cells: Sequence[str]) -> bool:
+    """Return whether a column is of latitudes as whole numbers, beyond those of degrees."""
+    if meaning(title).axis != "latitude":
+        return False
+    parts = numbers(cells)
+    return bool(len(parts)) and bool(np.all(parts == np.rint(parts))) and float(np.median(np.abs(parts))) > 90
+
+
 def _in_feet(altitudes: Array) -> str:
     """Return why altitudes are in ft, or ""."""
-    if (most := float(np.max(altitudes, initial=0.0))) > CEILING:
+    if CEILING < (most := float(np.max(altitudes, initial=0.0))) < SPACE:
         return f"it goes up to {most:,.0f}"
     coded = len(np.unique(altitudes)) >= SEVERAL and not np.any(altitudes % CODED)
     return f"its numbers are {CODED:.0f} apart, as a transponder tells altitudes" if coded else ""
@@ -101,9 +118,10 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
         assumed.append(f"{time.title} counts days")
         return "86400 s"
     in_seconds = SECONDS[0] < size < SECONDS[1] or bool(np.all(apart % 3600 == 0))  # hourly reports
-    if not in_seconds and np.all(values == np.rint(values)) and len(apart) and float(np.median(apart)) >= 100:
-        assumed.append(f"{time.title} counts ms: whole numbers {np.median(apart):.0f} apart; if not, say --units time=s")
-        return "ms"
+    if not in_seconds and np.all(values == np.rint(values)) and len(apart) and (step := float(np.median(apart))) >= 100:
+        unit = "ms" if step < MICROS else "us"
+        assumed.append(f"{time.title} counts {unit}: whole numbers {step:.0f} apart; if not, say --units time=s")
+        return unit
     assumed.append(f"{time.title} is in s{_unknown(time)}")
     return ""
 

@@ -9,7 +9,11 @@ from itertools import pairwise
 from typing import Any
 
 from vedette_files.tables.numbers import is_number
+from vedette_files.tables.times import stamp
 from vedette_tools.drafting.titles import NAMES, OTHER_IDS, PROPERTIES, SENT
+
+ENDS = ("_id", "_no", "_nr", "_num", "_number", "_nummer")
+"""How titles of names end, by their words alone."""
 
 OFTEN, ONCE = 2.0, 0.9
 """A name of an object stands in so many rows, and in such a part of them alone at its time."""
@@ -22,7 +26,7 @@ def named_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Coll
     """
     plain = {name: title for name, title in by_words(columns).items() if title not in taken}
     read = [columns[title] for title in taken if title in columns]
-    others = [words for words in plain if words.endswith("_id") and not OTHER_IDS & {*words.split("_")}]
+    others = [words for words in plain if words.endswith(ENDS) and not OTHER_IDS & {*words.split("_")}]
     for name in (*NAMES, *others):
         title = plain.get(name) or next(
             (title for words, title in plain.items() if name in SENT and words.endswith(name)), ""
@@ -48,6 +52,34 @@ def _sorted_by(columns: Mapping[str, list[str]], times: Sequence[str], taken: Co
         if apart and back <= changes and twice <= (1 - ONCE) * len(cells) and title not in taken and all(cells):
             found[title] = len(changes)
     return max(found, key=lambda title: found[title], default="")
+
+
+def rows_sorted_by(rows: Iterable[Mapping[str, str]], time: str, pattern: str) -> str:
+    """Return the column by whose cells all rows of a table are sorted before their times, or "".
+
+    rows: cells by title, that of the time among them; `pattern`: of dates.
+    """
+    names: dict[str, set[str]] = {}
+    before: Mapping[str, str] = {}
+    last, total = 0.0, 0
+    for row in rows:
+        try:
+            moment = stamp(row[time], pattern)[1]
+        except ValueError:
+            continue
+        names = names or {title: set() for title in row if title != time}
+        total += 1
+        for title in [*names]:
+            cell, fresh = row[title], row[title] != before.get(title)
+            if not cell or (fresh and cell in names[title]) or (moment < last and not fresh):
+                del names[title]
+            elif fresh:
+                names[title].add(cell)
+        if not names:
+            return ""
+        before, last = row, moment
+    held = {title: len(each) for title, each in names.items() if 1 < len(each) <= total / OFTEN}
+    return max(held, key=lambda title: held[title], default="")
 
 
 def _counted(told: Iterable[tuple[str, str]]) -> bool:

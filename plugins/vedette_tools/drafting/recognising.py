@@ -26,7 +26,7 @@ from vedette_tools.drafting.own_errors import own_errors, roundings
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
-from vedette_tools.drafting.shapes import position_of, time_of, with_hemisphere, with_made, with_rest
+from vedette_tools.drafting.shapes import pairs_of, position_of, time_of, unreadable, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
 from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words_of
 from vedette_tools.drafting.wishes import Wishes
@@ -63,6 +63,8 @@ class Columns:
     def of(cls, path: TablePath, wishes: Wishes) -> Columns:
         """Read the header and the first rows; InputError if no column looks like a time."""
         titles, rows, dialect, numbers = first_rows(path)
+        if not wishes.columns and (known := familiar(titles)):
+            raise InputError(f"{path}: holds {known}")
         below = units_below(rows)
         cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
         worded = [
@@ -70,6 +72,7 @@ class Columns:
             for title, column in cells.items()
             if 2 * sum(any(map(str.isdigit, cell)) for cell in column) <= len(column)
             or (meaning(title).axis == "time" and len({*column}) == 1 and not is_day(column[0]))
+            or unreadable(meaning(title).axis, column)
         ]
         below_header, own = chosen(titles, below, worded)
         measured = wishes.measured(path, titles, below_header)
@@ -77,7 +80,8 @@ class Columns:
         if time is not None and wishes.time and not wishes.rate:
             time = with_rest(time, cells)
         if not any(set(pair) <= set(measured) for pair in PAIRS):
-            measured |= position_of(cells, _in_degrees(titles))
+            alike = pairs_of(cells)
+            measured |= position_of(cells, _in_degrees(titles)) or (alike[0] if len(alike) == 1 else {})
         measured |= {axis: with_hemisphere(measured[axis], cells) for axis in GEODETIC if axis in measured}
         measured |= {"time": time} if time is not None else {}
         if "altitude" in measured and "altitude" not in wishes.columns:
@@ -139,8 +143,6 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     use: what names of objects are, "aid", "truth" or "ignore". wishes: what need not be guessed.
     """
     table, told = Columns.of(path, wishes).geodetic()
-    if not wishes.columns and (known := familiar(table.titles)):
-        raise InputError(f"{path}: holds {known}")
     columns, measured, titles, time = table.cells, table.measured, table.titles, table.time
     assumed: list[str] = []
     who, sensors = who_of(measured, columns, assumed)
@@ -156,6 +158,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     if not found_by:
         wanted = "range and bearing, latitude and longitude, or x and y"
         text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        if several := [" and ".join(each.title for each in pair.values()) for pair in pairs_of(columns)[:2]]:
+            text += f"; if {', and '.join(several)}, are positions, write a row for each, with its object's name"
         alone = "; one axis alone is tracked by a config of your own, with a sensor of kind 'linear'"
         text += alone if len(places) == 1 else ""
         raise InputError(f"{path}: {text}{of_header(path, titles, table.below or next(iter(table.rows), []))}")
@@ -175,7 +179,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     first, second = (measured[name].title for name in axes)
     again = [(title, title.removesuffix(first) + second) for title in titles if title.endswith(f".{first}")]
     alike = zip(*([each for each in titles if meaning(each).axis == axis] for axis in axes), strict=False)
-    again = [pair for pair in again if pair[1] in titles] or [pair for pair in alike if not {first, second} & {*pair}][:1]
+    parts = {*made_of(first, titles), *made_of(second, titles)}
+    again = [pair for pair in again if pair[1] in titles] or [pair for pair in alike if not parts & {*pair}][:1]
     for title, other in again:
         typed = f"--columns {axes[0]}={title},{axes[1]}={other} takes them instead"
         assumed.append(f"{title} and {other} are not read: {typed}")

@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
+from itertools import takewhile
 
 from attrs import evolve
 
 from vedette_files.tables.composed import PARTS, PLUS, cell_of, coordinates, digits_of
-from vedette_tools.drafting.dates import is_day, is_moment, is_plain_clock, is_plain_day, is_time_of_day
-from vedette_tools.drafting.titles import Meaning, by_words_of, meaning, words_of
+from vedette_files.tables.numbers import is_number
+from vedette_files.tables.times import LOOKED_AT, stamp
+from vedette_tools.drafting.dates import (
+    is_day,
+    is_moment,
+    is_plain_clock,
+    is_plain_day,
+    is_short_day,
+    is_time_of_day,
+    pattern_of,
+)
+from vedette_tools.drafting.titles import MOVING, Meaning, by_words_of, meaning, words_of
 
 Columns = Mapping[str, Sequence[str]]
 
@@ -25,8 +37,26 @@ CALENDAR = (
 LONGITUDE_FIRST = ("coordinates", "coordinate", "coords", "lonlat", "lnglat", "geom", "geometry", "wkt")
 """Words of titles whose pairs of degrees begin with the longitude; others begin with the latitude."""
 
+DATES = ("date", "day", "datum", "fecha")
+"""Words of titles of dates, which may be six digits."""
+
 SECONDS = (["s"], ["sec"], ["secs"], ["seconds"])
 """Last words of titles of whole seconds, which are a time where another column has the parts of one."""
+
+NO_PLACE = frozenset((
+    *MOVING, "a", "b", "q", "w", "gyro", "mag", "magnetic", "magnetometer", "force", "torque", "quat", "rot", "rotation",
+    "angular", "ang", "tilt", "size", "width", "length", "error", "err", "std", "sd", "sigma", "var", "cov", "covariance",
+    "offset", "delta", "d", "min", "max", "scale", "dim", "normal", "accelerometer", "lin", "linear",
+))  # fmt: skip
+"""Words beside an x that is no place."""
+
+UNIT = re.compile(r"[\[(][^\])]{2,}[\])]")
+
+LARGEST = {"latitude": 90.0, "longitude": 360.0}
+"""deg: what is read as one is never larger."""
+
+PARTS_OF_DEGREES = (("m", "min", "mins", "minute", "minutes"), ("s", "sec", "secs", "second", "seconds"))
+"""Last words of titles of minutes and seconds beside whole degrees."""
 
 MOST = 0.9
 """Such a part of a column's cells are what it holds."""
@@ -34,13 +64,17 @@ MOST = 0.9
 
 def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, str]:
     """Return the column of the time, which may be made of several, and the pattern of dates if it is known already."""
-    by_word = by_words_of(columns)
+    by_word = {re.sub("_(utc|gmt)$", "", words): title for words, title in by_words_of(columns).items()}
     parts = [(pattern, next((by_word[name] for name in names if name in by_word), "")) for pattern, names in CALENDAR]
     if "MM" in columns and "mm" in columns:  # months and minutes
         parts[1], parts[4] = ("%m", "MM"), ("%M", "mm")
-    present = [(pattern, title) for pattern, title in parts if title]
+    elif parts[3][1] and not (parts[0][1] or parts[4][1]):  # hh, mm, ss
+        parts[1], parts[4] = ("%m", ""), ("%M", parts[1][1])
     whole = found is not None and not _most(columns[found.title], is_day) and found.title not in dict(parts).values()
+    if all(title for _, title in parts[3:]) and not (whole or any(title for _, title in parts[:3])):
+        return _time(PLUS.join(title for _, title in parts[3:])), ""
     if all(title for _, title in parts[:3]) and not whole:
+        present = [*takewhile(lambda part: part[1], parts)]  # minutes without hours tell nothing
         last = present[-1]
         decimal = ".%f" if last[0] == "%S" and any("." in cell for cell in columns[last[1]]) else ""
         return _time(PLUS.join(title for _, title in present)), " ".join(pattern for pattern, _ in present) + decimal
@@ -51,18 +85,34 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
         found = next((_time(title) for holds in dates for title, cells in columns.items() if _most(cells, holds)), None)
     if found is None:
         return None, ""
-    if _most(columns[found.title], is_plain_day):
-        clocks = (
-            title for title, cells in columns.items() if meaning(title).axis == "time" and _most(cells, is_plain_clock)
-        )
-        if clock := next(clocks, ""):
-            return _time(PLUS.join((found.title, clock))), "%Y%m%d %H%M"
+    if plain := _without_marks(found, columns):
+        return _time(plain), ""
+    days = [title for title, cells in columns.items() if _most(cells, is_day)]
+    if len(days) == 1 and _most(columns[found.title], is_time_of_day):
+        found = _time(days[0])
     if _most(columns[found.title], is_day):
         clock = next((title for title, cells in columns.items() if _most(cells, is_time_of_day)), "")
-        if clock and len(set(columns[found.title])) == 1 and columns[clock][-1] < columns[clock][0]:
+        if clock and len(set(columns[found.title])) == 1 and _passes_midnight(columns[clock]):
             return _time(clock), ""  # the day is that of the beginning, and midnight passed
         return (_time(PLUS.join((found.title, clock))), "") if clock else (found, "")
     return with_rest(found, columns), ""
+
+
+def _without_marks(found: Meaning, columns: Columns) -> str:
+    """Return a column of dates and one of times of day that are written without marks, of which one was found; or ""."""
+    called = {title: cells for title, cells in columns.items() if meaning(title).axis == "time"}
+    days = [title for title, cells in called.items() if _most(cells, is_plain_day)]
+    days += [title for title, cells in called.items() if {*DATES} & {*words_of(title)} and _most(cells, is_short_day)]
+    clocks = [title for title, cells in called.items() if title not in days and _most(cells, is_plain_clock)]
+    return PLUS.join((days[0], clocks[0])) if days and clocks and found.title in days + clocks else ""
+
+
+def _passes_midnight(clocks: Sequence[str]) -> bool:
+    """Return whether times of day end before they began."""
+    try:
+        return stamp(clocks[-1])[1] < stamp(clocks[0])[1]
+    except ValueError:
+        return clocks[-1] < clocks[0]
 
 
 def with_rest(found: Meaning, columns: Columns) -> Meaning:
@@ -91,15 +141,63 @@ def position_of(columns: Columns, degrees: Callable[[Sequence[str], Sequence[str
     return {axis: Meaning(name, axis, "", False, True) for axis, name in zip("xy", pair, strict=True)}
 
 
+def pairs_of(columns: Columns) -> list[dict[str, Meaning]]:
+    """Return the pairs of columns whose titles are alike but for x and y, and may be a position: gaze X and gaze Y."""
+    held = {title for title, cells in columns.items() if _most(cells, is_number)}
+    by_word: dict[tuple[str, ...], str] = {}
+    for title in columns:
+        by_word.setdefault(tuple(words_of(title)), title)
+    found = []
+    for words, title in by_word.items():
+        other = by_word.get(tuple("y" if word == "x" else word for word in words), "")
+        if words.count("x") == 1 and "y" not in words and not NO_PLACE & {*words} and {title, other} <= held:
+            unit = UNIT.search(title)
+            as_x = meaning(f"x {unit[0]}" if unit else "x")
+            found.append({"x": evolve(as_x, title=title), "y": evolve(as_x, title=other, axis="y")})
+    return found
+
+
 def with_hemisphere(given: Meaning, columns: Columns) -> Meaning:
-    """Return a latitude or longitude with the column beside it that says north or south, east or west."""
+    """Return a latitude or longitude with the columns beside it: of minutes and seconds below whole degrees, and of letters
+    for north or south, east or west.
+    """
     titles = list(columns)
-    where = titles.index(given.title) if given.title in titles else -1
+    after = titles.index(given.title) + 1 if given.title in titles else len(titles)
+    parts = [given.title]
+    for ends in PARTS_OF_DEGREES if _most(columns.get(given.title, ()), _is_whole) else ():
+        *first, last = words_of("".join(titles[after : after + 1])) or [""]
+        if last in ends and first[:1] == words_of(given.title)[:1] and _most(columns[titles[after]], _is_below_sixty):
+            parts.append(titles[after])
+            after += 1
     letters = "NSns" if given.axis == "latitude" else "EWew"
-    for title in titles[where + 1 : where + 2] if where >= 0 else ():
-        if _most(columns[title], lambda cell: len(cell) == 1 and cell in letters):
-            return evolve(given, title=PLUS.join((given.title, title)))
-    return given
+    if _most(columns.get("".join(titles[after : after + 1]), ()), lambda cell: len(cell) == 1 and cell in letters):
+        parts.append(titles[after])
+    return evolve(given, title=PLUS.join(parts))
+
+
+def unreadable(axis: str, cells: Sequence[str]) -> bool:
+    """Return whether the first cells cannot be what a title says: no times, or numbers beyond latitudes and longitudes."""
+    some = [cell for cell in cells if cell][:LOOKED_AT]
+    if axis == "time":
+        return bool(some) and not any(map(_is_time, some)) and not pattern_of(some)[0]
+    if axis in LARGEST:
+        return bool(some) and all(is_number(cell) and abs(float(cell)) > LARGEST[axis] for cell in some)
+    return False
+
+
+def _is_time(cell: str) -> bool:
+    try:
+        return is_day(cell) or stamp(cell) is not None
+    except ValueError:
+        return False
+
+
+def _is_whole(cell: str) -> bool:
+    return cell.strip().lstrip("+-").isdigit()
+
+
+def _is_below_sixty(cell: str) -> bool:
+    return cell.replace(".", "", 1).isdigit() and float(cell) < 60
 
 
 def with_made(columns: dict[str, list[str]], given: Mapping[str, Meaning]) -> dict[str, list[str]]:

@@ -69,7 +69,8 @@ OBJECTS = frozenset(name.removesuffix("_id") for name in NAMES if name.endswith(
 OTHER_IDS = frozenset((
     "frame", "scan", "sweep", "turn", "image", "scene", "sensor", "source", "station", "radar", "site", "camera", "cam",
     "event", "message", "msg", "detection", "det", "measurement", "plot", "point", "spot", "cluster", "parent", "row",
-    "index", "class", "type", "category", "status", "group", "session", "study", "zone", "record", "file",
+    "index", "class", "type", "category", "status", "group", "session", "study", "zone", "record", "file", "sat", "sats",
+    "satellite", "satellites", "sv", "lap", "leg", "segment", "fix", "seq", "sequence", "quality", "line", "channel",
 ))  # fmt: skip
 """Words of titles whose id is not an object's, or not for long."""
 
@@ -116,7 +117,7 @@ AXES: dict[str, tuple[str, ...]] = {
             "time": "time timestamp times timestamps t utc datetime date ts epoch stamp tstamp tod to_d when clock "
             "zeitstempel zeitpunkt zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd "
             "tidspunkt tid tst now position_t tracked_at recorded_at received_at created_at observed_at measured_at seen_at "
-            "logged_at datenum mjd jd elapsed",
+            "logged_at datenum mjd jd elapsed gpst gps_tow gps_sow sod dttm",
             "scan": "scan sweep turn frame umlauf umdrehung",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",
             "range": "range rng distance dist r rho entfernung distanz abstand distancia avstand",
@@ -132,16 +133,16 @@ AXES: dict[str, tuple[str, ...]] = {
             "vx": "vx v_x velocity_x x_velocity speed_x x_speed vel_x",
             "vy": "vy v_y velocity_y y_velocity speed_y y_speed vel_y",
             "speed": "speed sog velocity geschwindigkeit vitesse velocidad fart",
-            "east": "east easting e utm_e rechtswert ost este",
-            "north": "north northing n utm_n hochwert nord norte",
+            "east": "east easting e utm_e rechtswert ostwert ost este",
+            "north": "north northing n utm_n hochwert nordwert nord norte",
             "sensor": "sensor source device station radar site",
         }.items()
     },
     **{
-        axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}", *ahead)
+        axis: (axis, *(f"{place}_{axis}" for place in CENTRES), f"c{axis}", f"{axis}c", f"t{axis}", f"p{axis}", *ahead)
         for axis, ahead in (("x", ("dist_long", "long_dist", "abscisse")), ("y", ("dist_lat", "lat_dist", "ordonnee")))
     },
-    "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc", "tz"),
+    "z": ("z", "up", "height", *(f"{place}_z" for place in CENTRES), "cz", "zc", "tz", "pz"),
 }
 """The words for each axis, the surest first: in English, then in German, French, Spanish and others, without accents."""
 
@@ -240,8 +241,9 @@ def _axis(words: Sequence[str]) -> tuple[str, bool, bool]:
 def _unit(stated: str, axis: str) -> str:
     """Return the unit that a text states of an axis, as a config writes it; "" if it is none. "deg T" is in deg."""
     known = UNITS.get(MEASURES.get(axis, ""), {})
-    first, *_ = stated.lower().split() or [""]
-    return known.get(stated.lower(), known.get(first, ""))
+    plain = stated.lower().replace("\N{GREEK SMALL LETTER MU}", "\N{MICRO SIGN}")
+    first, *_ = plain.split() or [""]
+    return known.get(plain, known.get(first, ""))
 
 
 def chosen(

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 
 from attrs import evolve
 
-from vedette.errors import Problem
+from vedette.errors import Problem, VedetteError
 from vedette.types import Recording
 from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
+from vedette_files.tables.rows import rows
+from vedette_tools.drafting.naming import rows_sorted_by
 from vedette_tools.drafting.reading import opened
-from vedette_tools.drafting.table import Table
+from vedette_tools.drafting.table import AID, Table
 
 UNREAD = 0.5
 """A table of which more rows cannot be read is not the one that its header says."""
@@ -29,14 +33,20 @@ _OF_ROW = re.compile(r", got .*|\d[\d.e+-]*")
 def readable(table: Table) -> tuple[Table, Recording]:
     """Open a table, as it must be read so that no rows are refused that can be taken; it says what was changed."""
     recording = opened(table)
-    rows = recording.rows["detections"]
+    read = recording.rows["detections"]
     again = any(NOT_OF_SCAN in problem.text for problem in recording.refused)
-    if table.scan and (again or rows.refused > UNREAD * rows.total):
+    if table.scan and (again or read.refused > UNREAD * read.total):
         told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
         table = evolve(table, scan="", assumed=(*table.assumed, told))
         recording = opened(table)
     late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
-    if late:
+    name = _sorted_by(table) if late and table.use == AID and not table.identity else ""
+    if name:
+        told = f"rows are sorted by {name} before their times, so it names objects"
+        left_out = tuple(title for title in table.left_out if title != name)
+        table = evolve(table, identity=name, left_out=left_out, sort=True, assumed=(*table.assumed, told))
+        recording = opened(table)
+    elif late:
         told = f"rows go back in time and are sorted, no clock was set back: {late}"
         table = evolve(table, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
@@ -47,6 +57,18 @@ def readable(table: Table) -> tuple[Table, Recording]:
             table = table.without_third(f"{lacking:,} of {total:,} rows have none")
             recording = opened(table)
     return table, recording
+
+
+def _sorted_by(table: Table) -> str:
+    """Return the column by whose cells the rows are sorted before their times, or ""."""
+    titles = Counter(table.left_out)
+    wanted = {title: title for title, count in titles.items() if count == 1 and not title.startswith("(")}
+    source = table.frame_table or Path(table.path)
+    try:
+        given = rows(source, wanted | {table.time.title: table.time.title}, "source.detections", table.dialect, [])
+        return rows_sorted_by((row.cells for row in given), table.time.title, table.dates)
+    except VedetteError:
+        return ""
 
 
 def told_of(refused: Sequence[Problem]) -> str:

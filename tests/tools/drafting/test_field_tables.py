@@ -321,7 +321,7 @@ REFUSED = {
     "no number": (table("time,x,y", lambda time, x, y: (time, "north", y)), "d.csv:2: x .* 'north'; write one, as 12.5"),
     "nuScenes' annotations": (table("sample_token,x,y", plain), "join the two by sample_token"),
     "a time that is written oddly": (
-        table("time,x,y", lambda time, x, y: (f"8:{time:.0f} AM", x, y)),
+        table("time,x,y", lambda time, x, y: (f"8h{time:.0f}", x, y)),
         "d.csv:2: time must be a number, or a date and time .*; name another column, or say how dates are written",
     ),
     "negative ranges": (table("time,range,bearing", polar(-1, 1)), r"d.csv:2: range must be >= 0, got '-316"),
