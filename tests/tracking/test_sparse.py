@@ -1,5 +1,6 @@
 """Many tracks and returns: taken by pairs within gates, a scan gives what it gives when all pairs are worked on."""
 
+import attrs
 import numpy as np
 import pytest
 
@@ -137,11 +138,23 @@ def test_tracks_and_their_files_say_which_returns_weights_are_of(monkeypatch, tm
         assert [row.tolist() for row in track.returns] == [row.tolist() for row in again.returns]
 
 
-def test_what_it_is_not_made_for_is_worked_on_whole(monkeypatch):
-    given = list(scans(9, count=2))
-    unscented = {**KALMAN, "kind": "ukf"}
-    _, states, _ = run(monkeypatch, config("gnn", unscented), given, 1)
-    assert all(state.weights.shape[1] <= 1 + len(scan.detections.z) for scan, state in zip(given, states, strict=True))
+SOME = {"kind": "partial", "of": RADAR, "optional": {"y": 800.0}}
+
+
+@pytest.mark.parametrize(
+    ("kind", "lacks", "whole"), [("kalman", False, False), ("iekf", False, True), ("kalman", True, True)]
+)
+def test_what_it_is_not_made_for_is_worked_on_whole(monkeypatch, kind, lacks, whole):
+    """A filter whose gates have no box, and a scan of which a return lacks a component."""
+    monkeypatch.setattr(memory_limits, "LEAST_PAIRS", 1)
+    tracker = vedette.build(config("gnn", {**KALMAN, "kind": kind}, SOME))
+    first, second = scans(9, count=2)
+    if lacks:
+        missing = np.zeros(second.detections.z.shape, dtype=bool)
+        missing[0, 1] = True
+        second = attrs.evolve(second, detections=attrs.evolve(second.detections, missing=missing))
+    state = tracker.step(tracker.step(tracker.start(seed=1), first), second)
+    assert (state.returns is None) is whole
 
 
 def test_too_many_pairs_within_gates_are_refused_and_nothing_is_lost(monkeypatch):
