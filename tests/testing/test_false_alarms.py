@@ -126,33 +126,34 @@ def test_noise_that_would_wrap_is_no_fault():
 
 
 @pytest.mark.parametrize(
-    ("name", "law"),
+    ("name", "law", "verdict"),
     [
-        ("shared birth", "far_scenes_change_no_birth"),
-        ("ensemble Kalman", "a_frame_turns_before_each_prediction"),
-        ("fading memory", "any_gap_leaves_a_belief"),
-        ("information filter", "any_gap_leaves_a_belief"),
-        ("lorry", "velocities_move_their_positions"),
-        ("graded", "pictures_show_where"),
-        ("in the bay", "found_tracks_live"),
-        ("even sea", "births_know_no_unit"),
-        ("even sea", "tracks_are_as_unsure_as_their_returns"),
-        ("even sea", "the_unseen_fade"),
-        ("kilometres", "returns_lie_where_they_were_seen"),
-        ("both", "others_far_away_change_nothing"),
-        ("survey", "detects_within_max_range"),
-        ("minutes", "survives_its_lifetime"),
-        ("minutes", "waits_out_of_coverage"),
-        ("nobody", "scans_last_as_stated"),
+        ("shared birth", "far_scenes_change_no_birth", "held"),
+        ("ensemble Kalman", "a_frame_turns_before_each_prediction", "held"),
+        ("fading memory", "any_gap_leaves_a_belief", "held"),
+        ("information filter", "any_gap_leaves_a_belief", "held"),
+        ("lorry", "velocities_move_their_positions", "skipped"),
+        ("graded", "pictures_show_where", "held"),
+        ("in the bay", "found_tracks_live", "held"),
+        ("even sea", "births_know_no_unit", "held"),
+        ("even sea", "tracks_are_as_unsure_as_their_returns", "held"),
+        ("even sea", "the_unseen_fade", "skipped"),
+        ("kilometres", "returns_lie_where_they_were_seen", "skipped"),
+        ("both", "others_far_away_change_nothing", "skipped"),
+        ("survey", "detects_within_max_range", "held"),
+        ("minutes", "survives_its_lifetime", "held"),
+        ("minutes", "waits_out_of_coverage", "held"),
+        ("nobody", "scans_last_as_stated", "held"),
     ],
 )
 @pytest.mark.by_turns
-def test_right_components_keep_the_laws_that_they_once_failed(name, law):
+def test_right_components_keep_the_laws_that_they_once_failed(name, law, verdict):
+    """Or these no longer apply: a law that is now skipped where it held judges nothing."""
     (made,) = (c.make() for c in COMPONENTS if c.name == name)
     (law,) = (each for each in laws_of(type(made)) if each.name == law)
     for seed in (2, 3):
         outcome = examine(type(made), law, st.one_of(st.just(made), components(type(made))), attrs.evolve(FAST, seed=seed))
-        assert outcome.verdict != "failed", outcome.text
+        assert outcome.verdict == verdict, outcome.text
 
 
 @pytest.mark.nightly("130 components, each of which costs 3 s")
