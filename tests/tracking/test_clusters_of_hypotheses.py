@@ -135,7 +135,6 @@ def test_leaves_that_meet_few_returns_each_are_as_those_that_meet_all(kind, monk
     built = tracker(kind)
     whole = run(built, returns)
     monkeypatch.setattr(memory_limits, "LEAST_PAIRS", 1)
-    monkeypatch.setattr(memory_limits, "FEW", 0)
     monkeypatch.setattr("vedette.tracking.meeting.FEW", 0)
     sparse = run(built, returns)
     assert sparse.returns is not None

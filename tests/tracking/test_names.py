@@ -164,7 +164,6 @@ def test_a_code_that_two_targets_share_hides_neither_unless_none_may_be_wrong(ki
 def test_pairs_within_gates_weigh_codes_as_all_pairs_do(monkeypatch):
     it, scans = tracker("jpda"), list(beside_each_other(4, wrong=0.1))
     first, whole = stepped(it, scans[:1]), stepped(it, scans)
-    monkeypatch.setattr(memory_limits, "FEW", 0)
     monkeypatch.setattr(memory_limits, "LEAST_PAIRS", 0)
     monkeypatch.setattr("vedette.tracking.meeting.FEW", 0)
     few = stepped(it, scans[1:], first)
