@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import socket
+import sys
 from collections.abc import Callable
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import Thread
@@ -20,10 +21,9 @@ class Health:
     def __init__(self, port: int, metrics: Callable[[], str], ails: Callable[[], str]) -> None:
         handler = type("_Answers", (_Handler,), {"metrics": staticmethod(metrics), "ails": staticmethod(ails)})
         try:
-            self._http = ThreadingHTTPServer((LOOPBACK, port), handler)
+            self._http = _Http((LOOPBACK, port), handler)
         except OSError as error:
             raise InputError(f"service.port: {port} cannot be listened to: {error.strerror or error}") from None
-        self._http.daemon_threads = True
         self.port = int(self._http.server_address[1])
         Thread(target=self._http.serve_forever, kwargs={"poll_interval": 0.1}, daemon=True).start()
 
@@ -31,6 +31,16 @@ class Health:
         """Stop."""
         self._http.shutdown()
         self._http.server_close()
+
+
+@final
+class _Http(ThreadingHTTPServer):
+    daemon_threads = True
+
+    def handle_error(self, request: Any, client_address: Any) -> None:
+        """Say nothing of who went away: the log is lines of JSON."""
+        if not isinstance(sys.exc_info()[1], OSError):
+            super().handle_error(request, client_address)
 
 
 class _Handler(BaseHTTPRequestHandler):
