@@ -89,6 +89,9 @@ class Clock:
             raise ValueError("time: is missing, and the record does not tell when the message came")
         if stated is None or (self.by == "receiver" and arrived is not None):
             assert arrived is not None
+            heard = arrived if self.since is None else self.since
+            if self.by == "sensor" and self.last is not None and abs(heard - self.last) > self.leap:
+                raise ValueError(f"time: is missing, and the last of this sensor, {self.last:.6f} s, is not of our clock")
             return arrived
         near = self.last if arrived is None else arrived
         if period is not None and near is not None:  # the day, or the turn of a short counter, nearest to when it came

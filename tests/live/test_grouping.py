@@ -116,6 +116,16 @@ def test_one_time_far_ahead_is_refused_and_a_clock_that_was_set_is_believed() ->
     assert [clock.time(t, None, None) for t in (5001.0, 5002.0)] == [5001.0, 5002.0]
 
 
+def test_a_message_without_a_time_among_those_of_another_epoch_is_refused() -> None:
+    """Taken when it came, it made all others 57 years late. By a clock like ours it is taken, after a silence, too."""
+    clock = Clock("sensor", leap=100.0)
+    assert clock.time(12.0, None, 1.8e9) == 12.0
+    with pytest.raises(ValueError, match="time"):
+        clock.time(None, None, 1.8e9 + 1.0)
+    alike = Clock("sensor", leap=100.0)
+    assert [alike.time(t, None, now) for t, now in ((12.0, 12.5), (None, 5000.0))] == [12.0, 5000.0]
+
+
 def test_a_clock_that_was_set_back_is_followed_by_its_least_delay() -> None:
     """After ten messages: all that followed were refused as late. Those that make up for a pause are late, as they are."""
 
