@@ -15,6 +15,9 @@ from vedette_files.input_files import user_path as _path
 LOOPBACK = "127.0.0.1"
 PATIENCE = 0.2
 """s that a socket is waited for before the service looks whether it is to stop."""
+NO_ROOM = "connection not taken"
+REST = 0.05
+"""s until a connection is asked for again that the system cannot give, as all its open files are used."""
 
 
 def host_field(doc: str) -> Any:

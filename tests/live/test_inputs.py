@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import socket
 import sys
 from collections.abc import Callable, Iterator
@@ -9,6 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from threading import Event, Thread
 from time import monotonic, sleep
+from typing import Any
 
 import pytest
 
@@ -18,6 +20,7 @@ from vedette_live.health import notify
 from vedette_live.inputs.files import FileInput
 from vedette_live.inputs.tcp import TcpServerInput
 from vedette_live.inputs.udp import UdpInput
+from vedette_live.outputs.sockets import TcpServerOutput
 
 LOOPBACK = "127.0.0.1"
 
@@ -93,6 +96,26 @@ def test_a_connection_too_many_is_closed_and_told(caplog: pytest.LogCaptureFixtu
     (told,) = [vars(record) for record in caplog.records if record.getMessage() == "connection closed"]
     assert "more than `most`" in told["why"]
     assert told["from"].startswith(f"tcp {port} 127.0.0.1:")
+
+
+@pytest.mark.parametrize("side", ["input", "output"])
+def test_connections_that_the_system_cannot_give_are_told_and_cost_little(
+    side: str, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """With all open files used, it was asked for the next one without a pause, and nobody was told why none came."""
+    port, asked = free_port(), list[Any]()
+
+    def accept(server: socket.socket) -> Any:
+        asked.append(server)
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(socket.socket, "accept", accept)
+    server = _listening(TcpServerInput(port=port), _now()) if side == "input" else TcpServerOutput(port=port).open()
+    with server, connected(port):
+        _until(lambda: bool(asked))
+        sleep(0.5)
+    assert [record.getMessage() for record in caplog.records] == ["connection not taken"]
+    assert len(asked) < 50
 
 
 def test_whoever_reads_no_answers_loses_the_connection_and_others_still_come() -> None:

@@ -9,7 +9,7 @@ import ssl
 from collections.abc import Iterator
 from contextlib import suppress
 from threading import Event, Lock
-from time import monotonic
+from time import monotonic, sleep
 from typing import ClassVar, final
 
 from attrs import define, field, frozen
@@ -17,7 +17,7 @@ from attrs import define, field, frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Arrival, Input, now
-from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+from vedette_live.addresses import NO_ROOM, PATIENCE, REST, Security, host_field, port_field
 from vedette_live.log import CLOSED, Sparing
 
 PIECE = 2**16
@@ -85,7 +85,11 @@ class TcpServerInput(Input):
     ) -> None:
         try:
             here, sender = server.accept()
-        except OSError:
+        except BlockingIOError:  # it went away
+            return
+        except OSError as error:
+            log.warn(NO_ROOM, str(error), "")
+            sleep(REST)
             return
         if len(connections) >= self.most and (done := next((each for each in connections.values() if each.ended), None)):
             done.close()

@@ -14,7 +14,7 @@ from attrs import define, field, frozen
 
 from vedette import fields
 from vedette.streams import Output
-from vedette_live.addresses import PATIENCE, Security, host_field, port_field
+from vedette_live.addresses import NO_ROOM, PATIENCE, REST, Security, host_field, port_field
 from vedette_live.inputs.mqtt import connected, fits
 from vedette_live.log import CLOSED, Sparing
 
@@ -138,7 +138,11 @@ class _Readers:
         while not self.stop.is_set():
             try:
                 here, _ = server.accept()
-            except OSError:
+            except TimeoutError:
+                continue
+            except OSError as error:
+                self.log.warn(NO_ROOM, str(error), "")
+                self.stop.wait(REST)
                 continue
             here.settimeout(2.0)
             if self.context is None and not self.security.token_file:
