@@ -7,7 +7,6 @@ from typing import Any, final
 
 from attrs import define, field
 
-from vedette.errors import VedetteError
 from vedette.streams import Saved, Storage, TrackReport
 from vedette_live import saving
 from vedette_live.config import Service
@@ -58,7 +57,12 @@ class Keeping:
             feeds = zip(saved.states["clocks"], self.service.parts.inputs, strict=False)
             clocks = [saving.clocks_from(given, feed.scans.clock, feed.scans.leap) for given, feed in feeds]
             places, code = saving.changed(saved.states["made"], self.made)
-        except (VedetteError, LookupError, TypeError, ValueError) as error:  # another Vedette's data may be others
+            known = {key: int(number) for key, number in saved.acknowledged.items()}
+            runs = saved.states.get("missed", {}).items()  # the data of an older Vedette lack it
+            missed = {key: [(int(first), int(last)) for first, last in of] for key, of in runs}
+            counts = {name: int(count) for name, count in saved.counters.items() if name in self.counters.counts}
+            recorded = int(saved.states.get("recorded", -1))
+        except Exception as error:  # another Vedette's data may be others, in any way
             why = f"{type(error).__name__}: {error}"[:300]
             LOG.error("the saved state does not fit, and is left out", extra={"why": why})
             return None
@@ -66,16 +70,13 @@ class Keeping:
             LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
         if code:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
-        for grouper, known in zip(self.listening.groupers, clocks, strict=False):
-            grouper.clocks = known
-        self.listening.numbers.kept = dict(saved.acknowledged)
-        missed = saved.states.get("missed", {})  # the data of an older Vedette lack it
-        self.listening.numbers.missed = {key: [(first, last) for first, last in runs] for key, runs in missed.items()}
-        if self.recorder is not None and "recorded" in saved.states and not saved.older:
-            self.recorder.cut(saved.states["recorded"])
-        for name, count in saved.counters.items():
-            if name in self.counters.counts:
-                self.counters.add(name, count)
+        for grouper, those in zip(self.listening.groupers, clocks, strict=False):
+            grouper.clocks = those
+        self.listening.numbers.kept, self.listening.numbers.missed = known, missed
+        if self.recorder is not None and recorded >= 0 and not saved.older:
+            self.recorder.cut(recorded)
+        for name, count in counts.items():
+            self.counters.add(name, count)
         LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
         return window
 

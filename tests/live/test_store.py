@@ -8,7 +8,7 @@ import signal
 import sqlite3
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import closing
 from io import FileIO
 from pathlib import Path
@@ -408,17 +408,40 @@ def test_a_state_of_another_config_is_used_where_it_fits_and_what_changed_is_tol
     assert caplog.records[-1].levelname == "ERROR"
 
 
-def test_a_state_of_another_layout_is_left_out_and_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+@pytest.mark.parametrize(
+    ("changed", "why"),
+    [
+        ({"clocks": None}, "TypeError"),
+        ({"missed": {"0 north": [[1, 2, 3]]}}, "ValueError"),
+        ({"missed": [1]}, "AttributeError"),
+        ({"recorded": {}}, "TypeError"),
+        ({"made": {}}, "KeyError: 'axes'"),
+    ],
+)
+def test_a_state_of_another_layout_is_left_out_and_told(
+    changed: Mapping[str, Any], why: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
     """As another Vedette may have written it: the service began with KeyError, again and again."""
     given = {**config(tmp_path, 1), "inputs": [feed()]}
     ran(given, [numbered("north", 1, 1.0, [[0.0, 0.0]], [])])
     store = SqliteStore(path=str(tmp_path / "state.sqlite")).open()
     saved = store.load()
     assert saved is not None
-    store.save(evolve(saved, states={name: told for name, told in saved.states.items() if name != "clocks"}), [])
+    store.save(evolve(saved, states={**saved.states, **changed}), [])
     store.close()
     assert goes_on(given) is None
-    assert "KeyError: 'clocks'" in vars(caplog.records[-1])["why"]
+    assert vars(caplog.records[-1])["why"].startswith(why)
+
+
+def test_counts_of_another_layout_are_left_out_with_their_state(tmp_path: Path) -> None:
+    given = {**config(tmp_path, 1), "inputs": [feed()]}
+    ran(given, [numbered("north", 1, 1.0, [[0.0, 0.0]], [])])
+    store = SqliteStore(path=str(tmp_path / "state.sqlite")).open()
+    saved = store.load()
+    assert saved is not None
+    store.save(evolve(saved, counters={"scans_taken_total": {"north": 1}}), [])
+    store.close()
+    assert goes_on(given) is None
 
 
 def test_a_database_of_another_program_is_refused_and_left_as_it_is(tmp_path: Path) -> None:
