@@ -62,12 +62,16 @@ class Listening:
         answered = any(stream in self.numbers.replies for stream, *_ in formed.acknowledge)
         wait = full == "wait" or (not feed.input.datagrams and (full is None or answered))
         for dropped in self.scans.put(formed, wait=wait):
-            self.counters.add("scans_dropped_total")
-            self.counters.add("messages_dropped_total", dropped.messages)
-            self.numbers.drop(dropped.acknowledge)
-            self.leave_out(dropped, "dropped")
-            self.ails["tracker"] = "it is behind, and scans are dropped"
-            self.log.warn("scan dropped", f"time {dropped.scan.time:.6f}: the tracker is behind", "")
+            self.drop(dropped)
+
+    def drop(self, formed: Formed) -> None:
+        """Count and tell a scan that is not taken, as the tracker is behind."""
+        self.counters.add("scans_dropped_total")
+        self.counters.add("messages_dropped_total", formed.messages)
+        self.numbers.drop(formed.acknowledge)
+        self.leave_out(formed, "dropped")
+        self.ails["tracker"] = "it is behind, and scans are dropped"
+        self.log.warn("scan dropped", f"time {formed.scan.time:.6f}: the tracker is behind", "")
 
     def leave_out(self, formed: Formed, why: str) -> None:
         """Let the record tell of a scan that was not taken."""

@@ -31,6 +31,10 @@ _TICK = 0.05
 """s between looks at what silence completes."""
 _LAST = 2.0
 """s, at the stop, for what has come to be formed into scans."""
+_BEHIND = 60.0
+"""s from the bytes that complete a scan to its tracks, of which the health tells."""
+_AGAIN = 1.0
+"""s after which a second signal is not the first one, that a shell and a wrapper have both sent."""
 _LAST_TOLD = ("scans_taken_total", "messages_refused_total", "messages_dropped_total")
 """Counts that the last line of the log tells."""
 _DEAF = 10
@@ -40,10 +44,14 @@ _DEAF = 10
 @final
 @define(eq=False)
 class Running:
-    """Runs a service until `stop` is set, or all its inputs have ended: then what waits is taken, saved and sent."""
+    """Runs a service until `stop` is set, or all its inputs have ended: then what waits is taken, saved and sent.
+
+    Where it is `hurried`, what waits is dropped.
+    """
 
     service: Service
     stop: Event = field(factory=Event)
+    hurried: Event = field(factory=Event)
     counters: Counters = field(factory=Counters)
     ails: dict[str, str] = field(factory=dict)
     listening: Listening = field(init=False)
@@ -54,6 +62,8 @@ class Running:
     _page: LivePage | None = None
     _came: float = 0.0
     _deaf: dict[str, int] = field(factory=dict)
+    _asked: float = np.inf
+    _saved: float = field(factory=now)
 
     def __attrs_post_init__(self) -> None:
         self.listening = Listening(self.service, self.counters, self.ails)
@@ -63,6 +73,13 @@ class Running:
     def state(self) -> State | None:
         """The state after the latest scan; None before the first."""
         return None if self._window is None else self._window.state
+
+    def end(self) -> None:
+        """Stop, as a signal asks; asked once more, hurry."""
+        if now() - self._asked > _AGAIN:
+            self.hurried.set()
+        self._asked = min(self._asked, now())
+        self.stop.set()
 
     def run(self) -> None:
         """Run. InputError if an input, an output or the store can never be used."""
@@ -109,12 +126,11 @@ class Running:
         return "; ".join(f"{name}: {told.lstrip('!')}" for name, told in sorted(self.ails.items()))
 
     def _take_until_the_end(self, feeds: list[Thread]) -> None:
-        every = self.service.parts.service.save
-        saved_at, end = now(), np.inf
-        while now() < end:
+        end = np.inf
+        while now() < end and not self.hurried.is_set():
             if self.stop.is_set() and end == np.inf:
                 end = now() + _LAST
-                LOG.info("stopping")
+                LOG.info("stopping", extra={"waiting": len(self.listening.scans.items)})
             formed = self.listening.scans.take(TOGETHER, _TICK)
             if len(formed) < TOGETHER:
                 self.ails.pop("tracker", None)
@@ -124,10 +140,13 @@ class Running:
                 return
             self._close_silent()
             self.listening.tell()
-            due = now() - saved_at >= every
-            self.kept.save(self._window, due=due)
-            if due:
-                saved_at = now()
+            self._save_if_due()
+
+    def _save_if_due(self) -> None:
+        due = now() - self._saved >= self.service.parts.service.save
+        self.kept.save(self._window, due=due)
+        if due:
+            self._saved = now()
 
     def _close_silent(self) -> None:
         """Take the scans that silence completes."""
@@ -163,6 +182,8 @@ class Running:
             self.listening.numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
+        if came and (behind := done - min(one.arrived for one in came.values())) > _BEHIND:
+            self.ails["tracker"] = f"it is {behind:.0f} s behind"
         if not came or not window.kept:
             return
         state = window.state
@@ -228,9 +249,12 @@ class Running:
         return Window(experiment.tracker, start, conduct.horizon, conduct.window, experiment.preprocessors)
 
     def _finish(self) -> None:
-        """Take what waits, keep all, and close."""
-        while formed := self.listening.scans.take(TOGETHER, 0.0):
+        """Take what waits, or drop it, keep all, and close."""
+        while not self.hurried.is_set() and (formed := self.listening.scans.take(TOGETHER, 0.0)):
             self._take(formed)
+            self._save_if_due()
+        for one in self.listening.scans.take(self.service.parts.service.queue, 0.0):
+            self.listening.drop(one)
         self.kept.save(self._window)
         if self._window is not None and (self.kept.recorder is not None or any(self._lagged)):
             self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again

@@ -30,6 +30,7 @@ from support.services import (
     feed,
     free_port,
     lines,
+    made,
     ran,
     reach,
     served,
@@ -37,10 +38,12 @@ from support.services import (
     wait_for,
 )
 from vedette import ConfigError
-from vedette.streams import Arrival
+from vedette.streams import Arrival, now
 from vedette_live import log
 from vedette_live.config import load_service
+from vedette_live.keeping import TOGETHER
 from vedette_live.running import Running
+from vedette_live.window import Window
 from vedette_standard.lifecycles.existence import Existence
 
 
@@ -243,6 +246,22 @@ def test_when_the_tracker_is_behind_the_oldest_scans_are_dropped_counted_and_tol
     assert [one.scan.time for one in running.listening.scans.take(10, 0.0)] == [9.0, 10.5, 12.0, 13.5]
 
 
+def test_a_tracker_that_is_a_minute_behind_is_told_by_the_health(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whoever sends by a connection waits, and nothing is dropped: with tracks ten minutes late, all seemed well."""
+    behind = list[str]()
+
+    class Ails(dict[str, str]):
+        def __setitem__(self, name: str, told: str) -> None:
+            behind.append(f"{name}: {told}")
+
+    monkeypatch.setattr("vedette_live.running.now", lambda: 100.0)
+    for arrived in (41.0, 39.0):
+        running = made({**TRACKER, "inputs": [feed()]}, [Arrival(lines(1)[0], arrived)])
+        running.ails = running.listening.ails = Ails()
+        running.run()
+    assert behind == ["tracker: it is 61 s behind"]
+
+
 def test_each_kind_of_refusal_is_told_at_once_and_the_others_counted(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -300,6 +319,28 @@ def test_a_stop_is_told(caplog: pytest.LogCaptureFixture) -> None:
         running.stop.set()
         wait_for(lambda: "stopped" in caplog.messages)
     assert caplog.messages == ["serving", "stopping", "stopped"]
+
+
+def test_a_service_that_is_asked_twice_to_stop_drops_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With 1,000 scans that wait for a slow tracker, nothing but SIGKILL ended it. Both words of one Ctrl-C are one."""
+    running = made({**TRACKER, "inputs": [feed()]}, [Arrival(line, 0.0) for line in lines(200)])
+    take = Window.take
+
+    def slow(window: Window, formed: Any) -> Any:
+        for _ in range(2):
+            running.end()
+        assert not running.hurried.is_set()
+        wait_for(lambda: running.counters.counts["messages_total"] == 200)
+        with monkeypatch.context() as later:
+            later.setattr("vedette_live.running.now", lambda: now() + 2.0)
+            running.end()
+        return take(window, formed)
+
+    monkeypatch.setattr(Window, "take", slow)
+    running.run()
+    counts = running.counters.counts
+    assert counts["scans_taken_total"] <= TOGETHER
+    assert counts["scans_taken_total"] + counts["scans_dropped_total"] == 200
 
 
 def test_what_is_answered_is_not_dropped() -> None:

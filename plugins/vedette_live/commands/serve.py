@@ -31,7 +31,7 @@ def run(arguments: Namespace) -> int:
         for name in ("SIGTERM", "SIGINT", "SIGHUP"):
             number = getattr(signal, name, signal.SIGTERM)  # Windows has no SIGHUP
             if signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
-                signal.signal(number, lambda *_: running.stop.set())
+                signal.signal(number, lambda *_: running.end())
     running.run()
     counts = running.counters.counts
     if arguments.json:
