@@ -145,7 +145,7 @@ def degrees(cell: str) -> float:
     except ValueError:
         found = _DEGREES.fullmatch(cell.strip())
     letter = (found["before"] or found["after"] or "") if found else ""
-    if found is None or not (letter or found["minutes"]):
+    if found is None or not (letter or found["minutes"] or cell.strip()[-1] in "°º"):
         raise ValueError
     whole, minutes, seconds = (float(found[part] or 0) for part in ("degrees", "minutes", "seconds"))
     if not found["minutes"] and "." in found["degrees"] and len(found["degrees"].partition(".")[0]) > 3:

@@ -30,6 +30,9 @@ CEILING = 20_000.0
 SPACE = 100_000.0
 """What flies higher is in space, whatever it is told in."""
 
+SURFACE = (6.3e6, 6.42e6)
+"""m: so far from the middle of the earth is its surface, and what flies in the air."""
+
 CODED = 25.0
 """ft: transponders tell altitudes in such steps."""
 
@@ -153,6 +156,13 @@ def in_degrees(x: Sequence[str], y: Sequence[str], *, sent: bool = False) -> boo
     return sent or any(
         abs(np.median(each)) > FAR_OFF * np.ptp(np.percentile(each, (5, 95))) > 0 for each in (longitude, latitude)
     )
+
+
+def from_the_middle(x: Sequence[str], y: Sequence[str], z: Sequence[str]) -> bool:
+    """Return whether positions in m or km, of numbers alone, lie on the earth or close above it, as seen from its middle."""
+    places = np.array([[*map(float, row)] for row in zip(x, y, z, strict=True) if all(map(is_number, row))])
+    high = np.linalg.norm(places, axis=-1) if len(places) else np.zeros(1)
+    return any(bool(np.all((SURFACE[0] < scale * high) & (scale * high < SURFACE[1]))) for scale in (1.0, 1000.0))
 
 
 def numbers(cells: Sequence[str]) -> Array:

@@ -12,7 +12,7 @@ from vedette_files.tables.numbers import is_number
 from vedette_files.tables.times import stamp
 from vedette_tools.drafting.titles import NAMES, OTHER_IDS, PROPERTIES, SENT
 
-ENDS = ("_id", "_no", "_nr", "_num", "_number", "_nummer")
+ENDS = ("_id", "_uuid", "_guid", "_no", "_nr", "_num", "_number", "_nummer")
 """How titles of names end, by their words alone."""
 
 OFTEN, ONCE = 2.0, 0.9

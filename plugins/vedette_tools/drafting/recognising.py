@@ -20,13 +20,23 @@ from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.dates import is_day, pattern_of
 from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_below
 from vedette_tools.drafting.height_and_rate import fullest, own_velocity, third_column
-from vedette_tools.drafting.measures import ANGLES, MANY, add_unit, in_degrees, joined, numbers, time_unit, unknown_unit
+from vedette_tools.drafting.measures import (
+    ANGLES,
+    MANY,
+    add_unit,
+    from_the_middle,
+    in_degrees,
+    joined,
+    numbers,
+    time_unit,
+    unknown_unit,
+)
 from vedette_tools.drafting.naming import by_words, named_by
 from vedette_tools.drafting.own_errors import own_errors, roundings
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
-from vedette_tools.drafting.shapes import pairs_of, position_of, time_of, unreadable, with_hemisphere, with_made, with_rest
+from vedette_tools.drafting.shapes import is_doubtful, pairs_of, position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
 from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words_of
 from vedette_tools.drafting.wishes import Wishes
@@ -72,7 +82,7 @@ class Columns:
             for title, column in cells.items()
             if 2 * sum(any(map(str.isdigit, cell)) for cell in column) <= len(column)
             or (meaning(title).axis == "time" and len({*column}) == 1 and not is_day(column[0]))
-            or unreadable(meaning(title).axis, column)
+            or is_doubtful(title, column)
         ]
         below_header, own = chosen(titles, below, worded)
         measured = wishes.measured(path, titles, below_header)
@@ -176,6 +186,11 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
     if not others or who:
         names |= third_column(axes[0], measured, main)
+    if names.keys() == {"x", "y", "z"} and from_the_middle(*(columns[measured[name].title] for name in names.values())):
+        three = ", ".join(measured[name].title for name in names.values())
+        raise InputError(
+            f"{path}: {three} are counted from the middle of the earth: make latitudes and longitudes of them first"
+        )
     first, second = (measured[name].title for name in axes)
     again = [(title, title.removesuffix(first) + second) for title in titles if title.endswith(f".{first}")]
     alike = zip(*([each for each in titles if meaning(each).axis == axis] for axis in axes), strict=False)

@@ -50,6 +50,9 @@ NO_PLACE = frozenset((
 ))  # fmt: skip
 """Words beside an x that is no place."""
 
+BEGINS = {"start", "begin", "end", "stop", "first", "eta"}
+"""Words of titles of times at which something began or ended, not of those of its rows."""
+
 UNIT = re.compile(r"[\[(][^\])]{2,}[\])]")
 
 LARGEST = {"latitude": 90.0, "longitude": 360.0}
@@ -142,7 +145,7 @@ def position_of(columns: Columns, degrees: Callable[[Sequence[str], Sequence[str
 
 
 def pairs_of(columns: Columns) -> list[dict[str, Meaning]]:
-    """Return the pairs of columns whose titles are alike but for x and y, and may be a position: gaze X and gaze Y."""
+    """Return columns whose titles are alike but for x, y and z if there is one, and may be a position: gaze X and gaze Y."""
     held = {title for title, cells in columns.items() if _most(cells, is_number)}
     by_word: dict[tuple[str, ...], str] = {}
     for title in columns:
@@ -153,7 +156,9 @@ def pairs_of(columns: Columns) -> list[dict[str, Meaning]]:
         if words.count("x") == 1 and "y" not in words and not NO_PLACE & {*words} and {title, other} <= held:
             unit = UNIT.search(title)
             as_x = meaning(f"x {unit[0]}" if unit else "x")
-            found.append({"x": evolve(as_x, title=title), "y": evolve(as_x, title=other, axis="y")})
+            pair = {"x": evolve(as_x, title=title), "y": evolve(as_x, title=other, axis="y")}
+            up = by_word.get(tuple("z" if word == "x" else word for word in words), "")
+            found.append(pair | ({"z": evolve(as_x, title=up, axis="z")} if up in held else {}))
     return found
 
 
@@ -175,9 +180,13 @@ def with_hemisphere(given: Meaning, columns: Columns) -> Meaning:
     return evolve(given, title=PLUS.join(parts))
 
 
-def unreadable(axis: str, cells: Sequence[str]) -> bool:
-    """Return whether the first cells cannot be what a title says: no times, or numbers beyond latitudes and longitudes."""
-    some = [cell for cell in cells if cell][:LOOKED_AT]
+def is_doubtful(title: str, cells: Sequence[str]) -> bool:
+    """Return whether a column is hardly what its title says: cells are no times, or beyond all latitudes and longitudes; or
+    its times are those at which something began.
+    """
+    some, axis = [cell for cell in cells if cell][:LOOKED_AT], meaning(title).axis
+    if axis == "time" and BEGINS & {*words_of(title)}:
+        return True
     if axis == "time":
         return bool(some) and not any(map(_is_time, some)) and not pattern_of(some)[0]
     if axis in LARGEST:

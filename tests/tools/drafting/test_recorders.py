@@ -45,6 +45,10 @@ CLOCKS = {
     "a date under a mark of comments": ("%,GPST", lambda at: (f"{at:%Y/%m/%d}", f"{at:%H:%M:%S}.000")),
     "seconds of a week": ("GPS_week,GPS_tow_s", lambda at: (2420, 216_000 + (at - BEGIN).total_seconds())),
     "a clock that was never set, and another": ("time,stamp", lambda at: ("0000-00-00 00:00:00", at.timestamp())),
+    "when something began, and when it was seen": (
+        "timestamp_start,detection_time",
+        lambda at: (f"{at:%Y-%m-%d %H}:00:00", f"{at:%Y-%m-%d %H:%M:%S}"),
+    ),
     "micro, in Greek": ("Recording timestamp [\N{GREEK SMALL LETTER MU}s]", lambda at: (int(1e6 * (at - BEGIN).seconds),)),
     "us since something began": ("timestamp", lambda at: (33_445 + int(1e6 * (at - BEGIN).seconds),)),
 }
@@ -85,6 +89,7 @@ DEGREES = {
         lambda n, e: (59, f"{60 * n:.6f}", -4, f"{60 * e:.6f}"),
     ),
     "and letters": ("LatD,LatM,NS,LonD,LonM,EW", lambda n, e: (59, f"{60 * n:.6f}", "N", 4, f"{60 * e:.6f}", "W")),
+    "signs of degrees": ("lat,lon", lambda n, e: (f"{59 + n:.7f}°", f"{-4 - e:.7f}°")),
     "and seconds": (
         "lat deg,lat min,lat sec,lon deg,lon min,lon sec",
         lambda n, e: (59, int(60 * n), f"{3600 * n % 60:.5f}", -4, int(60 * e), f"{3600 * e % 60:.3f}"),
@@ -131,6 +136,15 @@ def test_one_pair_alone_is_a_position(titles, tmp_path):
     assert ("hip y, and knee x" in str(caught.value)) == ("hip" in titles)
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+def test_positions_from_the_middle_of_the_earth_are_refused(scale, tmp_path):
+    """They were tracked in the plane of the equator."""
+    row = lambda k, at: (k, *(scale * each for each in (4.2e6 + 3 * k, 1.7e5 - k, 4.78e6 + k)))  # noqa: E731
+    path = written(tmp_path / "d.csv", "time,ecef_x,ecef_y,ecef_z", row)
+    with pytest.raises(InputError, match="middle of the earth"):
+        read_table(path)
+
+
 @pytest.mark.parametrize(
     ("scale", "altitude", "unit"),
     [(1e7, 488_123, "0.001 m"), (1.0, 408_000, None), (1.0, 37_000, "ft"), (1.0, 812.5, None)],
@@ -143,7 +157,7 @@ def test_altitudes_beside_latitudes_in_whole_numbers_are_in_mm(scale, altitude, 
     assert read_table(written(tmp_path / "d.csv", "time,lat,lon,alt", row)).units.get("altitude") == unit
 
 
-@pytest.mark.parametrize("title", ["Track No", "D_number", "drifter_nr"])
+@pytest.mark.parametrize("title", ["Track No", "D_number", "drifter_nr", "track_uuid"])
 @pytest.mark.parametrize("sorted_by_it", [True, False])
 def test_numbers_of_objects_are_names(title, sorted_by_it, tmp_path):
     rows = [(7 * k, 300 + i, k, 1000 * i) for k in range(30) for i in range(4)]
