@@ -101,19 +101,23 @@ def test_the_offset_is_the_least_delay() -> None:
     times = [clock.time(float(i), None, 1000.0 + i + delay) for i, delay in enumerate(delays)]
     np.testing.assert_allclose(times, [1000.3, 1001.1, 1002.1])
     assert Clock("receiver").time(5.0, None, 1000.0) == 1000.0
+    assert Clock("receiver").time(5.0, None, None) == 5.0  # of a record that does not tell when it came
     with pytest.raises(ValueError, match="time"):
         Clock("sensor").time(None, None, None)
 
 
-def test_one_time_far_ahead_is_refused_and_a_clock_that_was_set_is_believed() -> None:
+@pytest.mark.parametrize("began", [0.0, 1.8e9])
+def test_times_far_ahead_are_refused_and_a_clock_that_was_set_is_believed(began: float) -> None:
+    """Two wrong ones do not agree, be the clock's zero as long ago as it may."""
     clock = Clock("sensor", leap=100.0)
-    assert [clock.time(t, None, None) for t in (1.0, 90.0)] == [1.0, 90.0]
+    assert [clock.time(began + t, None, None) for t in (1.0, 90.0)] == [began + 1.0, began + 90.0]
+    for wrong in (1e6, 3e6):
+        with pytest.raises(ValueError, match="time"):
+            clock.time(began + wrong, None, None)
+    assert clock.time(began + 91.0, None, None) == began + 91.0
     with pytest.raises(ValueError, match="time"):
-        clock.time(1e6, None, None)
-    assert clock.time(91.0, None, None) == 91.0
-    with pytest.raises(ValueError, match="time"):
-        clock.time(5000.0, None, None)
-    assert [clock.time(t, None, None) for t in (5001.0, 5002.0)] == [5001.0, 5002.0]
+        clock.time(began + 5000.0, None, None)
+    assert [clock.time(began + t, None, None) for t in (5001.0, 5002.0)] == [began + 5001.0, began + 5002.0]
 
 
 def test_a_message_without_a_time_among_those_of_another_epoch_is_refused() -> None:
