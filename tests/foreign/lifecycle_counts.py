@@ -52,7 +52,7 @@ class Rate:
 
 @frozen
 class DetectionRate(vedette.Lifecycle):
-    """A Beta posterior of the rate at which expected detections happen: Beta(1 + hits, 1 + misses), older ones fading.
+    """A Beta posterior of the rate at which expected detections happen: Beta(1 + hits, 1 + misses), older looks fading.
 
     Confirmed while P(rate > half) is high, ended when it is low, or after `patience` without a look at it.
     Gelman et al., Bayesian Data Analysis, 2013, chapter 2.
@@ -77,9 +77,10 @@ class DetectionRate(vedette.Lifecycle):
         return Rate(np.ones(existence.shape), np.zeros(existence.shape), np.zeros(existence.shape))
 
     def review(self, memory, scan):
-        hits = 0.9 * memory.hits + scan.hit
-        misses = 0.9 * memory.misses + (1 - scan.hit) * scan.p_detect
         looked = np.maximum(scan.hit, scan.p_detect) > 0.01
+        kept = np.where(looked, 0.9, 1.0)
+        hits = kept * memory.hits + scan.hit
+        misses = kept * memory.misses + (1 - scan.hit) * scan.p_detect
         unseen = np.where(looked, 0.0, memory.unseen + scan.dt)
         above = betainc(1 + misses, 1 + hits, 1 - self.half)
         return Rate(hits, misses, unseen), above >= self.confirm, (above >= self.end) & (unseen <= self.patience)

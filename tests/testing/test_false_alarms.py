@@ -144,6 +144,8 @@ def test_noise_that_would_wrap_is_no_fault():
         ("minutes", "survives_its_lifetime", "held"),
         ("minutes", "waits_out_of_coverage", "held"),
         ("nobody", "scans_last_as_stated", "held"),
+        ("nearest-neighbour JPDA", "every_return_counts", "skipped"),
+        ("detection rate", "a_look_at_nothing_keeps_the_verdict", "held"),
     ],
 )
 @pytest.mark.by_turns
