@@ -6,7 +6,7 @@ from attrs import evolve
 
 import vedette
 from vedette.metrics import Score
-from vedette.testing.counterexamples import method_of
+from vedette.testing.counterexamples import way_of
 from vedette_report.summary.words import summary
 
 CONFIG = {
@@ -47,6 +47,6 @@ def test_an_error_is_told_with_the_method_that_raised_it():
     sensor = vedette.load(CONFIG).tracker.sensors["radar"]
     with pytest.raises((ValueError, IndexError)) as raised:
         sensor.invert(np.zeros((2, 5)), np.zeros(3))
-    assert method_of(raised.value) == "cartesian_position.invert "
-    assert method_of(ValueError("of nobody")) == ""
+    assert way_of(raised.value)[0] == "cartesian_position.invert "
+    assert way_of(ValueError("of nobody")) == ("", "")
     assert evolve(sensor).kind == "cartesian_position"

@@ -54,10 +54,10 @@ def closed_by(refused: type[Exception] | tuple[type[Exception], ...], why: str) 
         raise Closed(why.format(refusal)) from None
 
 
-def closed_if(unfit: Any, why: str) -> None:
-    """Raise Closed with a sentence if the condition holds."""
+def closed_if(unfit: Any, why: str | Closed) -> None:
+    """Raise Closed, with a sentence or as it is given, if the condition holds."""
     if unfit:
-        raise Closed(why)
+        raise why if isinstance(why, Closed) else Closed(why)
 
 
 def demand(holds: Any, otherwise: str) -> None:

@@ -19,22 +19,13 @@ WIDTH = 240
 """Characters of a line, at most."""
 
 
-def method_of(error: BaseException) -> str:
-    """Return which method of a component an error comes from, as the start of a sentence: the outermost on its way."""
-    for frame, _ in walk_tb(error.__traceback__):
-        owner = frame.f_locals.get("self")
-        if isinstance(owner, Component):
-            return f"{owner.kind}.{frame.f_code.co_name} "
-    return ""
-
-
-def line_of(error: BaseException) -> str:
-    """Return the file and line of the innermost method of a component on an error's way, in brackets."""
-    found = ""
-    for frame, line in walk_tb(error.__traceback__):
-        if isinstance(frame.f_locals.get("self"), Component):
-            found = f" ({frame.f_code.co_filename}:{line})"
-    return found
+def way_of(error: BaseException) -> tuple[str, str]:
+    """Return the outermost method of a component on an error's way, to begin a sentence, and the line in the innermost."""
+    way = [(at, line) for at, line in walk_tb(error.__traceback__) if isinstance(at.f_locals.get("self"), Component)]
+    if not way:
+        return "", ""
+    (first, _), (last, line) = way[0], way[-1]
+    return f"{first.f_locals['self'].kind}.{first.f_code.co_name} ", f" ({last.f_code.co_filename}:{line})"
 
 
 def last_call(component: Component, check: Callable[[], None]) -> str:

@@ -24,7 +24,7 @@ from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Component
 from vedette.supporting import ImagingSensor
 from vedette.testing.comparisons import Closed, Lacking, Misuse, Unlike, closed_if
-from vedette.testing.counterexamples import counterexample, line_of, method_of
+from vedette.testing.counterexamples import counterexample, way_of
 from vedette.testing.hypothesis_constants import constants_of_no_module, examples_of_their_own
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws import (
@@ -226,7 +226,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except Exception as error:
         what = _promise(law, *tried[:2]) if tried else ""
         if not what:
-            raised = f"{method_of(error)}raised {type(error).__name__}: {error}{line_of(error)}"
+            method, line = way_of(error)
+            raised = f"{method}raised {type(error).__name__}: {error}{line}"
             what = str(error) if isinstance(error, AssertionError) else raised
         shown = law.effort == "shown" or not tried  # nothing, where it raised as something was drawn for it
         told = what if shown else counterexample(what, tried[0], tried[1], lambda: law.check(tried[0], tried[1]))

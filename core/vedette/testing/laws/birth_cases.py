@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import frozen
 from hypothesis import strategies as st
 
 from vedette.roles import Estimator, Sensor
@@ -50,12 +50,6 @@ def drawn(draw: st.DrawFn, birth: Birth, profile: Profile) -> Returns:
     return Returns(
         kalman(motion(0.5)), position(5.0, 0.9, 1e-5), Detections.of(z, 2), frozen_copy(rng.random(k)), dt, later, seed
     )
-
-
-def elsewise(given: Returns) -> Returns:
-    """The same returns of the same sensor, for a filter whose state has its axes in another order: y, x, vy, vx."""
-    other = usual("estimator", "kalman")(usual("motion", "constant_velocity")(0.5, axes=("y", "x")))
-    return evolve(given, estimator=other)
 
 
 def unseen(birth: Birth, given: Returns) -> Any:

@@ -73,8 +73,7 @@ def exists_as_stated(birth: Birth, drawn: Returns) -> None:
 
 def starts_from_its_sensors(birth: Birth, drawn: Returns) -> None:
     """If it states `sensors`: returns of those start tracks, and of no others; of all if it names none."""
-    if type(birth).sensors is Birth.sensors:
-        raise Lacking("sensors")
+    closed_if(type(birth).sensors is Birth.sensors, Lacking("sensors"))
     if not birth.sensors:
         demand(birth.starts_from("kit_other"), "starts_from: must be true of any sensor, as `sensors` names none")
         return

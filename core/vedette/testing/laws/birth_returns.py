@@ -19,7 +19,7 @@ from vedette.testing.comparisons import (
     same_moments,
 )
 from vedette.testing.law import Law
-from vedette.testing.laws.birth_cases import P_GATE, Returns, begun, elsewise
+from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
 from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Gaussian, Newborn
 
@@ -27,7 +27,7 @@ from vedette.types import Detections, Gaussian, Newborn
 def axes_are_found_by_name(birth: Birth, drawn: Returns) -> None:
     """The order of the axes in the filter's state is free: the same tracks start, over the axes of the same names."""
     free = np.zeros(len(drawn.claimed))
-    other = elsewise(drawn)
+    other = evolve(drawn, estimator=usual("estimator", "kalman")(usual("motion", "constant_velocity")(0.5, axes=("y", "x"))))
     here, there = begun(birth, drawn, free), begun(birth, other, free)
     same("returns, of a state of y, x, vy, vx", there.returns.astype(float), here.returns.astype(float), 0.0)
     where = other.estimator.state.locate(drawn.estimator.state)

@@ -166,8 +166,7 @@ def detects_within_max_range(sensor: Sensor, drawn: Looks) -> None:
     """If it has `max_range`: no target beyond is detected."""
     limit = stated(sensor, "max_range", "m")
     places = [i for i, axis in enumerate(sensor.observes.axes) if axis.name in ("x", "y")]
-    if len(places) < 2:
-        raise Lacking("max_range")
+    closed_if(len(places) < 2, Lacking("max_range"))
     station = np.array([float(getattr(sensor, name, 0.0) or 0.0) for name in ("x", "y")])
     far = np.array(drawn.x)
     for row, factor in enumerate((1.05, 3.0, 100.0)):
@@ -188,8 +187,7 @@ def detects_within_its_sectors(sensor: Sensor, drawn: Looks) -> None:
     """If it has `sectors`: no target is detected outside of them all, and no false return lies there."""
     sectors = getattr(sensor, "sectors", ())
     places = [i for i, axis in enumerate(sensor.observes.axes) if axis.name in ("x", "y")]
-    if not sectors or len(places) < 2:
-        raise Lacking("sectors")
+    closed_if(not sectors or len(places) < 2, Lacking("sectors"))
     bearing = np.linspace(-np.pi, np.pi, 64) + drawn.seed
     outside = np.all([np.mod(bearing - one.low, 2 * np.pi) > one.high - one.low + 1e-9 for one in sectors], axis=0)
     bearing = bearing[outside]

@@ -194,8 +194,7 @@ def keeping_all_changes_nothing(associator: HypothesisAssociator, drawn: Scores)
 def one_hypothesis_is_the_best(associator: HypothesisAssociator, drawn: Scores) -> None:
     """If it has `hypotheses`: where one is kept, it is the best joint association, and it is certain."""
     kept = with_room(associator)
-    if not hasattr(kept, "hypotheses"):
-        raise Lacking("hypotheses")
+    closed_if(not hasattr(kept, "hypotheses"), Lacking("hypotheses"))
     alone = varied(kept, hypotheses=1)
     joint: list[tuple[tuple[int, ...], float]] = sorted(enumerated(drawn.scores[0]), key=lambda each: -each[1])
     closed_if(len(joint) > 1 and joint[0][1] < (1 + 1e-6) * joint[1][1], "two joint associations are equally good")

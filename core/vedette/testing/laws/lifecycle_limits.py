@@ -87,12 +87,8 @@ def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
     sizes = []
     for scans in (3, 12):
         memory, _, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * scans)
-        sizes.append(_size(memory))
+        sizes.append(pytrees.size(memory))
     demand(sizes[0] == sizes[1], f"memory: holds {sizes[0]} numbers after 3 scans and {sizes[1]} after 12")
-
-
-def _size(tree: Any) -> int:
-    return tree.size if isinstance(tree, np.ndarray) else 1 + sum(_size(part) for part in pytrees.parts(tree))
 
 
 def asks_for_what_it_uses(lifecycle: Lifecycle, drawn: Lives) -> None:
@@ -228,8 +224,7 @@ def coasts_as_stated(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 def survives_in_its_areas(lifecycle: Lifecycle, drawn: Lives) -> None:
     """If it has `survives_in`, with corners: a track that is detected lives within these areas, and ends outside."""
-    if not (areas := areas_of(lifecycle)):
-        raise Lacking("survives_in")
+    closed_if(not (areas := areas_of(lifecycle)), Lacking("survives_in"))
     every, rng = np.concatenate(areas), np.random.default_rng(len(drawn.hit))
     place = every.mean(axis=0) + 1.2 * np.ptp(every, axis=0) * rng.uniform(-0.5, 0.5, (40, 2))
     inside = np.zeros(40, dtype=bool)

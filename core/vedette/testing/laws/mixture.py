@@ -18,8 +18,7 @@ from vedette.types import Gaussian
 
 
 def _modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
-    if not (modes := modes_of(estimator)):
-        raise Unlike("it is no mixture of modes")
+    closed_if(not (modes := modes_of(estimator)), Unlike("it is no mixture of modes"))
     return modes
 
 

@@ -38,10 +38,8 @@ def sensors_confirm_within_the_threshold(preprocessor: Preprocessor, drawn: Raw)
     """If it fuses sensors and has `threshold` in m: returns nearer than that make one, and those farther apart none."""
     units = {parameter.name: parameter.unit for parameter in parameters(type(preprocessor))}
     exact, limit = exactly(preprocessor, drawn, several=True), getattr(preprocessor, "threshold", 0.0)
-    if len(preprocessor.sensors) < 2:
-        raise Unlike("it does not fuse sensors")
-    if units.get("threshold") != "m":
-        raise Lacking("threshold", "it has no `threshold` in m")
+    closed_if(len(preprocessor.sensors) < 2, Unlike("it does not fuse sensors"))
+    closed_if(units.get("threshold") != "m", Lacking("threshold", "it has no `threshold` in m"))
     for share, wanted in ((0.9, 1), (1.1, 0)):
         scans = {}
         for number, (name, sensor) in enumerate(preprocessor.sensors.items()):
@@ -79,8 +77,7 @@ def errors_are_as_stated(preprocessor: Preprocessor, drawn: Raw) -> None:
 
 def _of_targets(preprocessor: Preprocessor, drawn: Raw) -> tuple[Array, Detections]:
     """Return where targets are that are far apart, and what is made of their returns."""
-    if len(preprocessor.sensors) < 2:
-        raise Unlike("it does not fuse sensors")
+    closed_if(len(preprocessor.sensors) < 2, Unlike("it does not fuse sensors"))
     exact = exactly(preprocessor, drawn, several=True)
     rng = np.random.default_rng(len(exact.states))
     x = np.repeat(exact.states[:1], 600, axis=0)

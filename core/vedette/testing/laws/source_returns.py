@@ -64,8 +64,7 @@ def _near(sensor: Sensor, recording: Recording, beyond: bool = False, alone: boo
 
 
 def _count(scan: Scan) -> int:
-    if scan.frame is not None:
-        raise Unlike("its scans are pictures")
+    closed_if(scan.frame is not None, Unlike("its scans are pictures"))
     return len(scan.detections.z)
 
 
@@ -113,10 +112,8 @@ def scatters_as_stated(source: Source, drawn: Opened) -> None:
     if getattr(source, "clutter", 0.0):  # so dense that there are some, whatever the region
         source = changed(source, {"clutter": max(source.clutter, CROWDED)}) or source  # type: ignore[attr-defined]
     sigma, extent, density = (getattr(source, name, 0.0) for name in ("sigma", "extent", "clutter"))
-    if not source.draws or hasattr(source, "level"):
-        raise Unlike("it draws nothing, or pictures")
-    if not isinstance(sigma, float) or not sigma:
-        raise Lacking("sigma", "it has no `sigma` in m")
+    closed_if(not source.draws or hasattr(source, "level"), Unlike("it draws nothing, or pictures"))
+    closed_if(not isinstance(sigma, float) or not sigma, Lacking("sigma", "it has no `sigma` in m"))
     squares, false, looks, there = [], [], 0, 0.0
     for k in range(OPENINGS):
         recording = drawn.again(k, drawn.plain).open(source)
