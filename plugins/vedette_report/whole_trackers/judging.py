@@ -197,18 +197,23 @@ def _times(interval: float | tuple[float, float], scans: int, seed: int) -> Arra
 def _check_options(runs: int, scans: int, interval: float | tuple[float, float], alpha: float, seed: int) -> None:
     """Raise Misuse for options with which nothing can be judged."""
     for name, given, least in (("runs", runs, 30), ("scans", scans, 2 * LAGS), ("seed", seed, 0)):
-        if not isinstance(given, int | np.integer) or given < least:
+        if not _is(given, int | np.integer) or given < least:
             raise Misuse(f"{name}: must be a whole number of at least {least}, got {given!r}")
     several = list(interval) if isinstance(interval, list | tuple | np.ndarray) else [interval]
     for name, values, most, said in (
         ("interval", several, ABSURD, "a number of s above 0, or the least and the most"),
         ("alpha", [alpha], 1.0, "between 0 and 1"),
     ):
-        wrong = [value for value in values if not isinstance(value, int | float | np.number) or not 0 < value < most]
+        wrong = [value for value in values if not _is(value, int | float | np.number) or not 0 < value < most]
         if wrong or not values:
             raise Misuse(f"{name}: must be {said}, got {wrong[0] if wrong else values!r}")
     if len(several) > 2 or several[0] > several[-1]:
         raise Misuse(f"interval: must be a number of s, or the least and the most, got {interval!r}")
+
+
+def _is(value: object, kinds: Any) -> bool:
+    """Return whether a value is of some kinds of numbers; True is none."""
+    return isinstance(value, kinds) and not isinstance(value, bool)
 
 
 def _asserted(judged: Callable[P, Report]) -> Callable[P, Report]:
