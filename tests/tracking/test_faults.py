@@ -102,16 +102,16 @@ def test_the_traceback_is_there_for_who_asks(command, capsys):
     assert "vedette_x.py" in said
 
 
-def test_a_step_that_fails_says_so_too_and_leaves_the_state():
+@pytest.mark.parametrize(("name", "place"), [("lidar", "sensors.lidar"), ("on port", 'sensors."on port"')])
+def test_a_step_that_fails_says_so_too_with_the_place_as_configs_write_it_and_leaves_the_state(name, place):
     config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    config["sensors"][name] = config["sensors"].pop("lidar")
     wrong = spoiled("Lidar", "jacobian", "return np.swapaxes(given, -1, -2) if len(x) else given")
     tracker = vedette.build(config, with_plugin(INSTALLED, wrong))
     one = vedette.Detections.of([[5.0, 3.0, 4.0]])
-    state = tracker.step(tracker.start(), vedette.Scan(0.0, "lidar", one))
-    with pytest.raises(
-        vedette.PluginError, match=r"^sensors\.lidar: x_sensor \(vedette_x\.Lidar\)\.jacobian must return"
-    ) as it:
-        tracker.step(state, vedette.Scan(1.0, "lidar", one))
+    state = tracker.step(tracker.start(), vedette.Scan(0.0, name, one))
+    with pytest.raises(vedette.PluginError, match=rf"^{place}: x_sensor \(vedette_x\.Lidar\)\.jacobian must return") as it:
+        tracker.step(state, vedette.Scan(1.0, name, one))
     assert isinstance(it.value.__cause__, ValueError), "the original error is behind it"
     assert len(state.ids) == 1
 

@@ -22,7 +22,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-from vedette.config.builder import Builder, below, told
+from vedette.config.builder import Builder, told
 from vedette.config.contract import Installed, described
 from vedette.config.default_birth import with_birth
 from vedette.config.files import check_size, read_file
@@ -34,7 +34,7 @@ from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, which_kind
 from vedette.errors import ConfigError, Problem
 from vedette.experiment import Experiment
-from vedette.tracking.components import INLINE
+from vedette.tracking.components import INLINE, below
 from vedette.tracking.tracker import Tracker
 
 Config = Mapping[str, Any] | str | Path

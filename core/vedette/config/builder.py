@@ -11,7 +11,6 @@ from attrs import field, frozen
 
 from vedette.config.contract import Installed
 from vedette.config.parameters import (
-    Leaf,
     Many,
     Maybe,
     Names,
@@ -27,6 +26,7 @@ from vedette.config.parameters import (
 from vedette.config.registry import Registry, choice_of
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.errors import ConfigError, Problem, VedetteError
+from vedette.tracking.components import below
 from vedette.tracking.faults import raised_by
 
 T = TypeVar("T")
@@ -40,14 +40,6 @@ class _Failed:
 
 
 FAILED = _Failed()
-
-_SIMPLE = re.compile(r"[A-Za-z0-9_-]+")
-
-
-def below(place: str, name: str) -> str:
-    """Return the path of `name` in the table at `place`."""
-    written = name if _SIMPLE.fullmatch(name) else f'"{name}"'
-    return f"{place}.{written}" if place else written
 
 
 def told(given: Any) -> str:
@@ -174,7 +166,7 @@ class Builder:
             case Many(item):
                 if not isinstance(given, list | tuple):
                     return self.fail(place, f"must be a {in_words(shape)}, got {told(given)}")
-                items = [self._shaped(item, value, f"{place}[{i}]") for i, value in enumerate(given)]
+                items = [self._shaped(item, value, below(place, i)) for i, value in enumerate(given)]
                 return FAILED if any(item is FAILED for item in items) else tuple(items)
             case Names(item):
                 if not isinstance(given, Mapping):
@@ -182,8 +174,6 @@ class Builder:
                 self.check_names(given, (name for name in given if isinstance(name, str)), place, "it")
                 named = {str(name): self._shaped(item, value, below(place, str(name))) for name, value in given.items()}
                 return FAILED if any(value is FAILED for value in named.values()) else named
-            case Leaf():
-                raise AssertionError(f"{place}: a leaf is its field's own affair")
 
     def _table(self, cls: type, given: Any, place: str) -> Any:
         if isinstance(given, cls):

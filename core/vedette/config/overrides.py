@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
+from functools import reduce
 from typing import Any
 
 from attrs import frozen
 
-from vedette.config.builder import LONGEST, below, told
+from vedette.config.builder import LONGEST, told
 from vedette.config.registry import Registry
 from vedette.config.suggestions import did_you_mean, nearest
 from vedette.config.texts import toml
 from vedette.errors import ConfigError, Problem
+from vedette.tracking.components import below
 
 _STEP = re.compile(r'(?:^|\.)(?:(?P<name>[A-Za-z0-9_-]+)|(?P<quote>["\x27])(?P<quoted>.*?)(?P=quote))|\[(?P<index>\d+)\]')
 
@@ -136,10 +138,7 @@ class _Change:
         return {name: value for name, value in table.items() if name not in lost}
 
     def _place(self, depth: int) -> str:
-        place = ""
-        for step in self.path[:depth]:
-            place = below(place, step) if isinstance(step, str) else f"{place}[{step}]"
-        return place or "the config"
+        return reduce(below, self.path[:depth], "") or "the config"
 
 
 def _leading_path(written: str) -> tuple[KeyPath, str]:

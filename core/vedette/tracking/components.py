@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 import attrs
 
 from vedette.roles import Component
+
+_SIMPLE = re.compile(r"[A-Za-z0-9_-]+")
+"""A name that a path holds without quotes."""
 
 INLINE = "tracker"
 """The part of an experiment whose parameters are at the config's top level, beside the experiment's own."""
@@ -21,14 +25,15 @@ def parts(value: Any, place: str = "") -> Iterator[tuple[str, Component]]:
         for field in attrs.fields(type(value)):
             if field.init:
                 part = getattr(value, field.name)
-                yield from parts(part, place if field.name == INLINE else _below(place, field.name))
-    elif isinstance(value, Mapping):
-        for name, part in value.items():
-            yield from parts(part, _below(place, str(name)))
-    elif isinstance(value, list | tuple):
-        for i, part in enumerate(value):
-            yield from parts(part, f"{place}[{i}]")
+                yield from parts(part, place if field.name == INLINE else below(place, field.name))
+    elif isinstance(value, Mapping | list | tuple):
+        for step, part in value.items() if isinstance(value, Mapping) else enumerate(value):
+            yield from parts(part, below(place, step if isinstance(step, int) else str(step)))
 
 
-def _below(place: str, name: str) -> str:
-    return f"{place}.{name}" if place else name
+def below(place: str, step: str | int) -> str:
+    """Return the path of a name in the table at `place`, or of an entry in the list there."""
+    if isinstance(step, int):
+        return f"{place}[{step}]"
+    written = step if _SIMPLE.fullmatch(step) else f'"{step}"'
+    return f"{place}.{written}" if place else written

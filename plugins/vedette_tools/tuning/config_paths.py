@@ -64,7 +64,7 @@ def _way(experiment: Experiment, path: KeyPath) -> Iterator[tuple[Any, Parameter
     yield value, parameter, here
     for step in path[1:]:
         value, parameter = _below(value, parameter, step, here)
-        here = below(here, step) if isinstance(step, str) else f"{here}[{step}]"
+        here = below(here, step)
         yield value, parameter, here
 
 
