@@ -191,9 +191,12 @@ def _unaliased(hint: Any) -> Any:
 
 def holds_parts(shape: Shape) -> bool:
     """Return whether a config is walked into it; otherwise the field's own converter and validator take it whole."""
-    if isinstance(shape, Many | Names | Maybe):
-        return holds_parts(shape.item)
-    return isinstance(shape, Part | Table)
+    return isinstance(_innermost(shape), Part | Table)
+
+
+def _innermost(shape: Shape) -> Shape:
+    """Return the shape of what a list, a table of names or what may be nothing holds; any other as it is."""
+    return _innermost(shape.item) if isinstance(shape, Many | Names | Maybe) else shape
 
 
 def words_of(cls: type) -> Mapping[str, Mapping[str, Any]]:
@@ -204,22 +207,16 @@ def words_of(cls: type) -> Mapping[str, Mapping[str, Any]]:
 def tables(given: Iterable[Parameter]) -> list[type]:
     """Return every plain attrs class that some parameters lead to, each once; TypeError if one is ambiguous."""
     reached: list[type] = []
-    todo = [_table_of(parameter.shape) for parameter in given]
+    todo = [_innermost(parameter.shape) for parameter in given]
     while todo:
-        cls = todo.pop()
-        if cls is not None and cls not in reached:
-            reached.append(cls)
+        shape = todo.pop()
+        if isinstance(shape, Table) and shape.cls not in reached:
+            reached.append(shape.cls)
             try:
-                todo += [_table_of(parameter.shape) for parameter in parameters(cls)]
+                todo += [_innermost(parameter.shape) for parameter in parameters(shape.cls)]
             except TypeError as error:
-                raise TypeError(f"{cls.__name__}: {error}") from error
+                raise TypeError(f"{shape.cls.__name__}: {error}") from error
     return reached
-
-
-def _table_of(shape: Shape) -> type | None:
-    if isinstance(shape, Many | Names | Maybe):
-        return _table_of(shape.item)
-    return shape.cls if isinstance(shape, Table) else None
 
 
 _LEAVES: dict[Any, str] = {float: "number", int: "whole number", bool: "true or false", str: "text", Any: "value"}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import kernels
+from vedette.kernels.boxes import by_width
 from vedette.space import Array, Space
 from vedette.types import Gaussian, Mixtures
 
@@ -51,15 +52,13 @@ def merged(estimates: Gaussian, mixtures: Mixtures, state: Space) -> Gaussian:
     into, parts, shares, count = mixtures.into, mixtures.parts, mixtures.shares, mixtures.count
     order = np.lexsort((-shares, into))  # the largest first: angles are averaged around it
     parts, shares = parts[order], shares[order]
-    number = np.bincount(into, minlength=count)
-    starts, n = np.cumsum(number) - number, len(state)
-    mean, cov = estimates.mean[parts[starts]], estimates.cov[parts[starts]]
-    width = 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
-    for w in np.unique(width[number > 1]).tolist():
-        rows = np.flatnonzero((width == w) & (number > 1))
-        filled = np.arange(w) < number[rows, None]
-        at = np.where(filled, starts[rows, None] + np.arange(w), starts[rows, None])
-        components = Gaussian(estimates.mean[parts[at]], estimates.cov[parts[at]])
-        several = mixed(components, np.where(filled, shares[at], 0.0), state)
+    n = len(state)
+    mean, cov = np.empty((count, n)), np.empty((count, n, n))
+    for rows, at, there in by_width(np.bincount(into, minlength=count)):
+        each = Gaussian(estimates.mean[parts[at]], estimates.cov[parts[at]])
+        if at.shape[1] == 1:  # what is alone stays as it is
+            mean[rows], cov[rows] = each.mean[:, 0], each.cov[:, 0]
+            continue
+        several = mixed(each, np.where(there, shares[at], 0.0), state)
         mean[rows], cov[rows] = several.mean, several.cov
-    return Gaussian(mean.reshape(count, n), cov.reshape(count, n, n))
+    return Gaussian(mean, cov)

@@ -12,10 +12,10 @@ from vedette.kernels import clusters as _clusters
 from vedette.kernels import hypotheses as _hypotheses
 from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
+from vedette.kernels import random_numbers as _random_numbers
 from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import square_root as _square_root
-from vedette.kernels import streams as _streams
 from vedette.kernels import twins as _twins
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
@@ -97,5 +97,5 @@ linked_clusters = _fastest(_boxes.linked_clusters)
 pairs_in_boxes = _fastest(_boxes.pairs_in_boxes, _results.BoxPairs)
 wide_clusters = _fastest(_joint.wide_clusters)
 
-normals = _fastest(_streams.normals)
-uniforms = _fastest(_streams.uniforms)
+normals = _fastest(_random_numbers.normals)
+uniforms = _fastest(_random_numbers.uniforms)

@@ -2,12 +2,27 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from vedette.kernels.results import BoxPairs
-from vedette.space import Array, Indices, Periods
+from vedette.space import Array, Indices, Mask, Periods
 
 _AT_ONCE = 1_000_000
+
+
+def by_width(number: Indices) -> Iterator[tuple[Indices, Indices, Mask]]:
+    """Yield rows (g,) of a table in groups that have about as many of its entries, whose numbers (t,) are given row by row.
+
+    With each group come the places (g, w) of its entries, and which of these there are: others are the row's first place.
+    """
+    starts = np.cumsum(number) - number
+    width = 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
+    for w in np.unique(width).tolist():
+        rows = np.flatnonzero(width == w)
+        there = np.arange(w) < number[rows, None]
+        yield rows, starts[rows, None] + np.where(there, np.arange(w), 0), there
 
 
 def pairs_in_boxes(low: Array, high: Array, points: Array, periods: Periods, most: int) -> BoxPairs:

@@ -53,11 +53,11 @@ def check_given(state: State, start: Callable[[], State], observed: Detections |
     """Raise ValueError for a state unlike those with which a tracker starts, ScanRefused for returns of other runs."""
     check_state(state)
     try:
-        first: State | None = start()
+        first: Any = start().rows
     except Exception:  # it needs what only a user can give, or that is what failed
         first = None
-    pairs = [] if first is None else [("belief", _belief(state), _belief(first)), ("memory", state.memory, first.memory)]
-    for what, its, mine in pairs:
+    for what in () if first is None else ("belief", "memory"):
+        its, mine = getattr(state.rows, what), getattr(first, what)
         axes, wanted = set(_axes(its)), set(_axes(mine))
         if unlike := _unlike(its, mine) or (axes and wanted and axes != wanted and (its, mine)):
             told = f"its {what} is of {_said(unlike[0], axes)}, where this one starts with {_said(unlike[1], wanted)}"
@@ -78,10 +78,6 @@ def _check_runs(state: State, observed: Detections | Frame) -> None:
         wanted = ", ".join([*map(str, runs), *last])
         of = f"{' x '.join(map(str, runs))} runs" if runs else "one run"
         raise ScanRefused(f"{name}: must have shape ({wanted}) as the state is of {of}, got {given.shape}")
-
-
-def _belief(state: State) -> Any:
-    return state.belief if state.leaves is None else state.leaves.belief
 
 
 def _unlike(one: Any, other: Any) -> tuple[Any, Any] | None:

@@ -48,10 +48,6 @@ class Pairs:
         ends = np.cumsum(np.bincount(self.tracks, minlength=len(self.miss)))
         return LeafScores(self.miss, ends, self.returns, self.scores, self.k)
 
-    def column(self) -> Indices:
-        """Return the place (p,) of each pair among those of its track."""
-        return places(self.tracks, len(self.miss))
-
 
 @frozen(eq=False)
 class Taken:
@@ -69,7 +65,8 @@ class Taken:
         pairs, t, place = self.pairs, len(rows), np.full(len(self.misses), -1)
         place[rows] = np.arange(t)
         some = np.flatnonzero(place[pairs.tracks] >= 0)
-        row, column = place[pairs.tracks[some]], pairs.column()[some]
+        row = place[pairs.tracks[some]]
+        column = places(row, t)
         width = 1 + int(np.max(column, initial=0))
         check_births(t, len(begun), width)
         shape = t + len(begun), width

@@ -68,7 +68,7 @@ class Expected:
     @property
     def names(self) -> Names | None:
         """The codes that tracks, or their leaves, bear; None where no return named its object."""
-        return self.state.names if self.state.leaves is None else self.state.leaves.names
+        return self.state.rows.names  # type: ignore[no-any-return]
 
     @property
     def rate(self) -> Array | None:
@@ -91,7 +91,7 @@ class Expected:
     @property
     def confirmed(self) -> Mask:
         """Whether each track, or leaf, was confirmed before the scan."""
-        return self.state.confirmed if self.state.leaves is None else self.state.leaves.confirmed
+        return self.state.rows.confirmed  # type: ignore[no-any-return]
 
     @property
     def reach(self) -> Any:
@@ -111,7 +111,7 @@ class Expected:
         plan, observed = self.plan, self.observed
         if isinstance(observed, Frame) or observed.time is None:
             return plan.estimator.evaluate(self.belief, self.sensor, observed, plan.p_gate)
-        beliefs, limit = (_rows(plan, self.state).belief, self.belief), self.reach
+        beliefs, limit = (self.state.rows.belief, self.belief), self.reach
         return evaluated(plan.estimator, self.sensor, beliefs, self.scan, observed, self.dt, plan.p_gate, limit, self.rng)
 
     def at(self, i: int) -> Expected:
@@ -120,7 +120,7 @@ class Expected:
             return self
         time = max(float(self.scan.detections.time[i]), self.scan.time - self.dt)
         dt = self.dt - (self.scan.time - time)
-        belief = predicted(self.plan.estimator, _rows(self.plan, self.state).belief, dt, self.rng)
+        belief = predicted(self.plan.estimator, self.state.rows.belief, dt, self.rng)
         return evolve(self, scan=evolve(self.scan, time=time), dt=dt, belief=belief)
 
     def returns_of(self, tracks: Gaussian, noise: Array | None = None) -> tuple[Array, Array, Array]:
@@ -150,7 +150,7 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     dt = scan.time - (state.time if state.time != NEVER else _earliest(scan, observed))
 
     rng = state.seed.generator(state.steps) if plan.draws else NO_DRAWS
-    rows = _rows(plan, state)
+    rows = state.rows
     belief, existence = predicted(estimator, rows.belief, dt, rng), rows.existence
     if not plan.lifecycle.certain:
         existence = plan.lifecycle.predict(existence, dt)
@@ -161,11 +161,6 @@ def expect(plan: Plan, state: State, scan: Scan, observed: Detections | Frame) -
     if plan.offsets is not None and offsets is not None:
         offsets = plan.offsets.ahead(estimator, offsets, dt)
     return new_expected(plan, state, scan, observed, sensor, gate, dt, belief, existence, undetected, rng, offsets)
-
-
-def _rows(plan: Plan, state: State) -> Any:
-    """Return the tracks of a state, or their leaves."""
-    return state.leaves if plan.keeps_hypotheses else state
 
 
 def _earliest(scan: Scan, observed: Detections | Frame) -> float:

@@ -14,6 +14,7 @@ from attrs import frozen
 
 from vedette import kernels
 from vedette.errors import ScanRefused
+from vedette.kernels.boxes import by_width
 from vedette.space import Array, Indices
 from vedette.tracking import pytrees
 from vedette.tracking.expected import Expected
@@ -85,17 +86,8 @@ def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indic
     if not observed.valid.all():
         counts = observed.valid[returns]
         tracks, returns = tracks[counts], returns[counts]
-    number = np.bincount(tracks, minlength=t)
-    starts = np.cumsum(number) - number
-    width = 2 ** np.ceil(np.log2(np.maximum(number, 1))).astype(np.int64)
-    groups = []
-    for w in np.unique(width).tolist():
-        rows = np.flatnonzero(width == w)
-        place = np.arange(w)
-        filled = place < number[rows, None]
-        at = np.where(filled, starts[rows, None] + place, 0)
-        groups.append((rows, np.where(filled, returns[at] if len(returns) else -1, -1)))
-    return groups
+    returns = np.append(returns, -1)
+    return [(rows, returns[np.where(there, at, -1)]) for rows, at, there in by_width(np.bincount(tracks, minlength=t))]
 
 
 def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Part:

@@ -26,13 +26,13 @@ _MOST_PARTS = 1000
 
 def is_sparse(plan: Plan, state: State, scan: Scan) -> bool:
     """Return whether only the pairs within gates are to be worked on; ScanRefused if all have to be and are too many."""
-    detections, rows = scan.detections, state if state.leaves is None else state.leaves
+    detections, existence = scan.detections, state.rows.existence
     if (
         plan.by_pairs
         and detections.missing is None
         and detections.z.ndim == 2
-        and rows.existence.ndim == 1
-        and rows.existence.size * len(detections.z) >= LEAST_PAIRS
+        and existence.ndim == 1
+        and existence.size * len(detections.z) >= LEAST_PAIRS
     ):
         return True
     check_pairs(state, scan, len(plan.state))
@@ -41,7 +41,7 @@ def is_sparse(plan: Plan, state: State, scan: Scan) -> bool:
 
 def check_pairs(state: State, scan: Scan, axes: int) -> None:
     """Raise ScanRefused if the tracks, over so many state axes, and a scan's returns make more pairs than are allowed."""
-    rows = state if state.leaves is None else state.leaves
+    rows = state.rows
     k, tracks = scan.detections.z.shape[-2], rows.existence.size
     if tracks * k < MOST_PAIRS / _MOST_PARTS:
         return

@@ -31,8 +31,7 @@ def moments_of(scan: Scan, observed: Detections, dt: float) -> list[tuple[float,
 
     dt: s between the scans. A return from before the last scan, of another sensor, is taken at the time of that.
     """
-    if observed.time is None:
-        return [(dt, 0.0, np.arange(observed.z.shape[-2]))]
+    assert observed.time is not None
     ago, which = np.unique(np.minimum(scan.time - observed.time, dt), return_inverse=True)
     return [(dt - rest, rest, np.flatnonzero(which == i)) for i, rest in enumerate(ago.tolist())]
 

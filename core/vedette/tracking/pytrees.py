@@ -10,7 +10,7 @@ from typing import Any, TypeVar
 import attrs
 import numpy as np
 
-from vedette.values import maker
+from vedette.values import held, maker
 
 T = TypeVar("T")
 
@@ -52,7 +52,7 @@ def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None, axis: int = 
 
 def size(tree: Any) -> int:
     """Return the number of numbers in all arrays."""
-    return int(tree.size) if isinstance(tree, np.ndarray) else sum(map(size, parts(tree)))
+    return int(tree.size) if isinstance(tree, np.ndarray) else sum(map(size, () if isinstance(tree, Common) else held(tree)))
 
 
 def mapped(function: Callable[[Any], Any], tree: T) -> T:
@@ -64,11 +64,6 @@ def mapped(function: Callable[[Any], Any], tree: T) -> T:
         return tree
     get, make = _made_of(kind)
     return make([mapped(function, part) for part in get(tree)])  # type: ignore[no-any-return]
-
-
-def parts(tree: Any) -> tuple[Any, ...]:
-    """Return what a tuple or a value consists of, in order; nothing of what is no tree."""
-    return () if tree is None or isinstance(tree, Common) else _made_of(type(tree))[0](tree)  # type: ignore[arg-type]  # a class is hashable
 
 
 @cache

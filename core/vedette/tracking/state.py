@@ -63,6 +63,11 @@ class State:
         return plain.written(self)
 
     @property
+    def rows(self) -> Any:
+        """What meets a scan: the state itself by its tracks, or where hypotheses are kept their leaves."""
+        return self if self.leaves is None else self.leaves
+
+    @property
     def hit(self) -> Array:
         """The probability of having been detected in the last scan (*b, t)."""
         return 1.0 - self.weights[..., 0]

@@ -8,8 +8,8 @@ from support.mutants.parts import CALLS
 from support.mutants.sources import BOAT, SCENE
 from vedette import Associator, Detections, Gaussian, MotionModel, Space, fields
 from vedette.testing.strategies import SENSOR
-from vedette.tracking import pytrees
 from vedette.types import Frame, Recording, Scan, Trajectory
+from vedette.values import held
 from vedette_flir.camera import Camera
 from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.sensors.box_centroid import BoxCentroid
@@ -144,7 +144,7 @@ def tossed(self, scores, evidence):
 
 
 def keeps_in_place(self, hypotheses, alive):
-    array = next(part for part in pytrees.parts(hypotheses) if isinstance(part, np.ndarray) and part.size)
+    array = next(part for part in held(hypotheses) if isinstance(part, np.ndarray) and part.size)
     array[...] = array
     return KBest.keep(self, hypotheses, alive)
 
