@@ -59,8 +59,8 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
 
 def looked(it: Expected, unseen: Any, claims: Array) -> Any:
     """Return the birth's memory `unseen` after its targets were looked at by a scan, whose returns are claimed (k,)."""
-    plan = it.plan
-    if plan.birth is None or not plan.models_unseen or not isinstance(it.observed, Detections):
+    plan, starts = it.plan, it.rate is None or it.scan.sensor in it.plan.starters  # else none gets a track
+    if plan.birth is None or not plan.models_unseen or not isinstance(it.observed, Detections) or not starts:
         return unseen
     return plan.birth.update(unseen, plan.estimator, it.sensor, it.observed, claims, plan.p_gate)
 

@@ -123,11 +123,13 @@ class Uniform(Birth):
         claimed: Array,
         p_gate: float,
     ) -> Array:
-        """Return the number of those that were not detected."""
-        if not set(self.view) <= set(sensor.observes.names):
+        """Return the number of those without a track: not detected, or by a return that may start none."""
+        if not self._places(sensor):
             return memory
         _, _, places = self._box(sensor)
-        return np.asarray(memory * (1.0 - p_gate * np.mean(sensor.detects(places))))
+        count = np.count_nonzero(detections.valid)
+        whole = len(complete(detections)) / count if count else 1.0
+        return np.asarray(memory * (1.0 - whole * p_gate * np.mean(sensor.detects(places))))
 
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array

@@ -18,6 +18,8 @@ from vedette_standard.lifecycles.m_of_n import MOfN
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.bearing_only import BearingOnly
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
+from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 FILTER, RADAR = Kalman(ConstantVelocity(0.3)), CartesianPosition(2.0, 0.8, 1e-5)
@@ -81,6 +83,28 @@ def test_undetected_targets_come_leave_and_are_found():
     np.testing.assert_allclose(left, later * (1 - 0.8 * 0.9))
     half = CartesianPosition(2.0, 0.8, 1e-5, view={"x": Bounds(0.0, 500.0)})
     np.testing.assert_allclose(birth.update(later, FILTER, half, Detections.of([], 2), np.zeros(0), 1.0), later * 0.6)
+
+
+def test_what_a_return_without_its_velocity_detects_has_no_track_yet():
+    partial = Partial(PositionVelocity(2.0, 0.5, 0.8, 1e-9), {"vx": 6.0, "vy": 10.0})
+    birth, missing = Uniform(BOX, SPREAD, initial=4.0), np.zeros((4, 4), dtype=bool)
+    missing[1:, 2:] = True
+    seen = Detections(np.zeros((4, 4)), np.array([True, True, True, False]), missing=missing)  # one of three is complete
+    left = birth.update(np.asarray(4.0), FILTER, partial, seen, np.zeros(4), 0.9)
+    np.testing.assert_allclose(left, 4.0 * (1 - 0.8 * 0.9 / 3))
+
+
+@pytest.mark.parametrize("other", [CartesianPosition(2.0, 0.8, 1e-5), BearingOnly(0.01, detection_probability=0.8)])
+@pytest.mark.parametrize("birth", ["poisson", "uniform"])
+def test_looks_of_a_sensor_that_starts_no_track_leave_as_many_without_one(birth, other):
+    """Whom it detects is still for the other to find."""
+    at = {name: [0.0, 300.0] for name in ("x", "y", "vx", "vy")}
+    appears = Poisson((Appearance(at, initial=4.0),), sensors=("radar",))
+    made = appears if birth == "poisson" else Uniform(BOX, SPREAD, initial=4.0, sensors=("radar",))
+    estimator, sensors = ExtendedKalman(ConstantVelocity(0.3)), {"radar": RADAR, "other": other}
+    tracker, nothing = Tracker(estimator, sensors, Jpda(), Existence(), made), Detections.of([], len(other.measurement))
+    state = tracker.step(tracker.start(time=0.0), Scan(0.0, "other", nothing))
+    np.testing.assert_array_equal(getattr(state.unseen, "weights", state.unseen), 4.0)
 
 
 def test_the_density_of_returns_integrates_to_the_number_detected():
