@@ -11,9 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import vedette
+from foreign.preprocessor_odd import Both
 from vedette import Detections, Scan, Tracker
 from vedette_live.grouping import Formed
 from vedette_live.window import Window
+from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 TRACKER: Tracker = vedette.build(
     {
@@ -156,4 +158,16 @@ def test_scans_of_one_time_are_in_the_order_of_their_sensors(horizon: float) -> 
     one, other = window(horizon), window(horizon)
     one.take(came(pair))
     other.take(came(pair[::-1]))
+    np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+
+
+def test_a_preprocessor_gets_all_scans_of_a_time_however_late_one_of_them_came() -> None:
+    fused = {"north": Both({"one": CartesianPosition(5.0), "two": CartesianPosition(9.0)})}
+    one, other = (Window(TRACKER, TRACKER.start(seed=3), 9.0, 1000, fused) for _ in range(2))
+    first, second = ([evolve(scan, sensor=name) for scan in scans(4, seed)] for seed, name in ((1, "one"), (2, "two")))
+    refused = one.take(came(first)) + one.take(came(second))
+    for pair in zip(first, second, strict=True):
+        refused += other.take(came(pair))
+    assert refused == []
+    assert [[each.scan.sensor for each in taken.formed] for taken in one.kept] == [["one", "two"]] * 4
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
