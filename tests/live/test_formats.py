@@ -8,6 +8,7 @@ from operator import xor
 
 import numpy as np
 import pytest
+from attrs import evolve
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -278,6 +279,28 @@ def test_tracks_written_as_asterix_read_back() -> None:
     np.testing.assert_allclose(messages[0].z, [[0.001, -0.020005]], atol=180 / 2**25)
     messages, _ = through(Asterix(), [Asterix().encode(report())])
     np.testing.assert_allclose([message.z[0] for message in messages], written.mean[:, [0, 2]], atol=0.25)
+
+
+@pytest.mark.parametrize(
+    ("time", "written"), [(86399.99, 86399.9921875), (86399.999, 0.0), (-1e-9, 0.0), (3 * 86400.0, 0.0)]
+)
+def test_no_time_of_day_is_that_of_midnight_after_it(time: float, written: float) -> None:
+    """24 hours, which there are not in item 070, were written in the last 4 ms of a day."""
+    pytest.importorskip("asterix.generated")
+    messages, refused = through(Asterix(), [Asterix().encode(evolve(report(), time=time))])
+    assert ([message.time for message in messages], refused) == ([written] * 2, [])
+
+
+def test_a_place_that_asterix_cannot_write_is_left_out() -> None:
+    """5,000 km east was written as 3,389 km west."""
+    pytest.importorskip("asterix.generated")
+    near, far = np.array([[5e5, 0.0, -4e6, 0.0], [5e6, 9000.0, 0.0, 0.0]])
+    told = evolve(report(), mean=np.array([near, far]))
+    messages, refused = through(Asterix(), [Asterix().encode(told)])
+    assert ([message.z.tolist() for message in messages], refused) == ([[near[[0, 2]].tolist()]], [])
+    everywhere = evolve(told, geodetic=lambda mean: (mean[:, 0] / 1e5, mean[:, 2] / 1e5, mean[:, 0]))
+    messages, _ = through(Asterix(), [Asterix().encode(everywhere)])
+    np.testing.assert_allclose([message.z[0, 0] for message in messages], [5.0, 50.0], atol=180 / 2**25)
 
 
 def test_tracks_written_as_sentences_read_back() -> None:

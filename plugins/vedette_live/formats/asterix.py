@@ -18,11 +18,15 @@ from vedette_files.libraries import needed
 
 CATEGORIES = (1, 2, 10, 20, 21, 34, 48, 62)
 DAY = 86400.0
+TICKS = 128.0
+"""Of the time of day in a second: rounded to these, it may be that of the next day."""
 TRUNCATED = 512.0
 """s after which the time of day of category 001 starts anew."""
 _NONE = np.zeros((0, 0))
 _HEAD = 3
 """Bytes of category and length before a block."""
+FARTHEST, FASTEST = 2.0**22, 2.0**13
+"""m and m/s below which a coordinate and a velocity are: beyond, they would be written with the other sign."""
 _TRACKS = 1500
 """Tracks of one block at most: its length has 16 bits."""
 
@@ -122,13 +126,16 @@ class Asterix(Format):
             items: dict[str, Any] = {
                 "010": (("SAC", self.sac), ("SIC", self.sic)),
                 "040": int(report.ids[i]) % 65536,
-                "070": (report.time % DAY, "s"),
+                "070": (round(report.time % DAY * TICKS) / TICKS % DAY, "s"),
                 "080": ((("MON", 0), ("SPI", 0), ("MRH", 0), ("SRC", 0), ("CNF", int(not report.confirmed[i])), None),),
-                "100": (("X", (mean[where["x"]], "m")), ("Y", (mean[where["y"]], "m"))),
             }
+            if max(abs(mean[where[name]]) for name in ("x", "y")) < FARTHEST:
+                items["100"] = (("X", (mean[where["x"]], "m")), ("Y", (mean[where["y"]], "m")))
+            elif latitudes is None:
+                continue
             if latitudes is not None and longitudes is not None:
                 items["105"] = (("LAT", (float(latitudes[i]), "°")), ("LON", (float(longitudes[i]), "°")))
-            if "vx" in where and "vy" in where:
+            if "vx" in where and "vy" in where and max(abs(mean[where[name]]) for name in ("vx", "vy")) < FASTEST:
                 items["185"] = (("VX", (mean[where["vx"]], "m/s")), ("VY", (mean[where["vy"]], "m/s")))
             records.append(cat.cv_record.create(items))
         blocks = [records[i : i + _TRACKS] for i in range(0, len(records), _TRACKS)]
