@@ -15,9 +15,10 @@ from typing import Any
 import pytest
 
 from support.services import PATIENCE, connected, free_port
+from vedette.errors import InputError
 from vedette.streams import Arrival, Input
 from vedette_live.health import notify
-from vedette_live.inputs.files import FileInput
+from vedette_live.inputs.files import FileInput, StandardInput
 from vedette_live.inputs.tcp import TcpServerInput
 from vedette_live.inputs.udp import UdpInput
 from vedette_live.outputs.sockets import TcpServerOutput
@@ -96,6 +97,12 @@ def test_a_connection_too_many_is_closed_and_told(caplog: pytest.LogCaptureFixtu
     (told,) = [vars(record) for record in caplog.records if record.getMessage() == "connection closed"]
     assert "more than `most`" in told["why"]
     assert told["from"].startswith(f"tcp {port} 127.0.0.1:")
+
+
+def test_a_standard_input_that_is_closed_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stdin", None)
+    with pytest.raises(InputError):
+        next(StandardInput().listen(Event()))
 
 
 @pytest.mark.parametrize("side", ["input", "output"])

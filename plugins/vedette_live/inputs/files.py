@@ -30,6 +30,8 @@ class StandardInput(Input):
     kind: ClassVar[str] = "standard_input"
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
+        if sys.stdin is None:
+            raise InputError("standard input is closed: let another program write to it, or name a file")
         number = sys.stdin.fileno()
         while not stop.is_set():
             ready, _, _ = select.select([number], [], [], PATIENCE)
