@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from filelock import FileLock
 
 import vedette
 from support.reports import reports_frame
@@ -140,3 +141,33 @@ def test_one_that_is_told_to_end_leaves_nothing(workers, tmp_path):
     _, told = process.communicate(timeout=300)
     assert (process.returncode, told) == (130, "vedette: interrupted\n")
     assert [path.name for path in tmp_path.iterdir()] == ["plots.csv"]
+
+
+@pytest.mark.costly
+def test_what_a_killed_one_left_goes_with_the_next_and_not_what_another_holds(frame, tmp_path):
+    """Each run that was out of memory left a hidden folder, as large as the table."""
+    frame.to_csv("plots.csv", index=False)
+    for folder in (".out.csv.killed", ".out.csv.held", ".other.csv.killed"):
+        Path(folder).mkdir()
+        Path(folder, ".lock").touch()
+        Path(folder, "0.rows").write_bytes(bytes(1000))
+    Path(".out.csv.mine").mkdir()
+    with FileLock(".out.csv.held/.lock"):
+        assert main(["smooth", "plots.csv", "--workers", "1", "--out", "out.csv"]) == DONE
+    assert {path.name for path in tmp_path.glob(".*")} == {".out.csv.held", ".other.csv.killed", ".out.csv.mine"}
+
+
+@pytest.mark.costly
+@pytest.mark.skipif(sys.platform == "win32", reason="no folder is kept there that a killed process locked")
+def test_one_that_was_killed_leaves_what_the_next_removes(tmp_path):
+    reports_frame(objects=60, rows=600)[0].to_csv(tmp_path / "plots.csv", index=False)
+    line = [sys.executable, "-m", "vedette", "smooth", "plots.csv", "--workers", "1"]
+    process = subprocess.Popen(line, cwd=tmp_path)
+    while not [*tmp_path.glob(".*/*.rows")]:
+        assert process.poll() is None
+        time.sleep(0.01)
+    process.kill()
+    process.wait()
+    assert [*tmp_path.glob(".*")]
+    subprocess.run(line, cwd=tmp_path, check=True, capture_output=True)
+    assert {path.name for path in tmp_path.iterdir()} == {"plots.csv", "plots-smoothed.csv"}
