@@ -18,6 +18,7 @@ from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.height_and_rate import third_noise
+from vedette_tools.drafting.held import cut, held, held_on_its_way
 from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
@@ -39,13 +40,6 @@ TRUE = 0.999
 """The part of the positions that objects report of themselves which are of an object: nothing else sends any. By hand,
 chosen on the ships with odd numbers of one recording, in the order of their names.
 """
-
-CUT, ONWARD = 20, 0.8
-"""Times that several rows share, so many or more, are cut where rows lie on one way: from the first row of each to that of
-the next they go such a part of the way straight on. By hand: what two targets do in turn goes to and fro."""
-
-HELD_RUNS, HELD_ROWS = 20, 3
-"""So many positions, usually in so many rows each, are not measured in each row."""
 
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
@@ -146,43 +140,15 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         again = tried(text(proof.design), some)
         if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
             facts = plain
-    lost = lost or best.table.unknown or _held(best) or _cut(best) or _too_fast(best.table, speed)
+    polled = "" if best.lone else held_on_its_way(best)
+    lost = lost or best.table.unknown or held(best) or cut(best) or _too_fast(best.table, speed)
     if not (lost or proof.failure or proof.trial is None or first.sure or table.third == "range_rate"):
         lost = doubt(text(proof.design), some)
     later = ""
     if proof.trial is not None and len(some) < len(best.recording.scans) and not (lost or proof.failure):
         later = at_the_end(text(proof.design), (proof.trial, len(some)), _some(best.recording.scans[::-1])[::-1])
-    odd = tuple(f"looks wrong: {said}" for said in (*best.recording.warnings, later) if said)
+    odd = tuple(f"looks wrong: {said}" for said in (*best.recording.warnings, polled, later) if said)
     return Draft(text(proof.design, (*((lost,) if lost else ()), *odd, *proof.said)), lost or proof.failure)
-
-
-def _held(best: Reading) -> str:
-    """Say that positions are repeated until the next one comes, as where rows are of another sensor; or return ""."""
-    spots = (
-        np.concatenate([places for seen in best.seen.values() for places in seen.spots]) if best.lone else np.zeros((0, 2))
-    )
-    runs = np.diff(np.flatnonzero(np.any(np.diff(spots, axis=0) != 0, axis=-1)))
-    if len(runs) < HELD_RUNS or np.median(runs) < HELD_ROWS:
-        return ""
-    told = f"each position stands in some {np.median(runs):.0f} rows, until the next one comes"
-    return f"nothing fits these data: {told}; keep the first row of each, with its own time"
-
-
-def _cut(best: Reading) -> str:
-    """Say that rows of one object share times, as where these have no fractions of a second; or return ""."""
-    for seen in best.seen.values():
-        counts = np.array([len(places) for places in seen.spots])
-        if len(counts) < CUT or np.median(counts) < 2 or not counts.all():
-            continue
-        spots = np.concatenate(seen.spots)
-        firsts = np.cumsum(counts) - counts
-        way = float(np.sum(np.linalg.norm(np.diff(spots[: firsts[-1] + 1], axis=0), axis=-1)))
-        if np.sum(np.linalg.norm(np.diff(spots[firsts], axis=0), axis=-1)) > ONWARD * way > 0:
-            told = f"some {np.median(counts):.0f} rows share each time and lie on the way of one object"
-            return (
-                f"nothing fits these data: {told}; name a column with its fractions, --time COLUMN, or keep one row of each"
-            )
-    return ""
 
 
 def _too_fast(table: Table, speed: float) -> str:

@@ -1,6 +1,7 @@
 """Files that gave confident nonsense: a draft finds what is in them, or says first that nothing fits."""
 
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from attrs import evolve
 import vedette
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.doubts import doubt
+from vedette_tools.drafting.held import held_on_its_way
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
 from vedette_tools.drafting.recognising import read_table
@@ -41,6 +43,31 @@ def test_rows_that_hold_a_report_leave_its_object_the_name(tmp_path):
     rows = [(t, f"4067f{i}", 46 + t // 25 / 100, 7 + i, 200 + t % 3, t // 25 * 25) for t in times for i in range(4)]
     path = table(tmp_path / "d.csv", "time,icao24,lat,lon,velocity,lastposupdate", rows)
     assert read_table(path, wishes=Wishes(time="lastposupdate")).identity == "icao24"
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(("every", "said"), [(3, True), (1, False)])
+def test_positions_that_are_asked_for_before_they_change_are_told(every, said, tmp_path):
+    """Buses report every 30 s and are asked every 10: errors of 53 m were drafted for those of 8 m, without a word."""
+    rng = np.random.default_rng(4)
+    paces = rng.normal(0, 6, (4, 2))
+    spots = [[k * 10 * every * paces[i] + rng.normal(0, 8, 2) for k in range(40)] for i in range(4)]
+    rows = [
+        (10 * k, i, *(f"{each + 2000 * i:.1f}" for each in spots[i][k // every]))
+        for k in range(40 * every)
+        for i in range(4)
+    ]
+    text = drafted(table(tmp_path / "d.csv", "time,vehicle_id,x,y", rows)).text
+    assert ("stands in some 3 rows" in text) == said
+
+
+@pytest.mark.parametrize(("floor", "slope", "said"), [(0.03, 1.0, True), (12**-0.5, 1.0, False), (0.03, 0.0, False)])
+def test_what_creeps_from_digit_to_digit_and_what_is_moored_is_not_asked_for_too_often(floor, slope, said):
+    """`floor`: the error that digits leave; without a slope it goes to and fro."""
+    along = np.repeat(np.arange(40.0) if slope else np.arange(40.0) % 2, 3)
+    chain = SimpleNamespace(spots=np.stack([along, 0 * along], axis=-1))
+    best = SimpleNamespace(seen={"s": SimpleNamespace(chains=[chain])}, table=SimpleNamespace(floors=(floor,)))
+    assert bool(held_on_its_way(best)) == said
 
 
 @pytest.mark.filterwarnings("error")
