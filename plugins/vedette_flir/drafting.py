@@ -33,10 +33,15 @@ RATE = """
 GIVEN = """
 [birth]
 kind = "given"
-spread = { x = 1.0, y = 1.0, vx = 100.0, vy = 100.0, width = 0.0, height = 0.0 }
+spread = {{ x = 1.0, y = 1.0, vx = {speed}, vy = {speed}, width = 0.0, height = 0.0 }}
 
 [lifecycle]
 kind = "reappearing_target"  # its existence says whether it is held, or lost and sought
+"""
+
+SIDE, SPEED, ACCEL, SHAKE, OFF = 320.0, 100.0, 400.0, 20.0, 4.0
+"""Longer side of the frames, in px, on which the px of a draft's motion were chosen; those of larger ones are as many times
+more: by the same camera a target is so many times as fast.
 """
 
 LOOKED, AGREED, APART, ALIKE = 60, 0.5, 12, 0.9
@@ -62,7 +67,7 @@ polarity = {polarity}
 [birth]
 kind = "detected"
 sensors = ["spots"]
-spread = {{ vx = 100.0, vy = 100.0 }}
+spread = {{ vx = {speed}, vy = {speed} }}
 
 [lifecycle]
 kind = "sought_target"  # confirmed by the frames that follow, kept for a while where it is lost
@@ -97,8 +102,8 @@ carries = {{ width = "px", height = "px" }}
 
 [estimator.motion.motion]
 kind = "image_velocity"
-sigma_accel = 400.0  # a bird or a drone turns within a few frames; a helicopter does less
-shake = 20.0         # a camera in the hand: some 4 px from frame to frame
+sigma_accel = {accel}  # a bird or a drone turns within a few frames; a helicopter does less
+shake = {shake}         # a camera in the hand: some {off} px from frame to frame
 
 [gate]
 probability = 0.9999
@@ -121,10 +126,15 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
     frames = frames_of(path)
     first = next(frames)  # what cannot be read is refused before a config is written
     boxes = _picked(path.name, first) if wishes.get("pick") else _stated(wishes.get("box", ()), first.shape)
-    begin = GIVEN
+    scale = max(max(first.shape) / SIDE, 1.0)
+    speed, accel, shake, off = (round(scale * each, 1) for each in (SPEED, ACCEL, SHAKE, OFF))
+    begin = GIVEN.format(speed=speed)
     if not boxes:
         steady, some = _shows_turns(chain([first], islice(frames, LOOKED - 1)))
-        start, begin = AUTOMATIC.format(steady=str(steady).lower()), FOUND.format(camera=CAMERA, polarity=_polarity(some))
+        start, begin = (
+            AUTOMATIC.format(steady=str(steady).lower()),
+            FOUND.format(camera=CAMERA, polarity=_polarity(some), speed=speed),
+        )
         about = "targets are found where they stand out and move"
     elif len(boxes) == 1:
         start, about = f"box = {boxes[0]}", "one target is followed from its box"
@@ -140,6 +150,9 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         camera=CAMERA,
         centred="false" if boxes else "true",
         begin=begin,
+        accel=accel,
+        shake=shake,
+        off=f"{off:g}",
     )
 
 

@@ -22,10 +22,10 @@ def scene(shape):
     return 80.0 + 15.0 * x / shape[1] + 4.0 * np.sin(x / 11.0) * np.cos(y / 9.0)
 
 
-def seen(k, t, shape, start=(30.0, 30.0)):
+def seen(k, t, shape, start=(30.0, 30.0), speed=SPEED):
     """Counts of frame k at time t, 0 to 255, and where its spot is."""
     y, x = np.ogrid[: shape[0], : shape[1]]
-    at = np.array(start) + SPEED * t
+    at = np.array(start) + speed * t
     spot = 60.0 * gaussian(x, y, at, (2.0, 2.0))
     return scene(shape) + spot + np.random.default_rng(k).normal(0.0, 1.5, shape), at
 
@@ -113,3 +113,16 @@ def test_a_folder_of_images_is_the_frames_that_it_holds(tmp_path, depth):
     (track,) = vedette.load(tomllib.loads(draft(tmp_path / "clip", {}))).run().tracks
     (plain,), *_ = started()
     np.testing.assert_allclose(track.mean[-1, :2], plain, atol=0.4)
+
+
+@pytest.mark.costly
+def test_in_frames_of_more_pixels_a_target_may_be_as_many_times_faster(tmp_path):
+    shape, speed = (160, 640), np.array([440.0, 60.0])
+    for k in range(COUNT - 5):
+        pixels, at = seen(k, k / 30.0, shape, speed=speed)
+        cv2.imwrite(str(tmp_path / f"{k:04d}.png"), pixels.astype(np.uint8))
+    config = draft(tmp_path, {})
+    (track,) = vedette.load(tomllib.loads(config)).run().tracks
+    np.testing.assert_allclose(track.mean[-1, :2], at, atol=2.0)
+    assert "vx = 200.0, vy = 200.0" in config
+    assert "vx = 200.0, vy = 200.0" in draft(tmp_path, {"box": ["20,20,12,12"]})
