@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Container, Sequence
 
 from vedette import Axis, Space
+from vedette.units import spellings
 
 
 def velocity_problem(modes: Sequence[Space], stated: Container[str]) -> str | None:
@@ -28,7 +29,8 @@ def _lacks(space: Space, other: Space) -> list[Axis]:
 
 
 def _is_velocity(axis: Axis) -> bool:
-    return axis.unit in ("m/s", "km/s", "km/h", "kn", "ft/s", "px/s")
+    length, _, time = axis.unit.partition("/")
+    return axis.unit in spellings("m/s") or (length in (*spellings("m"), "px") and time in spellings("s"))
 
 
 def _named(axes: Sequence[Axis]) -> str:

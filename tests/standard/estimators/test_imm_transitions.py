@@ -11,6 +11,7 @@ from vedette import MotionModel, Space
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.estimators.imm import Imm
 from vedette_standard.estimators.kalman import Kalman
+from vedette_standard.estimators.unlike import velocity_problem
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 RNG = np.random.default_rng(0)
@@ -109,3 +110,10 @@ def test_a_velocity_in_axes_of_its_own_is_not_certainly_0_without_a_word(stated)
     told = dict.fromkeys(("vx", "vy", "heading", "speed"), (0.0, 5.0))
     assert len(Imm(modes, transition=SWITCH, absent=told).state) == 7
     assert len(Imm(modes[:1], transition=[[1.0]]).state) == 4
+
+
+@pytest.mark.parametrize("unit", ["kn", "NM/h", "px/s"])
+def test_any_length_over_any_time_is_a_velocity(unit):
+    along, headed, biased = Space.of(x="m", vx=unit), Space.of(x="m", speed=unit), Space.of(x="m", bias="m", rate="rad/s")
+    assert " of vx, speed in " in str(velocity_problem([along, headed], {}))
+    assert velocity_problem([along, biased], {}) is None
