@@ -129,9 +129,10 @@ def _longest_in_order(times: Sequence[float]) -> list[bool]:
 
 
 def detections(columns: Mapping[str, Array], measured: Space) -> Detections:
-    """Build one scan over the `measured` axes from `columns`, axis name to values (k,), angles wrapped."""
+    """Build one scan over the `measured` axes from `columns`, axis name to values (k,), NaN is missing, angles wrapped."""
     z = np.stack([columns[name] for name in measured.names], axis=-1)
-    return Detections.of(measured.canonical(z), len(measured))
+    lacking = np.isnan(z)
+    return evolve(Detections.of(measured.canonical(z), len(measured)), missing=lacking if lacking.any() else None)
 
 
 def beyond_period(name: str, axis: Axis, values: Array, unit: str = "") -> str | None:

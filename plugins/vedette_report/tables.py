@@ -16,6 +16,7 @@ from vedette.metrics import Score
 from vedette_files import Terms, table_of
 from vedette_files.libraries import needed
 from vedette_report.figures import figures, figures_html
+from vedette_report.known import known
 from vedette_report.series.traces import Judged
 
 
@@ -46,12 +47,12 @@ def _tracks(result: Result) -> dict[str, Any]:
 
 
 def _detections(result: Result) -> dict[str, Any]:
-    """Return a row for each return: the scan's number, time and sensor, and what was measured, by axis."""
+    """Return a row for each return: the scan's number, time and sensor, and what was measured by axis, or NaN."""
     axes = dict.fromkeys(name for sensor in result.made_by.tracker.sensors.values() for name in sensor.measurement.names)
     columns: dict[str, list[Any]] = {name: [] for name in ("scan", "time", "sensor", *axes)}
     for i, scan in enumerate(result.scans):
         own = result.made_by.tracker.sensors[scan.sensor].measurement.names
-        for z in scan.detections.z[scan.detections.valid].tolist():
+        for z in known(scan.detections)[scan.detections.valid].tolist():
             measured = dict(zip(own, z, strict=True))
             for name, value in (("scan", i), ("time", scan.time), ("sensor", scan.sensor)):
                 columns[name].append(value)

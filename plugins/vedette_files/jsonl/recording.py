@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -125,8 +126,12 @@ def left_out_line(time: float, sensor: str, returns: int, arrived: float, why: s
     return line({"left_out": why, **dict(zip(LEFT_OUT_FIELDS[1:], known, strict=True))})
 
 
-def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, dict[str, Space]]:
+def read_recording(
+    path: Path | str, *, sort: bool = False, optional: Mapping[str, Collection[str]] = MappingProxyType({})
+) -> tuple[Recording, dict[str, Space]]:
     """Return a recording and the measurement space of each of its sensors; with `sort`, lines may stand in any order.
+
+    optional: by sensor, the axes that its returns may lack, null in `z`; of one that it does not name, any.
 
     Bad lines, a truncated last one among them, are in `refused`; the rest is read. InputError if
     the file is missing, empty, or its header is not one of this format and version.
@@ -155,7 +160,7 @@ def read_recording(path: Path | str, *, sort: bool = False) -> tuple[Recording, 
             elif isinstance(entry, dict) and "left_out" in entry:
                 raise ValueError(_left_out(entry))
             else:
-                scan, problems = scan_of(entry, header.sensors, path.parent)
+                scan, problems = scan_of(entry, header.sensors, path.parent, optional)
                 refused += [Problem(place, text, int(scan is None and i == 0)) for i, text in enumerate(problems)]
                 if scan is not None:
                     scans[scan.sensor].add(i, scan.time, [len(packed)])

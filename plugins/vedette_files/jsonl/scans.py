@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Collection, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from vedette.space import Space
+from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Pose, Scan
 from vedette_files.codes import code, label
 from vedette_files.input_files import shown
@@ -24,9 +25,10 @@ def scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
     seen, pose = scan.detections, scan.pose
     if scan.sensor not in sensors or seen.z.ndim != 2 or seen.z.shape[1] != len(sensors[scan.sensor]):
         raise ValueError(f"scan of {scan.sensor!r} at {scan.time} s: z {seen.z.shape} is not (returns, axes) of {sensors}")
-    fields = {"time": float(scan.time), "sensor": scan.sensor, "z": seen.z[seen.valid].tolist()}
+    fields = {"time": float(scan.time), "sensor": scan.sensor, "z": _numbers(seen.z, seen.missing, seen.valid)}
     if seen.noise is not None:
-        fields["noise"] = seen.noise[seen.valid].tolist()
+        either = None if seen.missing is None else seen.missing[:, :, None] | seen.missing[:, None, :]
+        fields["noise"] = _numbers(seen.noise, either, seen.valid)
     if seen.evidence is not None:
         fields["evidence"] = seen.evidence[seen.valid].tolist()
     if seen.identity is not None:
@@ -39,6 +41,15 @@ def scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
     return fields
 
 
+def _numbers(values: Array, missing: Mask | None, valid: Mask) -> list[Any]:
+    """Return the numbers of the returns that are `valid`, null for those that are missing."""
+    if missing is None:
+        return values[valid].tolist()  # type: ignore[no-any-return]
+    told = values.astype(object)
+    told[missing] = None
+    return told[valid].tolist()  # type: ignore[no-any-return]
+
+
 def check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = "") -> None:
     for name in given:
         if name not in known:
@@ -49,15 +60,21 @@ def one_of(known: Iterable[str]) -> str:
     return f"one of the header's, {names}" if (names := ", ".join(map(repr, known))) else "in the header, which lists none"
 
 
-def scan_of(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Scan | None, list[str]]:
-    """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty."""
+def scan_of(
+    given: Any, sensors: Mapping[str, Space], folder: Path, optional: Mapping[str, Collection[str]]
+) -> tuple[Scan | None, list[str]]:
+    """Return a scan without its bad returns, and what is wrong with them; None if no return is good, as it was not empty.
+
+    optional: the axes that returns of a sensor may lack; of one that it does not name, any.
+    """
     if not isinstance(given, dict):
         raise ValueError(f"must be an object, got {short(given)}")
     check_fields(given, SCAN_FIELDS)
     name = given.get("sensor")
     if not isinstance(name, str) or name not in sensors:
         raise ValueError(f"sensor must be {one_of(sensors)}, got {short(name)}")
-    m = len(sensors[name])
+    names = sensors[name].names
+    m, may = len(names), optional.get(name, names)
     time, pose = number(given.get("time"), "time"), _pose(given.get("pose"))
     if "arrived" in given:
         number(given["arrived"], "arrived")
@@ -70,8 +87,9 @@ def scan_of(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Sca
     good, problems = [], []
     for i in range(k):
         try:
-            z = vector(columns["z"][i], f"z[{i}]", m)
-            noise = _matrix(columns["noise"][i], f"noise[{i}]", m) if "noise" in columns else []
+            lacking = _lacking(columns["z"][i], f"z[{i}]", names, may)
+            z = _vector(columns["z"][i], f"z[{i}]", m, lacking)
+            noise = _matrix(columns["noise"][i], f"noise[{i}]", m, lacking) if "noise" in columns else []
             evidence = number(columns["evidence"][i], f"evidence[{i}]") if "evidence" in columns else 0.0
             code = identity_code(columns["identity"][i]) if "identity" in columns else -1
             own_time = number(columns["times"][i], f"times[{i}]") if "times" in columns else time
@@ -82,11 +100,14 @@ def scan_of(given: Any, sensors: Mapping[str, Space], folder: Path) -> tuple[Sca
             problems.append(str(error))
     if k and not good:
         return None, problems
+    returns = np.array([z for z, *_ in good]).reshape(-1, m)
+    missing = np.isnan(returns)
     detections = Detections(
-        np.array([z for z, *_ in good]).reshape(-1, m),
+        returns,
         np.ones(len(good), dtype=bool),
         np.array([evidence for _, _, evidence, *_ in good]) if "evidence" in columns else None,
         np.array([noise for _, noise, *_ in good]).reshape(-1, m, m) if "noise" in columns else None,
+        missing if missing.any() else None,
         identity=np.array([code for *_, code, _ in good], dtype=np.int64) if "identity" in columns else None,
         time=np.array([own_time for *_, own_time in good]) if "times" in columns else None,
     )
@@ -108,10 +129,32 @@ def identity_code(value: Any) -> int:
     raise ValueError(f"identity must be a name, a whole number or null, got {short(value)}")
 
 
-def _matrix(value: Any, what: str, m: int) -> list[list[float]]:
+def _lacking(value: Any, what: str, names: tuple[str, ...], may: Collection[str]) -> list[int]:
+    """Return which components of a return are null; ValueError if one is that none `may` lack, and if all are."""
+    if not isinstance(value, list) or len(value) != len(names) or None not in value:
+        return []
+    lacking = [i for i, one in enumerate(value) if one is None]
+    if always := [names[i] for i in lacking if names[i] not in may]:
+        told = f"{what} is null, but the sensor always reports {', '.join(always)}"
+        raise ValueError(f"{told}; 'partial' around it takes returns without")
+    if len(lacking) == len(names):
+        raise ValueError(f"{what} must have at least one number, got {short(value)}")
+    return lacking
+
+
+def _vector(value: Any, what: str, m: int, lacking: Collection[int]) -> list[float]:
+    """Return a list of m numbers, NaN for null where one is lacking."""
+    if not lacking or not isinstance(value, list) or len(value) != m:
+        return vector(value, what, m)
+    given = zip(value, range(m), strict=True)
+    return [math.nan if one is None and i in lacking else number(one, f"{what}[{i}]") for one, i in given]
+
+
+def _matrix(value: Any, what: str, m: int, lacking: Collection[int]) -> list[list[float]]:
     if not isinstance(value, list) or len(value) != m:
         raise ValueError(f"{what} must be a list of {m} rows, got {short(value)}")
-    return [vector(row, f"{what}[{i}]", m) for i, row in enumerate(value)]
+    every = range(m)
+    return [_vector(row, f"{what}[{i}]", m, every if i in lacking else lacking) for i, row in enumerate(value)]
 
 
 def _pose(given: Any) -> Pose | None:

@@ -45,7 +45,8 @@ class JsonLinesSource(Source):
         measure, it lacks the frames of a camera, or no scan can be used.
         """
         path = find(self.path, f"{self.about or 'a recording'}. Format: Vedette's JSON lines")
-        recording, spaces = read_recording(path, sort=self.sort)
+        optional = {name: sensor.optional for name, sensor in sensors.items()}
+        recording, spaces = read_recording(path, sort=self.sort, optional=optional)
         made, every = recording.detected, recording.scans
         assert isinstance(every, PackedScans)
         for name in spaces:
@@ -114,4 +115,5 @@ def _over(measured: Space, scan: Scan, written: Space) -> Scan:
     where = written.locate(measured)
     detections = scan.detections
     noise = None if detections.noise is None else detections.noise[:, where][:, :, where]
-    return evolve(scan, detections=evolve(detections, z=detections.z[:, where], noise=noise))
+    missing = None if detections.missing is None else detections.missing[:, where]
+    return evolve(scan, detections=evolve(detections, z=detections.z[:, where], noise=noise, missing=missing))

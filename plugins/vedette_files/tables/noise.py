@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 from attrs import frozen
@@ -20,7 +20,7 @@ class NoiseColumns:
     a deviation.
     """
 
-    size: int
+    names: tuple[str, ...]
     entries: tuple[tuple[int, int, Number, bool], ...] = ()
 
     @property
@@ -28,22 +28,28 @@ class NoiseColumns:
         """The columns to find: name in the config to title in the file."""
         return {column.name: column.title for _, _, column, _ in self.entries}
 
-    def read(self, row: Row) -> tuple[float, ...]:
-        """Return the covariance of a row, its entries one after another, () without columns; ValueError if it is none."""
+    def read(self, row: Row, lacking: Collection[str] = ()) -> tuple[float, ...]:
+        """Return the covariance of a row, its entries one after another, () without columns; ValueError if it is none.
+
+        That of axes which the row is `lacking` is not read: their variance is 1, and means nothing.
+        """
         if not self.entries:
             return ()
-        R: Array = np.zeros((self.size, self.size))
-        for i, j, column, deviation in self.entries:
+        R: Array = np.zeros((len(self.names), len(self.names)))
+        without = [i for i, name in enumerate(self.names) if name in lacking]
+        R[without, without] = 1.0
+        there = [entry for entry in self.entries if entry[0] not in without and entry[1] not in without]
+        for i, j, column, deviation in there:
             value = column.of(row)
             if i == j and not value > 0:
                 raise ValueError(f"{column.title} must be > 0, got {shown(row.cells[column.name])}")
             R[i, j] = R[j, i] = value**2 if deviation else value
-        for i, j, column, _ in self.entries:
+        for i, j, column, _ in there:
             most = math.sqrt(R[i, i] * R[j, j])
             if i != j and not abs(R[i, j]) < most:
                 bounds = f"between -{most:.6g} and {most:.6g}, by the variances"
                 raise ValueError(f"{column.title} must be {bounds}, got {R[i, j]:.6g}")
-        if self.size > 2 and np.linalg.eigvalsh(R)[0] <= 0:
+        if len(self.names) > 2 and np.linalg.eigvalsh(R)[0] <= 0:
             raise ValueError(f"{self.entries[-1][2].title} and others are no covariance: it must be positive definite")
         return tuple(R.ravel().tolist())
 
@@ -79,7 +85,7 @@ def noise_columns(
         if entries and sorted(i for i, j, *_ in entries if i == j) != list(range(len(space))):
             told = f"must name one column for each of {', '.join(space.names)}: its deviation, as x, or variance, as 'x x'"
             problems.append(Problem(f"{place}.noise", told))
-        found[name] = NoiseColumns(len(space), tuple(entries))
+        found[name] = NoiseColumns(space.names, tuple(entries))
     if problems:
         raise ConfigError(problems)
     return found

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from functools import cached_property, partial
-from itertools import groupby
-from math import floor, inf
+from math import isnan, nan
 from typing import final
 
 from attrs import evolve, frozen
@@ -16,12 +15,12 @@ from vedette.errors import ConfigError, Problem
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
 from vedette_files.codes import code_of_cell
-from vedette_files.geodesy import axes_read, check_place, complaint, into_plane, made
-from vedette_files.input_files import shown
+from vedette_files.geodesy import MADE, axes_read, check_place, complaint, into_plane, made
 from vedette_files.oddities import set_back
-from vedette_files.readers import NOT_OF_SCAN, Sample, in_time_order
+from vedette_files.readers import Sample
 from vedette_files.tables.columnar import TablePath
 from vedette_files.tables.layout import Column, Layout, with_altitude
+from vedette_files.tables.looks import Cells, Look, by_row, by_scan, by_time, by_turn
 from vedette_files.tables.noise import noise_columns
 from vedette_files.tables.numbers import Row
 from vedette_files.tables.rows import BY_ROW, rows
@@ -35,31 +34,30 @@ PLACE = "detections"
 class Reading:
     """How one sensor's returns are read: the axes that it measures, and those of the file that they come from.
 
-    `relative`: whether positions become range and bearing from the platform.
+    `relative`: whether positions become range and bearing from the platform; `optional`: axes that a return may lack.
     """
 
     measured: Space
     read: Space
     relative: bool = False
+    optional: Container[str] = ()
+
+    @cached_property
+    def gaps(self) -> dict[str, list[str]]:
+        """The axes of the file whose cells may be empty beside others, and those measured that a return then lacks."""
+        made_of = {name: (name,) if name in self.read else MADE.get(name, ()) for name in self.measured.names}
+        found = {}
+        for axis in self.read.names:
+            needed = "latitude" if axis == "altitude" else axis  # x and y are of all three
+            gives = [name for name, parts in made_of.items() if needed in parts]
+            if gives and all(name in self.optional for name in gives):
+                found[axis] = gives
+        return found
 
     @cached_property
     def placed(self) -> Space:
         """The axes of the file, with latitude and longitude as positions in the plane."""
         return made(self.read)
-
-
-@frozen
-class Look:
-    """One scan: its id, empty if the file has none, its returns over the axes of `Reading.placed`, and their codes.
-
-    times: of the returns, where they have their own, and noises: their covariances; else nothing.
-    """
-
-    scan: str
-    returns: tuple[tuple[float, ...], ...]
-    codes: tuple[int, ...] = ()
-    times: tuple[float, ...] = ()
-    noises: tuple[tuple[float, ...], ...] = ()
 
 
 @final
@@ -139,7 +137,7 @@ class DetectionColumns:
                 read, absent = axes_read(measured, self.columns)
                 position, lacking = axes_read(POSITION, self.columns)
                 if not absent:
-                    columns[name] = Reading(measured, with_altitude(read, self.columns))
+                    columns[name] = Reading(measured, with_altitude(read, self.columns), optional=sensors[name].optional)
                 elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
                     columns[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
                 else:
@@ -181,7 +179,7 @@ class DetectionColumns:
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         for noise in noises.values():
             wanted |= noise.wanted
-        told: dict[str, list[Sample[_Cells]]] = {name: [] for name in readings}
+        told: dict[str, list[Sample[Cells]]] = {name: [] for name in readings}
         left_out: Counter[str] = Counter()
         by_sensor = {name: [by_axis[axis] for axis in reading.read.names] for name, reading in readings.items()}
         for row in rows(path, wanted, PLACE, layout.dialect, refused):
@@ -192,10 +190,10 @@ class DetectionColumns:
                     continue
                 columns = by_sensor[sensor]
                 blank = all(not row.cells[column.name] for column in columns)
-                values = None if blank else tuple(column.of(row) for column in columns)
+                values, lacking = (None, list[str]()) if blank else _values(row, readings[sensor], columns)
                 if values is not None:
                     check_place(readings[sensor].read, values, layout.origin)
-                covariance = () if values is None else noises[sensor].read(row)
+                covariance = () if values is None else noises[sensor].read(row, lacking)
                 own = row.cells.get("scan", ""), values, code_of_cell(row.cells.get("identity", "")), covariance
                 sample = Sample(row.place, by_axis["time"].of(row), own)
             except ValueError as error:
@@ -206,15 +204,11 @@ class DetectionColumns:
             for name, samples in told.items():
                 odd += set_back(name, samples, [sample.value[2] for sample in samples])
         if self.scan:
-            group = _by_row if self.scan == BY_ROW else _by_scan
+            group = by_row if self.scan == BY_ROW else by_scan
         else:
-            group = _by_time if self.turn is None else partial(_by_turn, self.turn)
+            group = by_time if self.turn is None else partial(by_turn, self.turn)
         placed = {name: _placed(samples, readings[name], layout) for name, samples in told.items()}
         return {name: group(samples, refused, layout.sort) for name, samples in placed.items()}, left_out
-
-
-_Cells = tuple[str, tuple[float, ...] | None, int, tuple[float, ...]]
-"""A row's scan id, its values, None where all cells are empty, its code and its covariance."""
 
 
 def _filled(row: Row, by_sensor: Mapping[str, Sequence[Column]]) -> str:
@@ -228,75 +222,31 @@ def _filled(row: Row, by_sensor: Mapping[str, Sequence[Column]]) -> str:
     return filled[0]
 
 
-def _placed(rows: list[Sample[_Cells]], reading: Reading, layout: Layout) -> list[Sample[_Cells]]:
+def _values(row: Row, reading: Reading, columns: Sequence[Column]) -> tuple[tuple[float, ...], list[str]]:
+    """Return a row's values over the axes read, NaN in empty cells, and the measured axes that it lacks for these.
+
+    ValueError for a cell that is no number, and for an empty one of what is always reported.
+    """
+    empty = [axis for axis, column in zip(reading.read.names, columns, strict=True) if not row.cells[column.name]]
+    if not empty:
+        return tuple(column.of(row) for column in columns), []
+    values, lacking = [], dict[str, None]()
+    for axis, column in zip(reading.read.names, columns, strict=True):
+        if axis in empty and axis not in reading.gaps:
+            told = f"{column.title} must be a number, got ''; name another column"
+            raise ValueError(f"{told}, or wrap the sensor in 'partial' if its returns may lack {axis}")
+        values.append(nan if axis in empty else column.of(row))
+        lacking |= dict.fromkeys(reading.gaps[axis] if axis in empty else ())
+    return tuple(values), list(lacking)
+
+
+def _placed(rows: list[Sample[Cells]], reading: Reading, layout: Layout) -> list[Sample[Cells]]:
     """Return the rows over `reading.placed`."""
     if reading.placed == reading.read:
         return rows
     values = [row.value[1] for row in rows if row.value[1] is not None]
-    made = iter(into_plane(reading.read, values, layout.origin, layout.frame).tolist())
+    placed = into_plane(reading.read, values, layout.origin, layout.frame).tolist()
+    made = iter([[nan if isnan(one) else one for one in row] for row in placed] if reading.gaps else placed)
     return [
         row if row.value[1] is None else evolve(row, value=(row.value[0], tuple(next(made)), *row.value[2:])) for row in rows
     ]
-
-
-def _by_time(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    return [_look(list(scan)) for _, scan in groupby(in_time_order(rows, refused, sort=sort), lambda row: row.time)]
-
-
-def _by_row(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    return [_look([row]) for row in in_time_order(rows, refused, sort=sort)]
-
-
-def _by_scan(rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    """Return scans at the time of most of their rows; rows of another time are refused, unless most rows are such."""
-    scans: dict[str, list[Sample[_Cells]]] = {}
-    for row in rows:
-        scans.setdefault(row.value[0], []).append(row)
-    times = sum(len({row.time for row in members}) for members in scans.values())
-    if times > 0.5 * (len(scans) + len(rows)):
-        return _of_turns(list(scans.values()), refused, sort)
-    looks = []
-    for scan, members in scans.items():
-        time = Counter(row.time for row in members).most_common(1)[0][0]
-        refused += [
-            Problem(row.place, f"time {row.time!r} s {NOT_OF_SCAN} {shown(scan)} elsewhere, {time!r} s")
-            for row in members
-            if row.time != time
-        ]
-        looks.append(_look([row for row in members if row.time == time]))
-    return in_time_order(looks, refused, sort=sort)
-
-
-def _by_turn(turn: float, rows: list[Sample[_Cells]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    """Return scans of the rows of each turn, the first of which begins with the first row."""
-    kept = in_time_order(rows, refused, sort=sort)
-    first = kept[0].time if kept else 0.0
-    return [_look(list(scan), own=True) for _, scan in groupby(kept, lambda row: floor((row.time - first) / turn))]
-
-
-def _of_turns(turns: list[list[Sample[_Cells]]], refused: list[Problem], sort: bool) -> list[Sample[Look]]:
-    """Return scans whose rows have times of their own; rows out of the time between the scans around are refused."""
-    turns = sorted(turns, key=_middle) if sort else turns
-    middles = [-inf, *map(_middle, turns), inf]
-    looks = []
-    for before, turn, after in zip(middles, turns, middles[2:], strict=False):
-        low, high = (before, after) if before <= after else (-inf, inf)  # if the scans are out of order, they are told
-        looks.append(_look(sorted((row for row in turn if low <= row.time <= high), key=lambda row: row.time), own=True))
-        text = f"is not between the scans around its own, of {before!r} and {after!r} s"
-        refused += [Problem(row.place, f"time {row.time!r} s {text}") for row in turn if not low <= row.time <= high]
-    return in_time_order(looks, refused, sort=sort)
-
-
-def _middle(rows: list[Sample[_Cells]]) -> float:
-    """Return a scan's median time."""
-    return sorted(row.time for row in rows)[(len(rows) - 1) // 2]
-
-
-def _look(rows: list[Sample[_Cells]], own: bool = False) -> Sample[Look]:
-    """Return the scan of rows, of the time of the last; `own`: each return keeps its time."""
-    given = [(row.time, values, *row.value[2:]) for row in rows if (values := row.value[1]) is not None]
-    told = [one for one, _ in dict.fromkeys((one, i if one[2] < 0 else -1) for i, one in enumerate(given))]
-    times = tuple(time for time, *_ in told) if own else ()
-    codes, noises = tuple(code for _, _, code, _ in told), tuple(noise for *_, noise in told if noise)
-    look = Look(rows[0].value[0], tuple(values for _, values, *_ in told), codes, times, noises)
-    return Sample(rows[0].place, rows[-1].time, look, len(rows))

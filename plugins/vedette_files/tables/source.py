@@ -34,8 +34,9 @@ from vedette_files.readers import (
 from vedette_files.tables.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.tables.empty_scans import fill_gaps
 from vedette_files.tables.layout import Layout
+from vedette_files.tables.looks import Look
 from vedette_files.tables.platform import PlatformColumns, Platforms
-from vedette_files.tables.returns import POSITION, DetectionColumns, Look, Reading
+from vedette_files.tables.returns import POSITION, DetectionColumns, Reading
 from vedette_files.tables.rows import BY_ROW, Dialect
 from vedette_files.tables.times import DATED, UNZONED, check_pattern
 from vedette_files.tables.truth import TruthColumns

@@ -16,6 +16,7 @@ from vedette.tracking import State, Tracker
 from vedette.types import Scan, Track
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
+from vedette_report.known import known
 
 MOST = 5000
 """Of a run so many scans are looked at, at most."""
@@ -106,7 +107,7 @@ def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) 
             continue
         rows, columns = np.nonzero(np.where(state.confirmed[:, None], state.weights[:, 1:], 0.0) > SURELY)
         returns = columns if state.returns is None else state.returns[rows, columns]
-        for track, z in zip(state.ids[rows].tolist(), scan.detections.z[returns], strict=True):
+        for track, z in zip(state.ids[rows].tolist(), known(scan.detections)[returns], strict=True):
             times, values = taken.setdefault((scan.sensor, track), ([], []))
             times.append(scan.time)
             values.append(z)

@@ -13,6 +13,7 @@ from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
 from vedette.types import Pose, Recording, Scan
 from vedette_files import NORTH_EAST
+from vedette_report.known import known
 
 
 @frozen
@@ -60,7 +61,10 @@ class Plane:
 
 
 def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) -> dict[str, Array | None]:
-    """Return the positions of each sensor's returns (k, 2), by its name; None if one return alone gives no position."""
+    """Return the positions of each sensor's returns (k, 2), by its name, without those of an unknown one.
+
+    None if one return alone gives no position.
+    """
     places: dict[str, Array | None] = {}
     for name, sensor in sensors.items():
         of_sensor = [scan for scan in scans if scan.sensor == name]
@@ -68,7 +72,8 @@ def returns(scans: Sequence[Scan], sensors: Mapping[str, Sensor], plane: Plane) 
             spots = [_spots(scan, sensor, plane) for scan in of_sensor] if plane.within(sensor.observes) else None
         except NotImplementedError:
             spots = None
-        places[name] = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
+        every = None if spots is None else np.concatenate([np.zeros((0, 2)), *spots])
+        places[name] = None if every is None else every[np.isfinite(every).all(axis=-1)]
     return places
 
 
@@ -88,7 +93,7 @@ def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:
 def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
     placed = sensor.placed(scan.pose)
     seen, valid = scan.detections, scan.detections.valid
-    spot = placed.invert(seen.z[valid], None if seen.noise is None else seen.noise[valid])
+    spot = placed.invert(known(seen)[valid], None if seen.noise is None else seen.noise[valid])
     return plane.points(sensor.observes, spot.mean)
 
 

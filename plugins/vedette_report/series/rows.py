@@ -12,6 +12,7 @@ from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Gaussian, Recording, Scan
 from vedette_files import UNNAMED, WITHIN, Column, below, stands, triangles
+from vedette_report.known import known
 from vedette_report.map.gates import gates
 from vedette_report.map.plane import Plane, positions_of
 
@@ -47,7 +48,7 @@ class ScanRows:
             place = self.plane.platform(pose.position[:2])
         k = 0 if scan.frame is not None else len(seen.z)
         z = np.full((k, self.axes), np.nan)
-        z[:, : seen.z.shape[-1]] = seen.z[:k]
+        z[:, : seen.z.shape[-1]] = known(seen)[:k]
         met = gates(self._tracker, scan, before, state, self.plane)
         m = met.expected.shape[-1]
         expected, innovation = np.full((tracks, self.axes), np.nan), np.full((tracks, self.axes, self.axes), np.nan)

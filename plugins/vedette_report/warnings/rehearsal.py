@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from itertools import takewhile
 
 import numpy as np
+from attrs import evolve
 
 from vedette.errors import VedetteError
 from vedette.supporting import ImagingSensor
@@ -87,12 +88,21 @@ def _ends(tracker: Tracker, scan: Scan, dt: float, looks: Mapping[str, tuple[lis
 
 def _chosen(name: str, scans: Sequence[Scan]) -> tuple[list[Scan], float]:
     """Return some scans of a sensor that hold returns, and the time from one look to the next; none if that is unknown."""
-    of_sensor = [scan for scan in scans if scan.sensor == name and scan.frame is None and len(scan.detections.z)]
+    every = (_whole(scan) for scan in scans if scan.sensor == name and scan.frame is None)
+    of_sensor = [scan for scan in every if len(scan.detections.z)]
     gaps = np.diff([scan.time for scan in scans if scan.sensor == name])
     if not of_sensor or not np.any(gaps > 0) or of_sensor[0].detections.noise is not None:
         return [], 0.0
     chosen = [of_sensor[i] for i in np.unique(np.linspace(0, len(of_sensor) - 1, PLACES).astype(int))]
     return chosen, float(np.median(gaps[gaps > 0]))
+
+
+def _whole(scan: Scan) -> Scan:
+    """Return a scan without returns that lack a component."""
+    seen = scan.detections
+    if seen.missing is None:
+        return scan
+    return evolve(scan, detections=Detections.of(seen.z[~seen.missing.any(axis=-1)], seen.z.shape[-1]))
 
 
 def _played(tracker: Tracker, scan: Scan, dt: float, z: np.ndarray) -> list[State]:

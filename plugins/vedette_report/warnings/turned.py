@@ -11,6 +11,7 @@ from attrs import frozen
 from vedette import Array, Sensor
 from vedette.tracking import Tracker
 from vedette.types import Scan, Trajectory
+from vedette_report.known import known
 from vedette_standard import stands
 
 WIDEST = np.radians(15.0)
@@ -81,7 +82,7 @@ def _known(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory])
         names = tracker.sensors[scan.sensor].measurement.names
         if scan.detections.identity is None or not {"x", "y"} <= set(names):
             continue
-        place = scan.detections.z[:, [names.index("x"), names.index("y")]]
+        place = known(scan.detections)[:, [names.index("x"), names.index("y")]]
         for code, at in zip(scan.detections.identity.tolist(), place, strict=True):
             if code >= 0 and np.isfinite(at).all():
                 reports[scan.sensor][code].append((scan.time, at))
@@ -99,7 +100,7 @@ def _of_sensor(
     polar = "bearing" in sensor.measurement.names
     for scan in scans:
         placed = sensor.placed(scan.pose)
-        z = scan.detections.z
+        z = known(scan.detections)
         for owner, (times, places) in enumerate(targets):
             if (at := _place(times, places, scan.time)) is None:
                 continue
