@@ -1,4 +1,4 @@
-"""When a sensor looks, where it sees clutter, and what it cannot tell apart."""
+"""When a sensor looks, where it sees clutter, what it cannot tell apart, and what its returns lack."""
 
 from __future__ import annotations
 
@@ -6,9 +6,9 @@ from collections.abc import Mapping
 from typing import final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Detections, Sensor, Space, fields
 from vedette.sampling import Bounds
 
 
@@ -37,6 +37,10 @@ class Look:
         "return; default: every object gives its own",
         tried=({},),
     )
+    missing: dict[str, float] = fields.table(
+        "measured axis to the probability that a return lacks it, where the sensor is 'partial'; default: none does",
+        tried=({},),
+    )
 
     def __attrs_post_init__(self) -> None:
         if self.jitter >= 0.5 * self.interval:
@@ -44,11 +48,28 @@ class Look:
         for name, size in self.resolution.items():
             if size <= 0:
                 raise ValueError(f"resolution: {name}: must be > 0, got {size:.6g}")
+        for name, share in self.missing.items():
+            if not 0 <= share <= 1:
+                raise ValueError(f"missing: {name}: must be a probability, got {share:.6g}")
 
     def times(self, duration: float, rng: np.random.Generator) -> Array:
         """Draw scan times (s,) in s from 0 to `duration`, in order."""
         nominal = np.arange(self.first, duration * (1 + 1e-12), self.interval)
         return np.clip(nominal + self.jitter * rng.uniform(-1.0, 1.0, len(nominal)), 0.0, duration)
+
+    def lacking(self, sensor: Sensor) -> Array:
+        """Return the probability that a return lacks each measured axis (m,); ValueError for one that it always reports."""
+        if always := [name for name in self.missing if name not in sensor.optional]:
+            may = ", ".join(sensor.optional) or "none, as it is not 'partial'"
+            raise ValueError(f"{always[0]}: {sensor.kind!r} always reports it; of its axes a return may lack: {may}")
+        return np.array([self.missing.get(name, 0.0) for name in sensor.measurement.names])
+
+    def with_gaps(self, seen: Detections, sensor: Sensor, rng: np.random.Generator) -> Detections:
+        """Draw which components returns lack."""
+        if not self.missing:
+            return seen
+        missing = rng.random(seen.z.shape) < self.lacking(sensor)
+        return evolve(seen, z=np.where(missing, np.nan, seen.z), missing=missing) if missing.any() else seen
 
     def cells(self, measurement: Space) -> Array:
         """Return the size of a cell on each measured axis (m,), infinite where none is given.

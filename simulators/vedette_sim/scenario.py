@@ -168,7 +168,7 @@ class Simulation(Source):
         world = {**sensors, **self.sensors}
         self._check_sensors(sensors, world)
         objects: list[tuple[str, Ship | Drawn]] = [*self.ships.items(), *self.drawn.items()]
-        if len(objects) != 1 or any(self._groups()) or any(look.jitter > 0 for look in self.looks.values()):
+        if len(objects) != 1 or any(self._groups()) or any(look.jitter > 0 or look.missing for look in self.looks.values()):
             return None
         ((name, one),) = objects
         still = np.random.default_rng(0)
@@ -214,6 +214,12 @@ class Simulation(Source):
                     corners(space, look.clutter)
                 except ValueError as error:
                     problems.append(Problem(f"looks.{name}.clutter", str(error)))
+            for sensor in (world[name], sensors.get(name, world[name])):
+                try:
+                    look.lacking(sensor)
+                except ValueError as error:
+                    problems.append(Problem(f"looks.{name}.missing", str(error)))
+                    break
             try:
                 look.cells(space)
             except ValueError as error:
@@ -252,7 +258,7 @@ class Simulation(Source):
         m, clutter = len(sensor.measurement), self.looks[name].clutter
         views = Views(len(times), m, lambda object_name: _stream(root, "view", name, object_name))
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
-        cells = self.looks[name].cells(sensor.measurement)
+        cells, gaps = self.looks[name].cells(sensor.measurement), _stream(root, "missing", name)
         coarse = bool(np.any(np.isfinite(cells)))
         merges, near_by = sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None, _stream(root, "merge", name)
         for begin in range(0, len(times), BLOCK):
@@ -276,7 +282,7 @@ class Simulation(Source):
                     if clutter is not None:
                         more, kept = draw_clutter(placed, clutter, false)
                         z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
-                yield Scan(time, name, shuffled(z, seen, order), pose)
+                yield Scan(time, name, self.looks[name].with_gaps(shuffled(z, seen, order), sensor, gaps), pose)
 
     def _pose(self, time: float) -> Pose | None:
         if self.ownship is None:
