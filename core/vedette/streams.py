@@ -50,7 +50,7 @@ class Message:
 
     sensor   its name in the stream, "" if the format gives none
     time     s; None if the message tells none
-    z        (k, m) over `axes`, the names of the columns in SI units; None: those of the sensor, in its order
+    z        (k, m) over `axes`, the names of the columns in SI units; None: the sensor's, in its order; NaN is missing
     times    (k,) s, the time of each return where they differ; else None
     evidence, noise, identity: as those of `vedette.Detections`
     pose     of the platform, if the message tells it

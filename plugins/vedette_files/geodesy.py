@@ -73,7 +73,7 @@ class Origin:
 
     def check_reach(self, latitude: Array | float, longitude: Array | float) -> None:
         """Raise ValueError for a place beyond FARTHEST."""
-        if (farthest := float(np.max(self.on_ground(latitude, longitude), initial=0.0))) > FARTHEST:
+        if (farthest := float(np.fmax.reduce(np.ravel(self.on_ground(latitude, longitude)), initial=0.0))) > FARTHEST:
             told = f"{farthest / 1e3:,.0f} km from the origin {self}"
             raise ValueError(f"lies {told}, and a plane around it reaches {FARTHEST / 1e3:,.0f} km: split by region")
 

@@ -13,7 +13,7 @@ from vedette import fields
 from vedette.space import Array, Indices
 from vedette.streams import Message
 from vedette.types import Detections, Scan
-from vedette_live.placing import Placing
+from vedette_live.placing import Placing, missing
 
 WAYS = ("message", "turn", "sector", "interval")
 CLOCKS = ("sensor", "receiver", "offset")
@@ -170,7 +170,7 @@ class Grouper:
         came = time if arrived is None else arrived
         if self.grouping.by == "message":
             if not message.marker:
-                yield _formed(name, [(message, z, time, stream)], came, self.grouping)
+                yield self._formed(name, [(message, z, time, stream)], came)
             return
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
@@ -202,29 +202,29 @@ class Grouper:
         """Return the complete scan of a sensor; one without returns, between two marks, has the `time` of the last."""
         one = self.opened.pop(name)
         if one.pieces:
-            return _formed(name, one.pieces, one.arrived, self.grouping)
+            return self._formed(name, one.pieces, one.arrived)
         nothing = Detections.of([], len(self.placing.sensors[name].measurement))
         return Formed(Scan(one.first if time is None else time, name, nothing), one.arrived, 0)
 
-
-def _formed(name: str, pieces: list[_Piece], arrived: float, grouping: Grouping) -> Formed:
-    messages = [message for message, *_ in pieces]
-    z = np.concatenate([z for _, z, _, _ in pieces])
-    detections = Detections(
-        z,
-        np.ones(len(z), dtype=bool),
-        _joined([message.evidence for message in messages]),
-        _joined([message.noise for message in messages]),
-        identity=_identities(messages),
-        time=_times(pieces, grouping.length) if grouping.own_times else None,
-    )
-    pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
-    numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
-    last = max(time for _, _, time, _ in pieces)
-    if detections.time is not None:
-        last = float(np.max(detections.time, initial=last))
-    scan = Scan(last, name, detections, pose)
-    return Formed(scan, arrived, len(messages), numbered)
+    def _formed(self, name: str, pieces: list[_Piece], arrived: float) -> Formed:
+        messages = [message for message, *_ in pieces]
+        z = np.concatenate([z for _, z, _, _ in pieces])
+        detections = Detections(
+            z,
+            np.ones(len(z), dtype=bool),
+            _joined([message.evidence for message in messages]),
+            _joined([message.noise for message in messages]),
+            missing(z, self.placing.sensors[name]),
+            identity=_identities(messages),
+            time=_times(pieces, self.grouping.length) if self.grouping.own_times else None,
+        )
+        pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
+        numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
+        last = max(time for _, _, time, _ in pieces)
+        if detections.time is not None:
+            last = float(np.max(detections.time, initial=last))
+        scan = Scan(last, name, detections, pose)
+        return Formed(scan, arrived, len(messages), numbered)
 
 
 def _times(pieces: list[_Piece], length: float) -> Array:

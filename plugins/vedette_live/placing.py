@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from math import pi
 from typing import final
 
@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.roles import Sensor
-from vedette.space import Array, Space
+from vedette.space import Array, Mask, Space
 from vedette.streams import Message
 from vedette_files import Origin
 
@@ -41,8 +41,20 @@ class Placing:
         raise ValueError(f"sensor: must be one of {known}, got {stated!r}"[:200])
 
     def returns(self, message: Message, name: str) -> Array:
-        """Return the returns (k, m) over the sensor's measurement; ValueError if they do not hold what it measures."""
-        wanted = self.sensors[name].measurement
+        """Return the returns (k, m) over the sensor's measurement, NaN where a component is missing.
+
+        ValueError if they do not hold what it measures, or all lack what it always reports.
+        """
+        wanted, may = self.sensors[name].measurement, self.sensors[name].optional
+        z = self._over(message, name, wanted, may)
+        always = [i for i, axis in enumerate(wanted.names) if axis not in may]
+        if len(z) and np.isnan(z[:, always]).any(axis=-1).all():
+            lacking = [wanted.names[i] for i in always if np.isnan(z[:, i]).any()]
+            told = f"z: lacks {', '.join(lacking)}, which {name!r} always reports"
+            raise ValueError(f"{told}; 'partial' around it takes returns without")
+        return z
+
+    def _over(self, message: Message, name: str, wanted: Space, may: Container[str]) -> Array:
         z = message.z
         if not len(z):
             return np.zeros((0, len(wanted)))
@@ -52,10 +64,11 @@ class Placing:
             return z
         columns = {axis: z[:, i] for i, axis in enumerate(message.axes)}
         columns |= self._made(columns, wanted)
-        absent = [axis.name for axis in wanted.axes if axis.name not in columns]
+        absent = [axis for axis in wanted.names if axis not in columns and axis not in may]
         if absent:
             raise ValueError(f"z: sensor {name!r} measures {_listed(wanted)}, and {', '.join(message.axes)} do not give it")
-        return np.stack([columns[axis.name] for axis in wanted.axes], axis=-1)
+        nothing = np.full(len(z), np.nan)
+        return np.stack([columns.get(axis, nothing) for axis in wanted.names], axis=-1)
 
     def _made(self, columns: Mapping[str, Array], wanted: Space) -> dict[str, Array]:
         made, course = dict[str, Array](), columns.get("course")
@@ -71,6 +84,12 @@ class Placing:
         if "speed" in columns and course is not None:
             made |= {"vx": columns["speed"] * np.sin(course), "vy": columns["speed"] * np.cos(course)}
         return made
+
+
+def missing(z: Array, sensor: Sensor) -> Mask | None:
+    """Return which components of returns (k, m) are NaN as the sensor allows it; None for none: what is left is refused."""
+    lacking: Mask = np.isnan(z) & [name in sensor.optional for name in sensor.measurement.names]
+    return lacking if lacking.any() else None
 
 
 def _listed(space: Space) -> str:

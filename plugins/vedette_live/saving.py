@@ -51,7 +51,7 @@ def _leaves(given: Any, place: str) -> Iterator[tuple[str, Any]]:
         yield place, given
 
 
-_ARRAYS = {"evidence": "evidence", "noise": "noise", "identity": "identity", "times": "time"}
+_ARRAYS = {"evidence": "evidence", "noise": "noise", "missing": "missing", "identity": "identity", "times": "time"}
 """What is written of returns, and what `Detections` calls it."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from contextlib import suppress
 
@@ -11,10 +12,14 @@ import pytest
 import vedette
 from vedette.streams import Message
 from vedette_files import Origin
+from vedette_live.formats.csv_lines import CsvLines
+from vedette_live.formats.json_lines import JsonLines
 from vedette_live.grouping import Clock, Formed, Grouper, Grouping
 from vedette_live.placing import Placing
 from vedette_live.saving import scan_data, scan_from
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.position_velocity import PositionVelocity
+from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 SENSORS = vedette.build(
     {
@@ -215,3 +220,34 @@ def test_returns_of_a_turn_are_taken_at_their_own_times_where_that_is_wanted() -
     assert own.scan.time == 12.5
     assert scan_from(scan_data(own.scan)).detections.time.tolist() == [1.0, 2.0, 2.25, 12.5]
     assert scan_from(scan_data(plain.scan)).detections.time is None
+
+
+def test_null_an_empty_cell_and_an_absent_column_are_components_that_a_return_lacks() -> None:
+    """They are written into the saved state of a service, and a sensor that always reports them refuses them."""
+    doppler = RangeBearingRate(5.0, 0.01, 1.0)
+    partial = Partial(doppler, optional={"range_rate": 60.0})
+    axes = ("range", "azimuth", "range_rate")
+    as_json = b'{"time": 1, "z": [[1000, 0.5, null], [900, 0.5, 2]], "axes": ["range", "bearing", "range_rate"]}\n'
+    (null,) = JsonLines().decode(JsonLines().start(), as_json).messages
+    lines = CsvLines(("time", *axes))
+    (cell,) = lines.decode(lines.start(), b"1,1000,0.5,\n").messages
+    absent = Message("radar", 1.0, np.array([[1000.0, 0.5]]), axes[:2])
+    for message, lacking in ((null, [True, False]), (cell, [True]), (absent, [True])):
+        (formed,) = Grouper(Grouping(), Placing({"radar": partial}, {}, None)).add(message, 1.0)
+        seen = formed.scan.detections
+        assert seen.missing is not None
+        assert seen.missing.tolist() == [[False, False, lacks] for lacks in lacking]
+        again = scan_from(json.loads(json.dumps(scan_data(formed.scan)))).detections.missing
+        assert again is not None
+        assert again.tolist() == seen.missing.tolist()
+    for message in (cell, absent):
+        with pytest.raises(ValueError, match="range_rate"):
+            list(Grouper(Grouping(), Placing({"radar": doppler}, {}, None)).add(message, 1.0))
+    (formed,) = Grouper(Grouping(), Placing({"radar": doppler}, {}, None)).add(null, 1.0)
+    assert formed.scan.detections.missing is None  # the tracker refuses the return that holds no number
+
+
+def test_a_place_out_of_reach_is_refused_beside_one_that_says_nothing() -> None:
+    z = np.array([[np.nan, 10.0], [-30.0, 10.0]])
+    with pytest.raises(ValueError, match="origin"):
+        list(Grouper(Grouping(), PLACING).add(Message("ais", 1.0, z, ("latitude", "longitude")), 1.0))

@@ -24,7 +24,8 @@ class CsvLines(Format):
     """One return a line, its values in the order of `columns`: `12.5,north,310.0,0.52`.
 
     The columns `time` (s) and `sensor` are told by their names; every other one is an axis of the sensor, or latitude and
-    longitude in deg. A line whose axes are all empty is a look without a return; a header like `columns` is skipped.
+    longitude in deg. An empty cell is a missing component; a line whose axes are all empty is a look without a return. A
+    header like `columns` is skipped.
     RFC 4180, Common Format and MIME Type for Comma-Separated Values (CSV) Files, 2005.
     """
 
@@ -79,7 +80,7 @@ class CsvLines(Format):
         row = dict(zip(self.columns, (cell.strip() for cell in cells), strict=True))
         time = self._number(row, "time") if row.get("time") else None
         empty = not any(row[name] for name in self._axes)
-        z = [] if empty else [[self._number(row, name) for name in self._axes]]
+        z = [] if empty else [[self._number(row, name) if row[name] else np.nan for name in self._axes]]
         return Message(row.get("sensor", ""), time, np.array(z).reshape(-1, len(self._axes)), self._axes)
 
     def _number(self, row: dict[str, str], name: str) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -25,8 +26,9 @@ MARKERS = ("north", "sector")
 class JsonLines(Format):
     """A scan a line: `{"time": 12.5, "sensor": "north", "z": [[310.0, 0.52]], "n": 7}`, all but `z` optional.
 
-    `axes` names the columns of z where they are not those of the sensor; `n` is answered by `{"ack": n}` over a connection
-    once it is kept; a line with `"marker": "north"` tells of the antenna. Tracks are written a report a line.
+    null in z is a missing component; `axes` names its columns where they are not the sensor's; `n` is answered by
+    `{"ack": n}` over a connection once it is kept; a line with `"marker": "north"` tells of the antenna. Tracks are written
+    a report a line.
     RFC 8259, The JavaScript Object Notation (JSON) Data Interchange Format, 2017.
     """
 
@@ -105,7 +107,7 @@ def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool)
         raise ValueError(f"marker must be one of {', '.join(MARKERS)}, got {short(marker)}")
     if "z" not in given and not marker:
         raise ValueError("z is missing: the returns, [] where there is none")
-    z = _numbers(given.get("z", []), "z", 2, plain=plain)
+    z = _numbers(_with_gaps(given.get("z", [])), "z", 2, plain=plain)
     return Message(
         sensor,
         None if given.get("time") is None else number(given["time"], "time"),
@@ -120,6 +122,13 @@ def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool)
         None if given.get("angle") is None else number(given["angle"], "angle"),
         number=count,
     )
+
+
+def _with_gaps(given: Any) -> Any:
+    """Return lists of numbers with NaN for null; anything else as it is."""
+    if not isinstance(given, list) or not any(isinstance(row, list) and None in row for row in given):
+        return given
+    return [[math.nan if one is None else one for one in row] if isinstance(row, list) else row for row in given]
 
 
 def _numbers(given: Any, what: str, ndim: int, *, plain: bool) -> Array:
