@@ -88,8 +88,10 @@ class Keeping:
         window.take(saving.formed_from(given) for given in saved.states["scans"])
         return window
 
-    def save(self, window: Window | None, *, due: bool = True) -> None:
+    def save(self, window: Window | None, *, due: bool = True, last: bool = False) -> None:
         """Keep, if it is due, the state and the tracks since the last time; answer what is kept, or all where nothing is.
+
+        At the `last` time the tracks within the horizon, too: a restart keeps them anew, as late scans made them.
 
         It is due, too, as soon as the record was moved away: after a kill, what is in another file would come again.
         """
@@ -117,7 +119,8 @@ class Keeping:
             if self.recorder is not None and self.recorder.waiting:
                 raise OSError("the record cannot be written")
             saved = Saved(saving.digest_of(self.made), states, dict(self.counters.counts), numbers, self.service.notes)
-            self.store.save(saved, list(self._unsaved))
+            within = (self._confirmed(taken) for taken in window.kept) if last else ()
+            self.store.save(saved, [*self._unsaved, *(report for report in within if report is not None)])
         except OSError as error:
             self.counters.add("saves_failed_total")
             if "store" not in self.ails:
@@ -137,10 +140,15 @@ class Keeping:
         if self.recorder is not None:
             self.recorder.write(taken)
         if self.store is not None:
-            report = report_of(self.service, taken.state)
-            if report.confirmed.any():
+            report = self._confirmed(taken)
+            if report is not None:
                 self._dropped += len(self._unsaved) == self._unsaved.maxlen
-                self._unsaved.append(chosen(report, report.confirmed))
+                self._unsaved.append(report)
+
+    def _confirmed(self, taken: Taken) -> TrackReport | None:
+        """Return the confirmed tracks after a scan; None if there is none."""
+        report = report_of(self.service, taken.state)
+        return chosen(report, report.confirmed) if report.confirmed.any() else None
 
     def record(self, *, all_of_it: bool) -> None:
         """Write the record once enough waits, or `all_of_it`; one that was moved away is begun anew by `save`."""

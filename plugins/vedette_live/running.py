@@ -255,7 +255,7 @@ class Running:
             self._save_if_due()
         for one in self.listening.scans.take(self.service.parts.service.queue, 0.0):
             self.listening.drop(one)
-        self.kept.save(self._window)
+        self.kept.save(self._window, last=True)
         if self._window is not None and (self.kept.recorder is not None or any(self._lagged)):
             self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
         for sink, lagged in zip(self._sinks, self._lagged, strict=True):

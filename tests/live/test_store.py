@@ -497,3 +497,23 @@ def test_tracks_are_rows_and_old_ones_are_pruned(tmp_path: Path) -> None:
     for i in np.flatnonzero(expected.confirmed):
         assert last[int(expected.ids[i])] == tuple(means[i, :2])
     assert all(row[4] for row in rows)
+
+
+def test_a_stopped_service_has_kept_the_tracks_within_its_horizon_and_a_restart_keeps_them_anew(tmp_path: Path) -> None:
+    """A late scan after the restart changes them: what was kept of them at the stop is replaced."""
+    base, todo = tmp_path / "state.sqlite", lines(80)
+    given = {**config(tmp_path, 1, horizon="10 s"), "inputs": [feed()]}
+    rows = list[list[tuple[float, int, str]]]()
+    for part in ([*todo[:57], *todo[58:60]], [todo[57], *todo[60:]]):
+        ran(given, tuple(Arrival(line, 1e6) for line in part))
+        with closing(sqlite3.connect(base)) as direct:
+            rows.append(direct.execute("SELECT time, id, mean FROM tracks ORDER BY time, id").fetchall())
+    assert rows[0][-1][0] == 1.5 * 59
+    state, built = undisturbed([]), vedette.build(TRACKER)
+    expected = list[tuple[float, int, str]]()
+    for line in todo:
+        told = json.loads(line)
+        state = built.step(state, vedette.Scan(told["time"], told["sensor"], vedette.Detections.of(told["z"], 2)))
+        of = zip(state.ids.tolist(), built.estimate(state).mean.tolist(), state.confirmed.tolist(), strict=True)
+        expected += sorted((state.time, number, json.dumps(mean)) for number, mean, confirmed in of if confirmed)
+    assert rows[1] == expected
