@@ -153,7 +153,8 @@ def _noise(table: Table, seen: Seen) -> Noise:
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
-    windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)])
+    jump = JUMP * seen.rough
+    windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, jump)])
     low, high = (SURER, REPORTED) if table.reported else (0.0, np.inf)
     least = np.maximum(low, table.floors)
     most = np.maximum(high, 4.0 * least)

@@ -136,7 +136,7 @@ def usual_speed(seen: Iterable[Seen]) -> float:
 
     Between returns so far apart in time that the errors of their positions hardly count, and no farther: they may turn.
     """
-    paces = [np.abs(_paces(chain, each.error)) for each in seen for chain in each.chains]
+    paces = [np.abs(_paces(chain, error)) for each in seen for error in (each.error,) for chain in each.chains]
     every = np.concatenate(paces) if paces else np.full(1, 10.0)
     fast = np.percentile(every, 99)  # a return under a wrong name would be faster than all that is tracked
     return max(float(np.sqrt(np.mean(np.minimum(every, fast) ** 2))), 0.5 * float(np.percentile(every, 95))) or 1e-3

@@ -14,6 +14,7 @@ from vedette_tools.drafting.held import held_on_its_way
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
 from vedette_tools.drafting.recognising import read_table
+from vedette_tools.drafting.seen import Seen
 from vedette_tools.drafting.wishes import Wishes
 
 
@@ -68,6 +69,18 @@ def test_what_creeps_from_digit_to_digit_and_what_is_moored_is_not_asked_for_too
     chain = SimpleNamespace(spots=np.stack([along, 0 * along], axis=-1))
     best = SimpleNamespace(seen={"s": SimpleNamespace(chains=[chain])}, table=SimpleNamespace(floors=(floor,)))
     assert bool(held_on_its_way(best)) == said
+
+
+def test_the_errors_of_all_are_not_found_anew_for_each_object(tmp_path, monkeypatch):
+    """5,000 objects were drafted for minutes: once an object, all were looked at."""
+    plain, asked = Seen.rough.fget, []
+    monkeypatch.setattr(Seen, "rough", property(lambda seen: asked.append(seen) or plain(seen)))
+    counts = []
+    for objects in (4, 40):
+        rows = [(10 * k, i, 5000 * i + 30 * k + k % 3, 10 * k) for k in range(8) for i in range(objects)]
+        read(read_table(table(tmp_path / "d.csv", "time,id,x,y", rows)))
+        counts.append(len(asked))
+    assert counts[1] == 2 * counts[0]
 
 
 @pytest.mark.filterwarnings("error")
