@@ -8,7 +8,7 @@ import struct
 import subprocess
 import sys
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from time import monotonic
 from typing import Any, final
@@ -122,6 +122,11 @@ class ApartOpenCV:
         """Return an image; None if it cannot be read."""
         image: NDArray[Any] | None = self.decoder.ask("imread", path=str(Path(path).resolve()), flags=flags)
         return image
+
+    def imreadmulti(self, path: str, start: int, count: int, flags: int) -> tuple[bool, Sequence[NDArray[Any]]]:
+        """Return whether there is such a page, and it and those after it, as far as they are alike."""
+        pages = self.decoder.ask("imreadmulti", path=str(Path(path).resolve()), start=start, count=count, flags=flags)
+        return pages is not None, () if pages is None else tuple(pages)
 
     def VideoCapture(self, path: str) -> ApartVideo:
         """Open a video."""

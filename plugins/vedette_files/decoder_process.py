@@ -11,6 +11,7 @@ import resource
 import struct
 import sys
 from collections.abc import Callable, Iterator
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -82,6 +83,13 @@ def _open(cv2: Any, state: dict[str, Any], path: str) -> bool:
     return bool(state["video"].isOpened())
 
 
+def _pages(cv2: Any, state: dict[str, Any], path: str, start: int, count: int, flags: int) -> Any:
+    """Return pages of a file, as far as they are alike; None if the first cannot be read."""
+    pages = cv2.imreadmulti(path, start, count, flags=flags)[1]
+    alike = list(takewhile(lambda page: (page.shape, page.dtype) == (pages[0].shape, pages[0].dtype), pages))
+    return np.stack(alike) if alike else None
+
+
 def _table(library: Any, state: dict[str, Any], path: str, wanted: list[str]) -> list[str]:
     from vedette_files.tables.columnar import parquet_cells
 
@@ -97,6 +105,7 @@ def _rows(library: Any, state: dict[str, Any], most: int) -> list[list[str]]:
 _LIBRARIES: dict[str, Callable[[], Any]] = {"opencv": _opencv, "parquet": _parquet}
 _DO: dict[str, Callable[..., Any]] = {
     "imread": lambda cv2, state, path, flags: cv2.imread(path, flags),
+    "imreadmulti": _pages,
     "open": _open,
     "get": lambda cv2, state, number: float(state["video"].get(number)),
     "grab": lambda cv2, state: bool(state["video"].grab()),

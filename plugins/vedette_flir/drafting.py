@@ -18,17 +18,17 @@ from vedette_flir.registration import Registration
 from vedette_flir.sensors.box_centroid import BoxCentroid
 from vedette_flir.sources.boxes import centred, within
 from vedette_flir.sources.images import Grey, frames_of
-from vedette_flir.sources.stored import IMAGES
+from vedette_flir.sources.stored import IMAGES, PAGED
 
-VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts", ".gif")
-"""How the names of videos end, in small letters."""
+VIDEOS = (".mp4", ".avi", ".mov", ".mkv", ".m4v", ".mpg", ".mpeg", ".webm", ".wmv", ".ts", ".gif", *PAGED)
+"""How the names of videos, and of files of pages, end, in small letters."""
 
 CAMERA = """kind = "box_centroid"
 detection_probability = 0.95  # a codec smears or erases a dim target now and then
 """
 
 RATE = """
-# rate = 30.0  # frames a second: taken, as a folder of images tells none; state your own"""
+# rate = 30.0  # frames a second: taken, as images tell none; state your own"""
 
 GIVEN = """
 [birth]
@@ -145,7 +145,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
         about=about,
         title=json.dumps(f"Targets in {path.name}"),
         path=json.dumps(str(path)),
-        rate=RATE if path.is_dir() else "",
+        rate=RATE if path.is_dir() or path.suffix.lower() in PAGED else "",
         start=start,
         camera=CAMERA,
         centred="false" if boxes else "true",

@@ -11,10 +11,11 @@ import vedette
 from support.paths import EXAMPLES, recording
 from vedette import ConfigError, InputError, Scan, ScanRefused, Track, Trajectory
 from vedette.cli import main
+from vedette_files import Apart
 from vedette_flir.annotation import _enlarged
 from vedette_flir.patches import alike, blurred, centroid, isolated, mask_of, median, peak, sample, similarity, without_large
 from vedette_flir.sources.boxes import centred
-from vedette_flir.sources.images import grey_of
+from vedette_flir.sources.images import grey_of, look_through
 from vedette_flir.sources.video import BOX
 from vedette_report.pixels import pixel_figures
 
@@ -179,6 +180,31 @@ def test_a_truncated_video_gives_what_it_has(tmp_path):
     result = vedette.load(EXAMPLE, overrides=[f"source.path={part}", f"source.box={boxes[0].tolist()}"]).run()
     assert 5 < len(result.scans) < 40
     assert "promises 40 frames" in str(result.refused[0])
+
+
+@pytest.mark.parametrize("apart", [None, Apart(memory=500)], ids=["here", "in a process of its own"])
+def test_pages_of_a_tiff_file_are_frames(tmp_path, apart):
+    pages = [np.random.default_rng(k).integers(0, 60_000, (12, 16), dtype=np.uint16) for k in range(30)]
+    path = tmp_path / "clip.tif"
+    cv2.imwritemulti(str(path), [*pages[:20], pages[20][:6], *pages[21:]])
+    clip = look_through(path, apart=apart)
+    assert clip.numbers == (*range(20), *range(21, 30))
+    assert [str(problem) for problem in clip.problems] == ["frame 20: must be 16 x 12 px as the first, got 16 x 6"]
+    for k in (29, 0, 19, 21, 5):
+        np.testing.assert_array_equal(clip.frame(k), pages[k])
+
+
+def test_a_cut_tiff_file_gives_what_it_has_and_says_so(tmp_path):
+    pages = [np.full((12, 16), 10 * k, dtype=np.uint8) for k in range(20)]
+    path = tmp_path / "clip.tiff"
+    cv2.imwritemulti(str(path), pages)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    clip = look_through(path)
+    assert 5 < len(clip.numbers) < 15
+    assert "breaks off after" in str(clip.problems[-1])
+    path.write_bytes(b"II*\0")
+    with pytest.raises(InputError, match="no TIFF file"):
+        look_through(path)
 
 
 def test_colour_and_depth():

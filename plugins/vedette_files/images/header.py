@@ -79,3 +79,22 @@ def _tiff(file: BinaryIO, order: str) -> tuple[int, int]:
         if tag in (256, 257):
             sizes[tag] = struct.unpack(f"{order}{'H' if kind == 3 else 'I'}", value[: 2 if kind == 3 else 4])[0]
     return sizes[256], sizes[257]
+
+
+def tiff_pages(path: Path) -> tuple[int, bool]:
+    """Return how many pages a TIFF file lists, and whether the file ends, or returns to a page, before their list does."""
+    with path.open("rb") as file:
+        order = "<" if file.read(4).startswith(b"II") else ">"
+        seen: set[int] = set()
+        try:
+            (at,) = struct.unpack(f"{order}I", file.read(4))
+            while at and at not in seen:
+                file.seek(at)
+                (count,) = struct.unpack(f"{order}H", file.read(2))
+                file.seek(12 * count, 1)
+                (after,) = struct.unpack(f"{order}I", file.read(4))
+                seen.add(at)
+                at = after
+        except struct.error:
+            return len(seen), True
+    return len(seen), at != 0

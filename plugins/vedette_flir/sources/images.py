@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vedette import InputError, Problem
 from vedette_files import Apart, ApartOpenCV
 from vedette_files.libraries import needed
-from vedette_flir.sources.stored import Folder, Video
+from vedette_flir.sources.stored import stored
 
 Grey = NDArray[np.unsignedinteger[Any]]
 """A frame (h, w) of 8 or 16 bit."""
@@ -124,7 +124,7 @@ def look_through(
     watch: Callable[[Grey], None] = lambda grey: None,
     apart: Apart | None = None,
 ) -> Clip:
-    """Return what a video or a folder of images holds; each frame is decoded once, shown to `watch`, and let go.
+    """Return what a video, TIFF file or folder of images holds; each frame is decoded once, shown to `watch`, and let go.
 
     InputError if there is no such file or folder, no frame in it, or the first is in colour. A later frame that is in colour
     or of another size is left out, as are those that a truncated video promises and lacks.
@@ -133,7 +133,7 @@ def look_through(
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
     cv2 = opencv() if apart is None else ApartOpenCV(apart)
-    store = Folder(path, problems, cv2) if path.is_dir() else Video(path, cv2)
+    store = stored(path, problems, cv2)
     numbers: list[int] = []
     times: list[float] = []
     first: Grey | None = None
@@ -177,11 +177,14 @@ def look_through(
 
 
 def frames_of(path: Path) -> Iterator[Grey]:
-    """Yield the frames of a video or folder of images, as far as they are alike; InputError if the first cannot be read."""
+    """Yield the frames of a video, TIFF file or folder of images, as far as they are alike.
+
+    InputError if the first cannot be read.
+    """
     if not path.exists():
         raise InputError(f"{path}: there is no such file or folder; name a video, or a folder of images")
     problems: list[Problem] = []
-    store = Folder(path, problems, opencv()) if path.is_dir() else Video(path, opencv())
+    store = stored(path, problems, opencv())
     first: NDArray[Any] | None = None
     for number in range(store.most):
         image = store.raw(number)

@@ -1,4 +1,4 @@
-"""Where frames are stored: folders of images and video files, read through OpenCV."""
+"""Where frames are stored: folders of images, pages of a TIFF file, and video files, read through OpenCV."""
 
 from __future__ import annotations
 
@@ -12,12 +12,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vedette import InputError, Problem
-from vedette_files.images.header import check_pixels, picture_size
+from vedette_files.images.header import check_pixels, picture_size, tiff_pages
 from vedette_files.images.jpeg import check_jpeg, is_jpeg
 from vedette_files.images.png import check_png, is_png
 from vedette_files.input_files import check_regular, inside
 
 IMAGES = (".png", ".tif", ".tiff", ".pgm", ".jpg", ".jpeg", ".bmp")
+
+PAGED, BLOCK = (".tif", ".tiff"), 2**24
+"""How the names of files end whose pages are frames, and about how many bytes of them are read at once: to come to a page
+OpenCV passes over all before it.
+"""
 
 FEWEST = 5
 """Images in a folder from which on their numbers tell whether some are lacking."""
@@ -100,6 +105,52 @@ class Folder:
 
 
 @final
+class Pages:
+    """The pages of a TIFF file; those that cannot be read are told once, when it is looked through."""
+
+    rate, time = None, math.nan
+
+    def __init__(self, path: Path, problems: list[Problem], cv2: Any) -> None:
+        self.path, self.cv2, self.first = path, cv2, 0
+        self.pages: Sequence[NDArray[Any]] = ()
+        self.problems: list[Problem] | None = problems
+        check_regular(path)
+        size = picture_size(path)
+        if size is None:
+            raise InputError(f"{path}: is no TIFF file that can be read")
+        try:
+            check_pixels(*size)
+        except ValueError as error:
+            raise InputError(f"{path}: its pages {error}") from None
+        self.most, self.cut = tiff_pages(path)
+
+    def raw(self, number: int) -> NDArray[Any] | None:
+        """Return a page; None, and a problem, if it cannot be read."""
+        if not self.first <= number < self.first + len(self.pages):
+            block = max(BLOCK // max((page.nbytes for page in self.pages[:1]), default=BLOCK), 1)
+            block = min(block, self.most - number)
+            try:
+                self.pages = self.cv2.imreadmulti(str(self.path), number, block, flags=self.cv2.IMREAD_UNCHANGED)[1]
+            except (ValueError, self.cv2.error):
+                self.pages = ()
+            self.first = number
+        if self.pages:
+            return self.pages[number - self.first]
+        if self.problems is not None:
+            self.problems.append(Problem(f"frame {number}", f"page {number + 1} cannot be read"))
+        return None
+
+    def ended(self, number: int) -> bool:
+        """Return whether a page that cannot be read is the end: there are others."""
+        return False
+
+    def count(self) -> tuple[int, list[Problem]]:
+        """Return how many pages there are, and whether there were more; from now on nothing is told."""
+        self.problems = None
+        return self.most, [Problem("end", f"the list of pages breaks off after {self.most}")] * self.cut
+
+
+@final
 class Video:
     """A video that is decoded forwards; a frame before the last one begins it anew."""
 
@@ -151,3 +202,10 @@ class Video:
         return promised, [
             Problem("end", f"the video promises {promised} frames and ends after {self.found}", promised - self.found)
         ]
+
+
+def stored(path: Path, problems: list[Problem], cv2: Any) -> Folder | Pages | Video:
+    """Return the store of a folder of images, of a TIFF file's pages, or of a video."""
+    if path.is_dir():
+        return Folder(path, problems, cv2)
+    return Pages(path, problems, cv2) if path.suffix.lower() in PAGED else Video(path, cv2)

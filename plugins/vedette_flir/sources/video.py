@@ -62,7 +62,9 @@ class VideoSource(Source):
     kind: ClassVar[str] = "video"
     draws: ClassVar[bool] = False
 
-    path: str = fields.text("a video file, or a folder of images in the order of their names and numbers", default="")
+    path: str = fields.text(
+        "a video, a TIFF file of pages, or a folder of images in the order of their names and numbers", default=""
+    )
     truth: str = fields.text(
         "file of true boxes, frame,x,y,w,h; default: NAME_truth.csv beside NAME, if it is there", default=""
     )
