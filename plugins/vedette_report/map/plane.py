@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 from attrs import frozen
 
+from vedette.filters import present_noise
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Space
 from vedette.types import Pose, Recording, Scan
 from vedette_files import NORTH_EAST
-from vedette_report.known import known
 
 
 @frozen
@@ -91,10 +91,18 @@ def positions_of(scan: Scan, sensor: Sensor, plane: Plane | None) -> Array:
 
 
 def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
+    """Return where the valid returns of a scan are (k, 2), NaN where that depends on a component that one lacks."""
     placed = sensor.placed(scan.pose)
     seen, valid = scan.detections, scan.detections.valid
-    spot = placed.invert(known(seen)[valid], None if seen.noise is None else seen.noise[valid])
-    return plane.points(sensor.observes, spot.mean)
+    noise = None if seen.noise is None else seen.noise[valid]
+    if seen.missing is None:
+        return plane.points(sensor.observes, placed.invert(seen.z[valid], noise).mean)
+    lacking = seen.missing[valid]
+    if noise is not None:
+        noise = present_noise(noise, ~lacking)
+    filled = (placed.invert(np.where(lacking, value, seen.z[valid]), noise).mean for value in (0.0, 1.0))
+    one, other = (plane.points(sensor.observes, spot) for spot in filled)
+    return np.where((one == other).all(axis=-1, keepdims=True), one, np.nan)
 
 
 def place_of(sensor: Sensor) -> tuple[float, float] | None:
