@@ -144,16 +144,22 @@ def test_wrong_lines_are_refused_with_their_place(tmp_path, line, said):
 
 def test_a_quiet_tracker_records_nothing():
     """Tracks that go on by themselves leave no record, nor do those that were never confirmed."""
-    experiment = vedette.load(EXAMPLES / "harbour.toml")
-    states = [state for _, state in experiment.steps()]
-    begun_beside = {child for state in states if state.lineage for child, _ in state.lineage.splits.tolist()}
-    assert begun_beside <= set(range(states[-1].born))
-    for before, after in pairwise(states):
-        if after.lineage is not None:
-            sure = set(before.ids[before.confirmed].tolist())
-            assert set(after.lineage.splits[:, 1].tolist()) <= sure
-            assert set(after.lineage.merges[:, 0].tolist()) <= sure - set(after.ids.tolist())
-            assert set(after.lineage.merges[:, 1].tolist()) <= sure & set(after.ids.tolist())
+    assert all(state.lineage is None for _, state in vedette.load(EXAMPLES / "harbour.toml").steps())
+
+
+def test_confirmed_tracks_alone_split_and_merge():
+    parents, gone = set(), set()
+    for scene in (splitting, merging):
+        for before, after in pairwise(tracked(scene())[1]):
+            if after.lineage is not None:
+                sure, there = set(before.ids[before.confirmed].tolist()), set(after.ids.tolist())
+                parents |= (own := set(after.lineage.splits[:, 1].tolist()))
+                assert own <= sure
+                gone |= (own := set(after.lineage.merges[:, 0].tolist()))
+                assert own <= sure - there
+                assert set(after.lineage.merges[:, 1].tolist()) <= sure & there
+    assert parents
+    assert gone
 
 
 @pytest.mark.parametrize("kind", MERGING)
