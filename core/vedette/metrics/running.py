@@ -113,8 +113,7 @@ class RunningJudge:
         rows, self._rows = self._rows, []
         if not rows:
             return None
-        gates = np.array([row["gate"] for row in rows])
-        block = self.judged([row["scan"] for row in rows], self._entries(rows), gates)
+        block = self.judged([row["scan"] for row in rows], self._entries(rows), np.array([row["gate"] for row in rows]))
         for i, row in enumerate(rows):
             self._seen |= dict.fromkeys(row["track"].tolist(), self._scans - len(rows) + i)
         if len(self._seen) > self._most:
@@ -134,7 +133,8 @@ class RunningJudge:
         states = near.states.reshape(len(chosen), len(which), len(self.space))
         real = Truth(self.space, states[known], near.alive[known], near.unsaid[known])
         match = matched(entries, real, chosen[known], options, self._held, which)
-        self._nis.add(entries, chosen, axes, gates)
+        lacking = [0.0 if (gone := scan.detections.missing) is None else np.sum(gone) / max(len(gone), 1) for scan in scans]
+        self._nis.add(entries, chosen, axes - lacking, gates)
         self._entries_chosen += int(np.count_nonzero(np.isin(entries.scan, chosen)))
         block = Block(match, match.pairs(), times, chosen, axes, which)
         alive: Mask = np.any(near.alive, axis=1)

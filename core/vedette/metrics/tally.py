@@ -168,12 +168,12 @@ class Nis:
 
     sums: Total = field(factory=Total)
 
-    def add(self, entries: Entries, chosen: Indices, axes: Indices, gates: Array) -> None:
-        """Add a block's entries; `axes` (s,) are those that each scan measures, `gates` (s,) the gates' probabilities.
+    def add(self, entries: Entries, chosen: Indices, axes: Array, gates: Array) -> None:
+        """Add a block's entries; `axes` (s,) are those that a scan's returns have, `gates` (s,) the gates' probabilities.
 
         The scan that starts a track has no innovation, and the tracker reports 0 there.
         """
-        m, gate = axes[entries.scan].astype(float), gates[entries.scan]
+        m, gate = axes[entries.scan], gates[entries.scan]
         used = (entries.nis > 0) & np.isin(entries.scan, chosen) & within_gate(entries.nis, entries.hit, m, gate)
         expected = (entries.hit * m * gate_truncation(m, gate))[used]
         self.sums.add(np.stack([entries.nis[used], expected]))

@@ -14,8 +14,10 @@ from vedette.tracking import Expected, State, Tracker
 from vedette.types import Gaussian
 from vedette_report.consistency import autocorrelation
 
-Entry = tuple[str, float, float, float, float, Array, Array]
-"""What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m)."""
+Entry = tuple[str, float, float, float, float, Array, Array, Array]
+"""What a track used of a scan: sensor, time in s, NIS, hit, its declared chance, innovation (m,), its covariance (m, m),
+and the share of it that has each component (m,).
+"""
 
 ALMOST_SURE = 0.99
 """So probably detected, a target's innovations are of one return: a mean of several would be smaller."""
@@ -60,8 +62,9 @@ def entries_of(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
                     then = it.at(int(_returns(state, row)[np.argmax(state.weights[row, 1:])]))
                     ahead = then.tracks
                 prior = Gaussian(ahead.mean[at[track]], ahead.cov[at[track]])
-                pooled, S, declared = _used(then, prior, state, row)
-                entry = (scan.sensor, scan.time, float(state.nis[row]), float(state.hit[row]), declared, pooled, S)
+                pooled, S, declared, known = _used(then, prior, state, row)
+                nis, hit = float(state.nis[row]), float(state.hit[row])
+                entry = (scan.sensor, scan.time, nis, hit, declared, pooled, S, known)
                 rows.setdefault(track, []).append(entry)
     return rows
 
@@ -71,8 +74,10 @@ def _returns(state: State, row: int) -> Indices:
     return np.arange(state.weights.shape[-1] - 1) if state.returns is None else state.returns[row]
 
 
-def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array, Array, float]:
-    """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), and its chance to be detected."""
+def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array, Array, float, Array]:
+    """Return the weighted sum of a track's innovations (m,), the covariance of one (m, m), its chance to be detected, and
+    how much of the weight has each component (m,).
+    """
     weights = state.weights[row, 1:]
     used = np.flatnonzero(weights)
     used_returns = _returns(state, row)[used]
@@ -80,10 +85,12 @@ def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array,
     noise = seen.noise[used_returns[np.argmax(weights[used])]] if len(used_returns) and seen.noise is not None else None
     expected, S, _ = it.returns_of(prior, noise)
     residual = sensor.measurement.difference(seen.z[used_returns], expected)
+    known: Array = np.ones(residual.shape[-1])
     if seen.missing is not None:
+        known = known - weights[used] @ seen.missing[used_returns] / max(float(np.sum(weights)), 1e-300)
         residual = np.where(seen.missing[used_returns], 0.0, residual)
     declared = float(sensor.detects(prior.mean[it.plan.state.locate(sensor.observes)])) * it.plan.p_gate
-    return np.sum(weights[used][:, None] * residual, axis=0), S, declared
+    return np.sum(weights[used][:, None] * residual, axis=0), S, declared, known
 
 
 def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
@@ -96,10 +103,12 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
     if lags > 0 and valid.sum() >= 3:
         correlation, pairs = autocorrelation(np.array([e[5] for e in alike]), np.array([e[6] for e in alike]), lags, valid)
     times, nis, hit, declared = (np.array([entry[i] for entry in entries], dtype=float) for i in range(1, 5))
-    axes = np.array([len(tracker.sensors[name].measurement) for name in names], dtype=float)
+    axes = np.array([np.sum(entry[7]) for entry in entries])
     sizes = {}
     for name in dict.fromkeys(names):
-        sure = [e[5] ** 2 / np.diagonal(e[6]) for e in entries if e[0] == name and e[3] > ALMOST_SURE]
-        for axis, each in zip(tracker.sensors[name].measurement.names, np.array(sure).T, strict=False):
-            sizes[name, axis] = np.array([np.sum(each), len(each)])
+        sure = [entry for entry in entries if entry[0] == name and entry[3] > ALMOST_SURE]
+        squares = np.array([entry[5] ** 2 / np.diagonal(entry[6]) for entry in sure]).T
+        counts = np.array([entry[7] for entry in sure]).T
+        for axis, each, count in zip(tracker.sensors[name].measurement.names, squares, counts, strict=False):
+            sizes[name, axis] = np.array([np.sum(each), np.sum(count)])
     return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes)
