@@ -4,7 +4,7 @@ import pytest
 
 from support.sentences import all_texts, texts
 
-MOST = 124
+MOST = 122
 """Sentences that tests hold today. The number falls: whoever cures one lowers it."""
 
 HELD = """

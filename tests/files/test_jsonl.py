@@ -220,11 +220,8 @@ def test_bad_returns_are_refused_by_themselves(tmp_path):
     assert scan.detections.z.tolist() == [[1, 2], [7, 8]]
     assert scan.detections.noise.tolist() == [eye, eye]
     assert scan.detections.evidence.tolist() == [0.5, 0.25]
-    assert [problem.text for problem in recording.refused] == [
-        "z[1][1] must be a finite number of at most 1e+15, got NaN",
-        "noise[2] must be a list of 2 rows, got [[1.0, 0.0]]",
-        'evidence[3] must be a finite number of at most 1e+15, got "high"',
-    ]
+    told = [(problem.text.split()[0], problem.text.partition("got ")[2]) for problem in recording.refused]
+    assert told == [("z[1][1]", "NaN"), ("noise[2]", "[[1.0, 0.0]]"), ("evidence[3]", '"high"')]
 
 
 BAD_HEADERS = {
