@@ -105,7 +105,8 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
         raise Misuse(f"{cls!r}: is not a component class; derive it from one of vedette's roles: {', '.join(ROLES)}")
     role = role_of(cls)
     if role is None or role not in _ROLES:
-        raise Misuse(f"{cls.__name__}: plays no role that has laws; derive it from one of {', '.join(_ROLES)}")
+        what = "plays no role that has laws" if role is None else f"is a {role}, of which there are no laws: run it"
+        raise Misuse(f"{cls.__name__}: {what}; derive it from one of {', '.join(_ROLES)}")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         raise Misuse(f"{cls.__name__}: is abstract: define {', '.join(missing)}, or give the kit a class that does")
     if reason := contradiction(cls):
@@ -124,9 +125,15 @@ def own_laws(cls: type[Component]) -> tuple[str, frozenset[str]]:
 
 
 @st.composite
-def _pairs(draw: st.DrawFn, drawn: st.SearchStrategy[Any], drawer: Drawer, profile: Profile) -> tuple[Any, Any]:
-    """Return a component, and what a law of its role is given with it."""
-    component = draw(drawn)
+def _pairs(
+    draw: st.DrawFn, drawn: st.SearchStrategy[Any], drawer: Drawer, profile: Profile, refused: list[str]
+) -> tuple[Any, Any]:
+    """Return a component, and what a law of its role is given with it; `refused` gets what its class said last."""
+    try:
+        component = draw(drawn)
+    except hypothesis.errors.UnsatisfiedAssumption as nothing:
+        refused[:] = [f": {nothing.__context__}"]
+        raise
     return component, drawer(draw, component, profile)
 
 
@@ -163,7 +170,8 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     unlike = next((f"it is none{what}" for base, what, laws in KINDRED if law in laws and not issubclass(cls, base)), "")
     if unlike or (needs and not never and (own is False or own is usual is not True)):
         return Outcome(law, "skipped", unlike or lacks, 0, 0.0)
-    pairs = _pairs(drawn, _ROLES[role][1], profile)
+    refused = [""]
+    pairs = _pairs(drawn, _ROLES[role][1], profile, refused)
     tried: list[Any] = []
     closed: list[tuple[str, str]] = []
     judged = False
@@ -213,7 +221,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         told = counterexample(what, tried[0], tried[1], None) if tried else what  # nothing, where it is late as it is drawn
         return Outcome(law, "failed", told, sum(tried[2:]) + 1, alpha)
     except Unsatisfiable:
-        text = f"{cls.__name__}: none could be built from what was drawn; pass strategies for its parameters"
+        text = f"{cls.__name__}: none could be built from what was drawn{refused[0]}; pass strategies for its parameters"
         raise Misuse(text) from None
     except SkipTest:
         tried[2:] = [0]

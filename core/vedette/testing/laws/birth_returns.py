@@ -113,8 +113,11 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
             slope = (other.prior.mean - before.prior.mean) / 1e-3
             added += slope[:, :, None] * slope[:, None, :]
     left = (before.prior.cov - 0.5 * added) / products(np.maximum(deviations(before.prior.cov), 1e-150))
-    least = float(np.linalg.eigvalsh(left).min())
-    demand(least > -1e-6, f"begin: covariances hold less than half of what the returns' noise adds, by {least:.3g} of them")
+    values, axes = np.linalg.eigh(left)
+    row = int(np.argmin(values[:, 0]))
+    name = drawn.estimator.state.names[int(np.argmax(np.abs(axes[row, :, 0])))]
+    otherwise = "must hold J R J', J being how the mean follows the returns and R their noise; of half of that"
+    demand(values[row, 0] > -1e-6, f"begin: the covariance of {name} {otherwise} {-values[row, 0]:.3g} is lacking")
 
 
 LAWS = (

@@ -2,38 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
-
-import attrs
 import numpy as np
 from attrs import evolve
 
-from vedette.config.parameters import parameters
 from vedette.supporting import Birth
 from vedette.testing.comparisons import Closed, covariance, same, same_moments
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import Returns, begun
 from vedette.testing.laws.birth_returns import last
-from vedette.testing.laws.noise_units import LENGTHS, power
+from vedette.testing.laws.noise_units import factors, in_half_the_unit
 from vedette.testing.strategies import usual
 from vedette.types import Detections, Gaussian
-
-
-def in_half_the_unit(value: Any, axes: Mapping[str, str], unit: str = "1") -> Any:
-    """Return a parameter, or what holds some, in half the unit of length; `axes` to their units, as tables name them."""
-    if attrs.has(type(value)):
-        known = [
-            (p.name, getattr(value, p.field.name), unit if p.unit in ("", "1") else p.unit) for p in parameters(type(value))
-        ]
-        return evolve(value, **{name: in_half_the_unit(each, axes, its) for name, each, its in known})
-    if isinstance(value, Mapping):
-        if unknown := [name for name in value if name not in axes]:
-            raise Closed(f"it has a table by {unknown[0]!r}, which is no axis")
-        return {name: in_half_the_unit(each, axes, axes[name]) for name, each in value.items()}
-    if isinstance(value, tuple):
-        return tuple(in_half_the_unit(each, axes, unit) for each in value)
-    return value * 2.0 ** power(unit, LENGTHS) if isinstance(value, float | np.ndarray) else value
 
 
 def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
@@ -53,7 +32,7 @@ def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
         except ValueError as refusal:
             told = str(refusal)
             continue
-        size = 2.0 ** np.array([power(axis.unit, LENGTHS) for axis in estimator.state.axes])
+        size = factors(estimator.state)
         covariance("prior of a track that starts in the first scan", begun(birth, given).prior.cov, definite=True)
         same("returns, in half the unit", there.returns.astype(float), here.returns.astype(float), 0.0)
         same("existence, in half the unit", there.existence, here.existence, 1e-9, 1.0)

@@ -4,30 +4,31 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from typing import Any
 
+import attrs
 import numpy as np
 from attrs import evolve
 
-from vedette.config.parameters import Parameter, holds_parts, parameters
+from vedette.config.parameters import holds_parts, parameters
 from vedette.roles import Component, MotionModel, Sensor
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, closed_if, demand
+from vedette.testing.comparisons import Closed, closed_by, closed_if, demand
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks
+from vedette.testing.states import sizes
 
-LENGTHS, _ANGLES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad")
-_PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|1)(?:\^([\d.]+))?$")
+LENGTHS, _ANGLES, _TIMES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad"), ("s", "min", "h")
+_PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|s|min|h|1)(?:\^([\d.]+))?$")
 Noise = Callable[[Any, Array], Array]
 DEVIATION = "standard deviation"
 """What is said of a parameter that is one."""
 
 
 def power(unit: str, words: tuple[str, ...]) -> float:
-    """Return the power of lengths, or of angles, in a unit: -2 of lengths in "1/m^2"."""
+    """Return the power of lengths, of angles or of times in a unit: -2 of lengths in "1/m^2"."""
     found, sign = 0.0, 1.0
-    for part in unit.partition(" mod ")[0].split("/"):
+    for part in unit.partition(" mod ")[0].replace("kn", "NM/h").split("/"):
         match = _PART.match(part)
         if match and match[1] in words:
             found += sign * float(match[2] or 1.0)
@@ -35,23 +36,12 @@ def power(unit: str, words: tuple[str, ...]) -> float:
     return found
 
 
-def _alone(component: Any, known: Mapping[str, Parameter]) -> Any:
-    """Return a component without the others that it holds and may do without; Closed if some are left."""
-    held = [name for name, p in known.items() if holds_parts(p.shape) and getattr(component, name)]
-    if not held:
-        return component
-    left = {name: getattr(component, name) for name in known if name not in held}
-    with suppress(ValueError, TypeError):  # it cannot do without
-        alone = type(component)(**left)
-        if not any(getattr(alone, name) for name in held):
-            return alone
-    raise Closed("it holds other components, whose parameters count too")
-
-
-def _noise(component: Any, drawn: Moves | Looks) -> tuple[Space, Space, Noise]:
-    """Return the axes of a component's noise, those of its states, and the noise of such a component there."""
+def _noise(component: Any, drawn: Moves | Looks, pace: float = 1.0) -> tuple[Space, Space, Noise]:
+    """Return the axes of a component's noise, those of its states, and the noise of such a component there, after `pace`
+    times as long.
+    """
     if isinstance(drawn, Moves):
-        return component.state, component.state, lambda other, x: other.noise(x, drawn.dt)
+        return component.state, component.state, lambda other, x: other.noise(x, pace * drawn.dt)
     return component.measurement, component.observes, lambda other, x: other.noise(x)
 
 
@@ -62,7 +52,8 @@ def variances_are_squares(component: MotionModel | Sensor, drawn: Moves | Looks)
     """
     x, (space, states, noise) = drawn.x, _noise(component, drawn)
     known = {p.name: p for p in parameters(type(component))}
-    component = _alone(component, known)
+    held = any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items())
+    closed_if(held, "it holds other components, whose parameters count too")
     numbers = {
         name: value for name in known if isinstance(value := getattr(component, name), float) and 0 < abs(value) < np.inf
     }
@@ -90,34 +81,57 @@ def variances_are_squares(component: MotionModel | Sensor, drawn: Moves | Looks)
     closed_if(not judged, "no parameter is a length or an angle")
 
 
+def in_half_the_unit(value: Any, axes: Mapping[str, str], words: tuple[str, ...] = LENGTHS, unit: str = "1") -> Any:
+    """Return a parameter, or what holds some, in half the unit of length, or of what has the units `words`; `axes` to their
+    units, as tables name them.
+    """
+    if attrs.has(type(value)):
+        known = [
+            (p.name, getattr(value, p.field.name), unit if p.unit in ("", "1") else p.unit) for p in parameters(type(value))
+        ]
+        return evolve(value, **{name: in_half_the_unit(each, axes, words, its) for name, each, its in known})
+    if isinstance(value, Mapping):
+        if unknown := [name for name in value if name not in axes]:
+            raise Closed(f"it has a table by {unknown[0]!r}, which is no axis")
+        return {name: in_half_the_unit(each, axes, words, axes[name]) for name, each in value.items()}
+    if isinstance(value, tuple):
+        return tuple(in_half_the_unit(each, axes, words, unit) for each in value)
+    return value * 2.0 ** power(unit, words) if isinstance(value, float | np.ndarray) else value
+
+
+def factors(space: Space, words: tuple[str, ...] = LENGTHS) -> Array:
+    """Return how many times as large each axis (n,) is in half the unit."""
+    return 2.0 ** np.array([power(axis.unit, words) for axis in space.axes])
+
+
 def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
-    """In half the unit of length, with all parameters and states in it, variances are what their units say.
+    """In half the unit of length, or of a motion's time, with all that is given in it, variances are what their units say.
 
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
     """
-    x, (space, states, noise) = drawn.x, _noise(component, drawn)
-    known = {p.name: p for p in parameters(type(component))}
-    component = _alone(component, known)
-    powers = {name: power(p.unit, LENGTHS) for name, p in known.items()}
-    values = {name: getattr(component, name) for name, p in powers.items() if p}
-    values = {name: value for name, value in values.items() if value is not None and not isinstance(value, Mapping)}
-    if not values or not all(isinstance(value, float | int) for value in values.values()):
-        raise Closed("no parameter is a length, or not each is a number")
-    other = changed(component, {name: value * 2.0 ** powers[name] for name, value in values.items()})
-    closed_if(other is None, "it refuses parameters twice as large")
-    scale = np.array([2.0 ** power(axis.unit, LENGTHS) for axis in states.axes])
-    usual, there = _variances(component, x, noise), _variances(other, x * scale, noise)
-    for i, axis in enumerate(space.axes):
-        wanted = 2 * power(axis.unit, LENGTHS)
-        if not wanted or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
-            continue
-        found = np.log2(there[:, i] / usual[:, i])
-        k = float(np.round(np.mean(found)))
-        demand(
-            k in (0.0, wanted) or not np.all(np.abs(found - k) < 1e-6),
-            f"noise: the variance of {axis.name} must be {2.0**wanted:g} times as large in half the unit of length, "
-            f"is {2.0**k:g} times",
-        )
+    space, states, noise = _noise(component, drawn)
+    axes, judged = {axis.name: axis.unit for axis in states.axes}, False
+    given = {p.name: getattr(component, p.name) for p in parameters(type(component)) if p.unit in ("", "1")}
+    bare = [name for name, value in given.items() if isinstance(value, float | np.ndarray | Component)]
+    for what, words in (("length", LENGTHS), ("time", _TIMES))[: 1 + isinstance(drawn, Moves)]:
+        timed, x = words is _TIMES, drawn.x  # of times no variance is judged in which a parameter without a unit counts
+        if timed:  # not at a velocity at which the code ends a division by 0
+            x = np.where(np.abs(x) < 0.1 * sizes(states), 0.3 * sizes(states), x)
+        with closed_by((TypeError, ValueError), "it refuses parameters twice as large: {}"):
+            other = in_half_the_unit(component, axes, words)
+        usual = _variances(component, x, noise)
+        there = _variances(other, x * factors(states, words), _noise(component, drawn, 1.0 + timed)[2])
+        for i, wanted in enumerate(2 * np.log2(factors(space, words))):
+            unsaid = any(_matters(component, name, i, x, noise) for name in bare) if timed else not wanted
+            if unsaid or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
+                continue
+            found = np.log2(there[:, i] / usual[:, i])
+            k = float(np.round(np.mean(found)))
+            if np.all(np.abs(found - k) < 1e-6):
+                told = f"must be {2.0**wanted:g} times as large in half the unit of {what}, is {2.0**k:g} times"
+                demand(k in (0.0, wanted), f"noise: the variance of {space.names[i]} {told}")
+                judged |= k == wanted
+    closed_if(not judged, "no variance changes by a whole power")
 
 
 _OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
@@ -160,18 +174,13 @@ def _made_square(
     component: Component, known: Mapping[str, Any], name: str, i: int, states: Space, x: Array, noise: Noise
 ) -> bool:
     """Tell whether other parameters, or the state, make variance `i` a square: in half the unit of length all have it."""
-    words = LENGTHS if power(known[name].unit, LENGTHS) else _ANGLES
-    others = {n: power(p.unit, words) for n, p in known.items()}
-    if words is _ANGLES:  # a state cannot be given another unit of angle: does any other angle matter?
-        return any(_matters(component, n, i, x, noise) for n, p in others.items() if p and n != name)
-    values = {n: getattr(component, n) for n, p in others.items() if p}
-    if not all(isinstance(value, float | int | np.ndarray) or value is None for value in values.values()):
+    if not power(known[name].unit, LENGTHS):  # a state cannot be given another unit of angle: does any other angle matter?
+        return any(_matters(component, n, i, x, noise) for n, p in known.items() if power(p.unit, _ANGLES) and n != name)
+    try:
+        other = in_half_the_unit(component, {axis.name: axis.unit for axis in states.axes})
+    except (Closed, TypeError, ValueError):
         return True
-    other = changed(component, {n: None if v is None else v * 2.0 ** others[n] for n, v in values.items()})
-    if other is None:
-        return True
-    scale = np.array([2.0 ** power(axis.unit, LENGTHS) for axis in states.axes])
-    usual, there = _variances(component, x, noise)[:, i], _variances(other, x * scale, noise)[:, i]
+    usual, there = _variances(component, x, noise)[:, i], _variances(other, x * factors(states), noise)[:, i]
     return bool(np.any(np.abs(there - 2.0 * usual) > 1e-6 * usual))
 
 
