@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if arguments is None:
         # a process of its own makes few cycles, and looking for them among all that is imported is a tenth of a short run
         gc.set_threshold(100_000, 20, 20)
-    traceback = False
+    traceback, foreign = False, None
     try:
         parser = _parser()
         parsed = parser.given(_values_joined(sys.argv[1:] if arguments is None else arguments))
@@ -34,6 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         if parsed.limits is not None:
             os.environ[FACTOR] = parsed.limits
             most(1)
+        foreign = parsed.foreign
         code = parser.commands[parsed.command].run(parsed)
         sys.stdout.flush()
     except VedetteError as error:
@@ -52,7 +53,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             return INTERRUPTED
         from vedette.tracking.faults import raised_by
 
-        if (text := raised_by(error, None)) is None:  # a component that ends the process is told as one that raises
+        # a component that ends the process is told as one that raises, but for a command, which may
+        if (text := raised_by(error, None, foreign if isinstance(error, Exception) else None)) is None:
             raise
         return ended(error, text, traceback=traceback)
     return code
@@ -107,6 +109,6 @@ def _parser() -> Parser:
             command.options(below)
         except (Exception, SystemExit) as error:  # a third party's: the other commands go on
             complain(f"the command {entry.kind!r} of {entry.bringer} cannot be used: its `options` failed: {error!r}")
-        below.set_defaults(parser=parser)
+        below.set_defaults(parser=parser, foreign=None if entry.distribution == "vedette" else command)
         parser.commands[entry.kind] = command
     return parser

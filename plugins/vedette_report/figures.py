@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Any
+import sys
+from collections.abc import Callable, Mapping
+from functools import partial
+from numbers import Real
+from typing import Any, final
 
-from attrs import asdict
+from attrs import asdict, define, evolve
 
+from vedette.config import installed_figures
 from vedette.display import html_table
 from vedette.experiment import Experiment, Result
-from vedette.metrics import Score
+from vedette.metrics import Block, Figure, Score
 from vedette.types import Rows
+from vedette.units import short
 from vedette_report.pixels import pixel_figures
 from vedette_report.registration import registered
 
@@ -38,6 +43,54 @@ def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, A
         **pixel_figures(result.tracks, result.recording.truth),
     }
     return {name: _finite(value) for name, value in told.items()}
+
+
+@final
+@define
+class _Forgiven:
+    """A figure of a plugin, without which a run goes on where it fails: that is told once, as `told` is shared by runs."""
+
+    name: str
+    start: Callable[[], Any]
+    told: list[str]
+    of: Any = None
+    failed: bool = False
+
+    def add(self, block: Block) -> None:
+        self._asked(lambda of: of.add(block))
+
+    def value(self) -> float | None:
+        return self._asked(_number)
+
+    def _asked(self, ask: Callable[[Any], float | None]) -> float | None:
+        if self.failed:
+            return None
+        try:
+            self.of = self.start() if self.of is None else self.of
+            return ask(self.of)
+        except Exception as error:
+            self.failed = True
+            if not self.told:
+                self.told.append(f"the figure {self.name!r} failed and is left out: {type(error).__name__}: {error}")
+                print(f"vedette: {self.told[0]}", file=sys.stderr)
+            return None
+
+
+def _number(of: Any) -> float | None:
+    """Return a figure's value, None if it is none or not finite; TypeError if it is no number."""
+    value: Any = of.value()
+    if not (value is None or isinstance(value, Real)):
+        raise TypeError(f"value() must return a number or None, got {short(value)}")
+    return float(value) if value is not None and math.isfinite(value) else None
+
+
+def forgiven_figures() -> tuple[Figure, ...]:
+    """Return the figures of plugins: one that fails is left out of a run, and the rest of it kept."""
+    return tuple(
+        evolve(one, start=partial(_Forgiven, one.name, one.start, []))
+        for one in installed_figures()
+        if one.start is not None
+    )
 
 
 def _registration(result: Result) -> dict[str, Any]:

@@ -8,14 +8,14 @@ from typing import Any
 import attrs
 import numpy as np
 
-from vedette.config import did_you_mean, installed_figures
+from vedette.config import did_you_mean
 from vedette.display import html_table
 from vedette.errors import ConfigError
 from vedette.experiment import Result
 from vedette.metrics import Score
 from vedette_files import Terms, table_of
 from vedette_files.libraries import needed
-from vedette_report.figures import figures, figures_html
+from vedette_report.figures import figures, figures_html, forgiven_figures
 from vedette_report.known import known
 from vedette_report.series.traces import Judged
 
@@ -76,7 +76,7 @@ def _truth(result: Result) -> dict[str, Any]:
 
 
 def _metrics(result: Result) -> dict[str, Any]:
-    score = Judged.of(result.made_by, result, installed_figures()).score
+    score = Judged.of(result.made_by, result, forgiven_figures()).score
     told = figures(result.made_by, result, score)
     return {name: value for name, value in told.items() if _is_number(value) or value is None}
 

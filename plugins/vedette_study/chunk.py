@@ -24,6 +24,7 @@ from vedette.metrics import (
 from vedette.sampling import NotInLockStep
 from vedette.space import Array, Mask, Space
 from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
+from vedette_report.figures import forgiven_figures
 from vedette_standard.whole_tracks import bound_along
 from vedette_study.lockstep import run_together
 from vedette_study.redraw import Redraw
@@ -195,7 +196,7 @@ def _one_by_one(experiment: Experiment, seeds: RunSeeds, redraw: Redraw | None) 
         if result.interrupted:
             raise KeyboardInterrupt
         tracker, truth, options = experiment.tracker, result.recording.truth, experiment.judge
-        gate, further = tracker.gate.probability, installed_figures()
+        gate, further = tracker.gate.probability, forgiven_figures()
         nobody = result.recording.nobody
         told = judge(result.tracks, truth, result.scans, options, gate, tracker.sensors, further, nobody).figures()
         rows.append([told.get(figure.name) for figure in known.values()][:-1] + [result.approximated])

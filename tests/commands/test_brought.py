@@ -34,6 +34,7 @@ class Greet(vedette.Command):
         BROKEN
 
     def run(self, arguments):
+        RUNNING
         print(f"{arguments.name}, {arguments.tone}")
         return 3
 
@@ -74,12 +75,14 @@ def greeting(tmp_path, monkeypatch):
     """Install a distribution whose command has this kind."""
     monkeypatch.syspath_prepend(tmp_path)
 
-    def install(kind="greet", broken="", drawing="", warning="", names="welcome = vedette_test_greet:welcome"):
+    def install(kind="greet", broken="", drawing="", warning="", running="", names="welcome = vedette_test_greet:welcome"):
         info = tmp_path / "greet-1.0.dist-info"
         info.mkdir()
         (info / "METADATA").write_text("Metadata-Version: 2.1\nName: greet\nVersion: 1.0\n")
         (info / "entry_points.txt").write_text(f"[vedette]\ngreet = vedette_test_greet\n[vedette.names]\n{names}\n")
-        source = GREET.replace("KIND", kind).replace("BROKEN", broken).replace("DRAWING", drawing)
+        source = (
+            GREET.replace("KIND", kind).replace("BROKEN", broken).replace("DRAWING", drawing).replace("RUNNING", running)
+        )
         (tmp_path / "vedette_test_greet.py").write_text(source.replace("WARNING", warning))
 
     yield install
@@ -120,6 +123,33 @@ def test_one_whose_options_fail_harms_no_other(greeting, capsys):
     assert "no pen" in told.err
     assert "'greet'" in told.err
     assert json.loads(told.out)["vedette"]
+
+
+def test_one_that_fails_ends_in_a_line_that_names_it(greeting, capsys):
+    """It was a traceback with exit code 1, which says that a law failed."""
+    greeting(running="[][1]")
+    assert main(["greet", "Ada"]) == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1, told
+    assert "greet (vedette_test_greet.Greet).run" in told
+    assert "IndexError" in told
+    assert "(vedette_test_greet.py:" in told
+    assert "vedette check" not in told  # there are no laws of commands
+    assert main(["--traceback", "greet", "Ada"]) == 2
+    assert "Traceback" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("running", ["raise SystemExit(7)", "import sys; sys.exit(7)"])
+def test_one_may_end_the_process_with_its_own_code(greeting, running):
+    greeting(running=running)
+    with pytest.raises(SystemExit, match="7"):
+        main(["greet", "Ada"])
+
+
+def test_a_fault_of_vedettes_own_command_keeps_its_traceback(monkeypatch):
+    monkeypatch.setattr("vedette.commands.own.Info.run", lambda self, arguments: [][1])
+    with pytest.raises(IndexError):
+        main(["info"])
 
 
 @pytest.mark.costly

@@ -277,6 +277,42 @@ def test_a_plugins_figure_is_told_of_every_run_and_study(
     assert study.data()["units"]["largest"] == "m"
 
 
+FAULTY_FIGURES = {
+    "an array": ("return self.most", "import numpy as np; return np.array([1.0, 2.0])", "TypeError"),
+    "a text": ("return self.most", "return 'high'", "TypeError"),
+    "raises at the end": ("return self.most", "return 1 / 0", "ZeroDivisionError"),
+    "raises at a block": ("if block.pairs", "[][1]\n        if block.pairs", "IndexError"),
+    "cannot start": ("most = None", "def __init__(self):\n        raise OverflowError", "OverflowError"),
+    "no number": ("return self.most", "return float('nan')", ""),
+}
+
+
+@pytest.mark.parametrize("fault", FAULTY_FIGURES)
+@pytest.mark.by_turns
+def test_a_faulty_figure_is_left_out_and_the_run_is_kept(
+    fault: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    distribution: Distribution,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    """One of a plugin lost a run of hours."""
+    monkeypatch.setattr("vedette_report.drawing.brought.can_draw", lambda: False)
+    old, new, error = FAULTY_FIGURES[fault]
+    distribution("large-dist", "vedette_test_large", changed(old, new)(with_figure("largest_m", "largest")))
+    scene, out = _scene(tmp_path), tmp_path / "out"
+    assert main(["run", str(scene), "--out", str(out)]) == 0
+    told = [line for line in capsys.readouterr().err.splitlines() if "largest_m" in line]
+    assert len(told) == bool(error)
+    assert all(error in line for line in told)
+    found = json.loads((out / "summary.json").read_text())
+    assert found["position_rmse_m"] > 0
+    assert "largest_m" not in found
+    assert "nan" not in (out / "summary.txt").read_text()
+    study = vedette.monte_carlo(scene, runs=2, seed=1)
+    assert study.means(0)["position_rmse"].value > 0
+
+
 @pytest.mark.parametrize(("name", "study"), [("gospa_m", "own"), ("own_m", "gospa"), ("two words", "own")])
 def test_a_plugin_with_a_figure_that_there_is_already_is_set_aside(
     distribution: Distribution, name: str, study: str

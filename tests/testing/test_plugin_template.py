@@ -4,6 +4,7 @@ import ast
 import importlib
 import sys
 import tomllib
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -66,6 +67,17 @@ def test_it_imports_public_modules_only(name):
     tree = ast.walk(ast.parse((TEMPLATE / name).read_text()))
     found = {node.module for node in tree if isinstance(node, ast.ImportFrom)}
     assert {module for module in found if module.partition(".")[0] == "vedette"} <= set(PUBLIC)
+
+
+def test_its_picture_and_command_know_runs_without_a_speed(road):
+    """Each run of another motion model told that the picture had failed."""
+    from vedette_road.speeds import SpeedsOverTime, speeds
+
+    track = SimpleNamespace(id=1, space=vedette.Space.of(x="m", y="m"))
+    for tracks in ((), (track,)):
+        assert SpeedsOverTime().draw(SimpleNamespace(tracks=tracks)) is None
+    with pytest.raises(vedette.InputError):
+        speeds(track)
 
 
 def test_its_own_tests_try_each_component(road):

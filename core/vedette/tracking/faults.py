@@ -129,8 +129,11 @@ def check_made(component: Component, method: str, gave: object, parts: object) -
         raise PluginError(_told(component, method, complaint, parts))
 
 
-def raised_by(error: BaseException, parts: object) -> str | None:
-    """Return which component's method raised an error, with its place in `parts` and in its file; None if none did."""
+def raised_by(error: BaseException, parts: object, command: Command | None = None) -> str | None:
+    """Return which component's method raised an error, with its place in `parts` and in its file; None if none did.
+
+    Of commands, `command` alone is blamed.
+    """
     component: Component | None = None
     method, line_of, passes_on = "", "", False
     for frame, line in walk_tb(error.__traceback__):
@@ -138,7 +141,7 @@ def raised_by(error: BaseException, parts: object) -> str | None:
         if not code.co_argcount or code.co_filename.startswith("<attrs"):
             continue
         owner = frame.f_locals.get(code.co_varnames[0])
-        if isinstance(owner, Component) and not isinstance(owner, Command) and _is_method(owner, code):
+        if (owner is command or not isinstance(owner, Command)) and _is_method(owner, code):
             if owner is not component or passes_on:
                 component, method = owner, code.co_name
                 passes_on = frame.f_globals.get("__name__") in _DEFAULTS
@@ -155,7 +158,8 @@ def _told(component: Component, method: str, complaint: str, parts: object) -> s
     place = next((place for place, part in places.items() if part is component), next(iter(places), ""))
     cls = type(component)
     who = f"{component.kind} ({cls.__module__}.{cls.__qualname__}).{method}"
-    return f"{place and f'{place}: '}{who} {complaint}; `vedette check {component.kind}` tries all that it must keep"
+    laws = "" if isinstance(component, Command) else f"; `vedette check {component.kind}` tries all that it must keep"
+    return f"{place and f'{place}: '}{who} {complaint}{laws}"
 
 
 def explain_run(error: Exception, parts: object, again: Callable[[], object]) -> None:

@@ -13,13 +13,13 @@ from typing import BinaryIO, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.config import installed_figures
 from vedette.experiment import Experiment, Result, Steps
 from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import State
 from vedette.types import Frame, Gaussian, Recording, Scan
 from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, full_covariances, read_series
+from vedette_report.figures import forgiven_figures
 from vedette_report.series.about import about
 from vedette_report.series.judged import judged
 from vedette_report.series.rows import ScanRows
@@ -75,7 +75,7 @@ class Recorder:
             experiment.judge,
             tracker.gate.probability,
             sensors=tracker.sensors,
-            figures=installed_figures(),
+            figures=forgiven_figures(),
             keep=np.inf if kept else _KEPT,
             nobody=recording.nobody,
         )

@@ -40,6 +40,8 @@ class SpeedsOverTime(vedette.Picture):
     def draw(self, subject):
         from matplotlib.figure import Figure
 
+        if not subject.tracks or "speed" not in subject.tracks[0].space:
+            return None  # as a run of another motion model
         figure = Figure()
         axes = figure.subplots()
         for track in subject.tracks:
@@ -63,6 +65,8 @@ class Largest:
 
 
 def speeds(track):
+    if "speed" not in track.space:
+        raise vedette.InputError(f"track {track.id}: has no axis `speed`, which the motion model `clothoid` gives")
     return track.mean[:, track.space.names.index("speed")]
 
 
