@@ -78,7 +78,7 @@ def test_misuse_is_told_in_one_line_that_names_the_cure(ask, words):
 
 def test_a_class_that_refuses_all_that_is_drawn_is_told():
     law = laws_of(ConstantVelocity)[0]
-    with pytest.raises(Misuse, match=r"ConstantVelocity: .*sigma_accel: must be > 0, got -1"):
+    with pytest.raises(Misuse, match=r"ConstantVelocity.*sigma_accel.*-1"):
         examine(ConstantVelocity, law, components(ConstantVelocity, {"sigma_accel": st.just(-1.0)}), FAST)
 
 
