@@ -25,6 +25,7 @@ from vedette_files.jsonl.recording import recording_head as recording_head
 from vedette_files.jsonl.recording import scan_line as scan_line
 from vedette_files.jsonl.recording import units as units
 from vedette_files.jsonl.recording import write_recording as write_recording
+from vedette_files.jsonl.scans import identity_code as identity_code
 from vedette_files.jsonl.source import JsonLinesSource as JsonLinesSource
 from vedette_files.readers import NORTH_EAST as NORTH_EAST
 from vedette_files.readers import beyond_period as beyond_period

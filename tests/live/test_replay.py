@@ -7,8 +7,18 @@ from pathlib import Path
 from threading import Thread
 from time import sleep
 
+import numpy as np
+import pytest
+
 from support.services import PATIENCE
+from vedette import Detections, Recording, Scan
 from vedette.cli import main
+from vedette_files import code, write_recording
+from vedette_live.formats.json_lines import JsonLines
+from vedette_live.grouping import Grouper, Grouping
+from vedette_live.placing import Placing
+from vedette_standard.sensors.partial import Partial
+from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 
 def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_path: Path) -> None:
@@ -35,3 +45,23 @@ def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_pat
         reader.join(PATIENCE)
     assert len(came) == scans
     assert b'"n": 299' in came[-1]
+
+
+def test_what_a_recording_says_of_returns_is_taken_as_it_was(
+    tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """Numbers of ships, null of none, and errors of returns that lack a component were refused."""
+    noise, lacks = np.tile(np.diag([4.0, 1e-4, np.nan]), (3, 1, 1)), np.tile([False, False, True], (3, 1))
+    z, names = np.tile([100.0, 0.5, np.nan], (3, 1)), np.array([257000123, -1, code("N7")])
+    doppler = RangeBearingRate(5.0, 0.01, 1.0)
+    seen = Detections(z, np.ones(3, dtype=bool), noise=noise, missing=lacks, identity=names)
+    write_recording(tmp_path / "r.jsonl", Recording((Scan(1.0, "radar", seen),)), {"radar": doppler.measurement})
+    assert main(["replay", str(tmp_path / "r.jsonl"), "--to", "-", "--speed", "max"]) == 0
+    decoded = JsonLines().decode(JsonLines().start(), capfdbinary.readouterr().out)
+    assert [message.refused for message in decoded.messages] == [""]
+    placing = Placing({"radar": Partial(doppler, optional={"range_rate": 60.0})}, {}, None)
+    (formed,) = Grouper(Grouping(), placing).add(decoded.messages[0], 1.0)
+    came = formed.scan.detections
+    for one, other in ((came.z, z), (came.missing, lacks), (came.identity, names)):
+        np.testing.assert_array_equal(one, other)
+    np.testing.assert_array_equal(np.asarray(came.noise)[:, :2, :2], noise[:, :2, :2])

@@ -12,7 +12,7 @@ from attrs import frozen
 from vedette.space import Array, Indices
 from vedette.streams import Decoded, Format, Message, TrackReport
 from vedette.types import Pose
-from vedette_files import code
+from vedette_files import identity_code
 from vedette_files.json_values import number, parse, short, vector
 from vedette_live.formats.text import Rest, decoded, ended
 
@@ -91,7 +91,8 @@ def _message(line: bytes) -> Message:
     if count is not None and (isinstance(count, bool) or not isinstance(count, int) or not 0 <= count < 2**63):
         raise ValueError(f"n must be a whole number from 0, got {short(count)}")
     try:
-        return _told(given, sensor, count, plain="true" not in text and "false" not in text)
+        lists = {name: _with_gaps(given[name]) for name in ("z", "noise") if given.get(name) is not None and "null" in text}
+        return _told({**given, **lists}, sensor, count, plain="true" not in text and "false" not in text)
     except ValueError as error:
         if count is None:
             raise
@@ -107,7 +108,7 @@ def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool)
         raise ValueError(f"marker must be one of {', '.join(MARKERS)}, got {short(marker)}")
     if "z" not in given and not marker:
         raise ValueError("z is missing: the returns, [] where there is none")
-    z = _numbers(_with_gaps(given.get("z", [])), "z", 2, plain=plain)
+    z = _numbers(given.get("z", []), "z", 2, plain=plain)
     return Message(
         sensor,
         None if given.get("time") is None else number(given["time"], "time"),
@@ -125,10 +126,10 @@ def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool)
 
 
 def _with_gaps(given: Any) -> Any:
-    """Return lists of numbers with NaN for null; anything else as it is."""
-    if not isinstance(given, list) or not any(isinstance(row, list) and None in row for row in given):
-        return given
-    return [[math.nan if one is None else one for one in row] if isinstance(row, list) else row for row in given]
+    """Return nested lists with NaN for each null."""
+    if isinstance(given, list):
+        return [_with_gaps(one) for one in given]
+    return math.nan if given is None else given
 
 
 def _numbers(given: Any, what: str, ndim: int, *, plain: bool) -> Array:
@@ -160,9 +161,9 @@ def _identity(given: Any, z: Array) -> Indices | None:
     """Return the codes of the names that returns bear."""
     if given is None:
         return None
-    if not isinstance(given, list) or len(given) != len(z) or not all(isinstance(name, str) for name in given):
+    if not isinstance(given, list) or len(given) != len(z):
         raise ValueError(f"identity must be a name for each of {len(z)} returns, '' for none, got {short(given)}")
-    return np.array([code(name) for name in given], dtype=np.int64)
+    return np.array([identity_code(name) for name in given], dtype=np.int64)
 
 
 def _axes(given: Any, z: Array) -> tuple[str, ...] | None:
