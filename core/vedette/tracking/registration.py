@@ -183,8 +183,8 @@ def shared(
         raise ValueError(f"registration: must not go with an estimator that draws, as {estimator.kind!r} does")
     starts_none = birth is not None and type(birth).given is Birth.given
     if starts_none and all(set(registration.offsets) & set(names) for names in observed.values()):
-        told = f"cannot be observed: every sensor, {', '.join(map(repr, sensors))}, has some of them, and turned or shifted"
-        raise ValueError(f"registration.offsets: {told} as one, they see the same; leave one sensor without, or give tracks")
+        told = f"must be told by a sensor without them, or by given tracks; {', '.join(map(repr, sensors))} all have some"
+        raise ValueError(f"registration.offsets: {told}. Without this table each track finds its own, by two places")
     at = np.array([state.names.index(name) for name in registration.offsets])
     variance = np.square(list(registration.offsets.values()))
     return Offsets(
