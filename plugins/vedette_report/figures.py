@@ -156,4 +156,6 @@ def figures_html(title: str, figures: Mapping[str, Any]) -> str:
 def _figure(value: Any) -> str:
     if isinstance(value, tuple | list):
         return ", ".join(map(_figure, value))
+    if isinstance(value, Mapping):
+        return ", ".join(f"{name} {_figure(each)}" for name, each in value.items() if each is not None)
     return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -5,7 +5,7 @@ Without truth, innovations alone speak: how large they are, whether one tells of
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from attrs import evolve, field, frozen
@@ -22,6 +22,7 @@ from vedette.units import say
 from vedette_report.columns import aligned
 from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault
+from vedette_report.recorded import detected
 from vedette_report.recorded.credibility import Credibility, noncredibility
 from vedette_report.recorded.pairing import Followed, followed
 from vedette_report.recorded.pooled import pooled_nis
@@ -32,16 +33,16 @@ HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation o
 FEW, UNEVEN = 5, 2.0
 """Of twice so many scans the first is told from later ones; and axes are not wrong alike where they differ so: by hand."""
 
-SIGMAS, OFF, LARGE = 4.0, 0.15, 1.1
-"""Detections tell of P_D if they are off by so many deviations of their number and by such a part, and before they do,
-innovations so large tell of Q and R: by hand.
-"""
+LARGE = 1.1
+"""Before detections tell of P_D, innovations so large tell of Q and R: by hand."""
 
 
 def table(told: Sequence[Recorded]) -> list[str]:
     """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
     lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
-    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint]
+    every = detected.otherwise([one.innovations for one in told]) if len(told) > 1 else {}
+    lines += [f"{name}, over all tracks: {detected.words(times)}" for name, times in every.items()]
+    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint and not one.as_all(every)]
     return lines + _uneven([one.innovations for one in told])
 
 
@@ -134,19 +135,22 @@ class Recorded:
         told = f"its first squared error is {self.nees[0]:.2g} times as large as stated, later ones are not"
         return f"{told}: likely the start is wrong, or stated too exactly"
 
+    @property
+    def detections(self) -> Mapping[str, float]:
+        """How often it was detected over what is declared, by sensor, where that is beyond chance."""
+        return detected.otherwise([self.innovations])
+
     def _seldom_or_often(self) -> str:
-        """Return what the number of detections says of P_D; "" if nothing beyond chance, or too little to count."""
-        hit, declared = self.innovations.hit, self.innovations.declared
-        off = float(np.sum(hit)) - float(np.sum(declared))
-        rate = float(np.mean(hit)) if len(hit) else 0.0
-        chance = np.sqrt(max(len(hit) * rate * (1.0 - rate), float(np.sum(declared * (1.0 - declared)))))
-        if self.hits is None or abs(off) <= SIGMAS * float(chance) or abs(self.hits - 1.0) < OFF:
-            return ""
-        if not np.any(hit):
+        off, hit = self.detections, self.innovations.hit
+        if off and not np.any(hit):
             return "it never takes a return: likely it starts elsewhere than stated, or P_D, Q or R are far too small"
-        if off > 0:
-            return f"it is detected {self.hits:.2f} times as often as stated: likely P_D is higher"
-        return "returns are missed: likely P_D is lower, or Q or R so small that the gate shuts them out"
+        several = len(set(self.innovations.sensors)) > 1
+        return "; ".join(f"{name}: " * several + detected.words(times) for name, times in off.items())
+
+    def as_all(self, every: Mapping[str, float]) -> bool:
+        """Return whether it hints at nothing but sensors that detect all tracks otherwise than stated, in the same way."""
+        alike = (name in every and (times > 1) == (every[name] > 1) for name, times in self.detections.items())
+        return bool(np.any(self.innovations.hit)) and self.hint == self._seldom_or_often() and all(alike)
 
     @property
     def row(self) -> tuple[str, ...]:
@@ -169,6 +173,8 @@ class Recorded:
         }
         index = None if self.credibility is None else self.credibility.index
         inclination = None if self.credibility is None else self.credibility.inclination
+        each = detected.of_each([self.innovations])
+        figures["hits_by_sensor"] = {name: detected.ratio(looks) for name, looks in each.items()}
         more = {"noncredibility_db": index, "inclination_db": inclination, "lost_at_s": self.lost, "hint": self.hint}
         return figures | more
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from attrs import field, frozen
+from attrs import frozen
 
 from vedette.experiment import Result
 from vedette.space import Array, Indices
@@ -33,7 +33,7 @@ class Innovations:
     nis (s,) weighted squared distances, hit (s,) the probability of having been detected and `declared` (s,) what it was to
     be, axes (s,) that were measured; `correlation` (l,) of the innovations of its most used sensor at lag 1 ..., from
     `pairs` (l,) of numbers: none if they are fewer than three scans. `sizes`: of each sensor and measured axis, the sum of
-    its squared innovations over their variances, and of how many: where it was surely detected.
+    its squared innovations over their variances, and of how many: where it was surely detected. `sensors` (s,): whose scan.
     """
 
     times: Array
@@ -43,7 +43,8 @@ class Innovations:
     axes: Array
     correlation: Array
     pairs: Array
-    sizes: Mapping[tuple[str, str], Array] = field(factory=dict)
+    sizes: Mapping[tuple[str, str], Array]
+    sensors: tuple[str, ...]
 
 
 def entries_of(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
@@ -111,4 +112,4 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
         counts = np.array([entry[7] for entry in sure]).T
         for axis, each, count in zip(tracker.sensors[name].measurement.names, squares, counts, strict=False):
             sizes[name, axis] = np.array([np.sum(each), np.sum(count)])
-    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes)
+    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes, tuple(names))

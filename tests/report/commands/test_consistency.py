@@ -12,7 +12,7 @@ from vedette.config import load
 from vedette.types import Recording
 from vedette_files import write_recording
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH
-from vedette_report.recorded import recorded_consistency
+from vedette_report.recorded import recorded_consistency, table
 
 SCENE = """
 title = "One boat"
@@ -170,6 +170,47 @@ def test_more_detections_than_declared_are_told(scene, untold):
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "sensors.radar.detection_probability=0.45"]))
     assert told.hits == pytest.approx(2.0, abs=0.15)
     assert "P_D is higher" in told.hint
+
+
+def of_two(boats):
+    """A scene of boats 2 km apart that a radar detects as stated, and whose reports come in .35 of the looks."""
+    radar = {"kind": "cartesian_position", "sigma": 10.0, "detection_probability": 0.9}
+    start = [{"x": [2000.0 * i, 20], "y": [0, 20], "vx": [12, 2], "vy": [0, 2]} for i in range(boats)]
+    moves = {"kind": "constant_velocity", "sigma_accel": 1.0}
+    source = {
+        "kind": "simulation",
+        "duration": 400,
+        "looks": {"radar": {"interval": 2.0}, "reports": {"interval": 2.0, "first": 1.0}},
+        "drawn": {f"boat {i}": {"models": [moves], "start": one} for i, one in enumerate(start)},
+        "sensors": {"reports": {**radar, "detection_probability": 0.35}},
+    }
+    return load(
+        {
+            "seed": 3,
+            "source": source,
+            "sensors": {"radar": radar, "reports": radar},
+            "estimator": {"kind": "kalman", "motion": moves},
+            "associator": {"kind": "pda"},
+            "birth": {"kind": "from_returns", "sensors": ["radar"], "spread": {"vx": 15, "vy": 5}},
+            "lifecycle": {"kind": "m_of_n", "misses": 30},
+        }
+    )
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("boats", [1, 3])
+def test_detections_are_counted_by_sensor(boats):
+    """They were pooled: a line a track, without the sensor's name, said that its P_D was lower."""
+    told = recorded_consistency(of_two(boats=boats))
+    lines = [line for line in table(told) if "P_D" in line]
+    if boats == 1:
+        assert [line.partition(": ")[2].startswith("reports: returns are missed") for line in lines] == [True]
+    else:
+        assert [line.startswith("reports, over all tracks: returns are missed") for line in lines] == [True]
+    for one in told:
+        assert one.data()["hits_by_sensor"]["radar"] == pytest.approx(1.0, abs=0.1)
+        assert one.data()["hits_by_sensor"]["reports"] == pytest.approx(0.35 / 0.9, abs=0.12)
+        assert "reports 0." in one._repr_html_()
 
 
 @pytest.mark.costly
