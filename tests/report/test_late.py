@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import vedette
-from vedette_report.warnings.late import late
-from vedette_standard import Biased
+from vedette_report.warnings.late import Shift, _told, late
+from vedette_standard import Biased, CartesianPosition, RangeBearing
 
 POSITION = {"kind": "cartesian_position", "sigma": 15.0, "detection_probability": 0.9}
 POLAR = {
@@ -93,10 +93,10 @@ def test_nothing_is_told_where_no_sensor_is_late(scene, seed):
 @pytest.mark.parametrize("seed", range(3))
 @pytest.mark.by_turns
 def test_an_offset_is_told_within_its_deviations(other, lag, seed):
-    said = told(seed, other, offset={"x": 40.0, "y": -25.0}, lag=lag)
-    assert len(said) == 1 + (lag > 0)
-    length, deviation, x, y = map(float, re.search(r"lie (\S+) \+- (\S+) m .* x = (\S+), y = (\S+) \}", said[-1]).groups())
-    assert said[-1].startswith("other: its returns lie")
+    (said,) = told(seed, other, offset={"x": 40.0, "y": -25.0}, lag=lag)
+    length, deviation, x, y = map(float, re.search(r"(\S+) \+- (\S+) m .* x = (\S+), y = (\S+) \}", said).groups())
+    assert said.startswith("other: its returns lie")
+    assert (" earlier, and " in said and "lag = " in said) == (lag > 0)  # one cure, not two that each cure both
     assert np.hypot(x - 40.0, y + 25.0) < 4.0 * deviation + 0.5 < 12.0
     assert abs(length - np.hypot(x, y)) < 0.6
 
@@ -129,3 +129,68 @@ def test_one_target_on_one_course_tells_no_lag_from_an_offset(monkeypatch):
 def test_tracks_of_clutter_tell_no_lag():
     """Of a hundred times the stated clutter, some thousand short tracks told .6 s: each lies along its own returns."""
     assert told(1, {**POSITION, "sigma": 8.0, "clutter_density": 1e-6}, clutter=1e-4) == []
+
+
+def shifted(wrong, between=(2.0, 3.1, 2.3), seed=0):
+    """Return the scene of `seen` where three sensors look, those of `wrong` displaced."""
+    sensors = {"one": POSITION, "two": {**POLAR, "x": 3000.0}, "three": POLAR}
+    drawn = {name: {"kind": "displaced", **off, "of": sensors[name]} for name, off in wrong.items()}
+    ship = {"start": [-1500.0, 900.0], "course": "10 deg", "speed": 9.0, "legs": LEGS}
+    ships = {"a": ship, "b": {**ship, "start": [1200.0, -1400.0], "course": "130 deg"}}
+    looks = {name: {"interval": dt, "jitter": 0.2} for name, dt in zip(sensors, between, strict=True)}
+    experiment = vedette.load(
+        {
+            "seed": seed,
+            "source": {"kind": "simulation", "duration": 240.0, "ships": ships, "looks": looks, "sensors": drawn},
+            "sensors": sensors,
+            "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
+            "associator": {"kind": "jpda"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 8, "vy": 8}},
+            "lifecycle": {"kind": "m_of_n"},
+        }
+    )
+    result = experiment.run()
+    return experiment.tracker, result.scans, result.tracks
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize(
+    ("wrong", "of"),
+    [
+        ({"one": {"offset": {"x": 70.0}}}, {"one": ("two", 70.0)}),  # by two against one, whatever each tells
+        (
+            {"two": {"offset": {"x": 70.0}}, "three": {"offset": {"x": -70.0}}},  # by what tells places itself
+            {"two": ("one", 70.0), "three": ("one", -70.0)},
+        ),
+    ],
+)
+def test_each_sensor_is_held_against_the_same_one(wrong, of):
+    """Each pair was told by itself: of three sensors one was to be moved to fit another that was to be moved, too."""
+    found = list(late(*shifted(wrong)))
+    assert {said.partition(":")[0] for said in found} == set(of)
+    for said in found:
+        first, x = of[said.partition(":")[0]]
+        assert f"beside those of {first}" in said
+        assert float(re.search(r"x = (\S+),", said).group(1)) == pytest.approx(x, abs=12.0)
+
+
+@pytest.mark.parametrize(
+    ("third", "cured"), [([-100.0, 100.0], '"displaced"'), ([-100.0, 160.0], "the tracks find it, `biased`")]
+)
+def test_offsets_that_no_place_makes_are_left_to_the_tracks(third, cured):
+    """Of ranges that are off, each pair told another place; a number to state for each cured nothing."""
+    pairs = {("ais", "a"): [100.0, 0.0], ("ais", "b"): [0.0, 100.0], ("a", "b"): third}
+    deviations, errors = np.array([0.1, 5.0, 5.0]), np.array([1.0, 0.1])
+    few = {pair: Shift(np.array([0.0, *at]), deviations, errors, np.ones(3)) for pair, at in pairs.items()}
+    radar = RangeBearing(10.0, 0.005)
+    sensors = {"a": radar, "b": radar, "ais": CartesianPosition(15.0)}
+    knows = SimpleNamespace(sensors=sensors, registration=SimpleNamespace(offsets={}))
+    found = list(_told(knows, ["a", "b", "ais"], few))
+    assert [said.partition(":")[0] for said in found] == ["a", "b"]
+    assert all("beside those of ais" in said and cured in said for said in found)
+
+
+@pytest.mark.costly
+def test_of_a_sensor_that_is_turned_no_offset_is_told():
+    tracker, scans, tracks = seen(0, offset={"x": 40.0, "y": -25.0})
+    assert list(late(tracker, scans, tracks, ["other"])) == []

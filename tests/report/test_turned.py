@@ -43,7 +43,7 @@ def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False, p
             scans.append(Scan(2.5 * k + 0.1, "ais", named))
     times = 2.5 * np.arange(100)
     truth = [Trajectory(str(i), Space.of(x="m", y="m"), times, x[i] + times[:, None] * v[i]) for i in range(vessels)]
-    return list(turned(tracker, scans, truth if by_truth else []))
+    return list(map(str, turned(tracker, scans, truth if by_truth else [])))
 
 
 def angle(told):

@@ -34,14 +34,15 @@ def run(arguments: Namespace) -> int:
         told = recorded(experiment, result)
         objects = pooled(told, experiment.tracker.gate.probability)
         tracker = experiment.tracker
+        around = list(turned(tracker, result.scans, result.recording.truth))
         odd = [
             f"LOOKS WRONG: {said}"
             for said in (
                 *warnings_of(result.intake, result.recording, tracker.sensors),
                 *left_out(result.intake, result.recording),
                 *held(tracker),
-                *turned(tracker, result.scans, result.recording.truth),
-                *late(tracker, result.scans, result.tracks),
+                *around,
+                *late(tracker, result.scans, result.tracks, [one.sensor for one in around]),
             )
         ]
         errors = in_tracks(experiment.tracker, result.scans, result.states)

@@ -6,17 +6,19 @@ Clocks differ, or times are those of arrival; or a place or a direction is given
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from itertools import combinations
 
 import numpy as np
 from attrs import frozen
 
+from vedette import kernels
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.tracking import Tracker
 from vedette.types import Gaussian, Scan, Track
 from vedette_report.detector_errors.in_tracks import first_of, scans_at, taken
+from vedette_standard import stands
 
 LONGEST = 30.0
 """s: between returns further apart than this nothing is known of where a target is."""
@@ -28,6 +30,9 @@ more. By hand, before any scene was drawn.
 """
 BESIDE = 1.0
 """An offset is told where it is so many errors or more. By hand."""
+CONTRADICT = 3.0
+"""Pairs of sensors whose sums differ by so many deviations are off by no constant lag and offset. By hand."""
+TRACKS = "`biased` and [registration], docs/concepts/registration.md"
 STEADY = 10
 """A track of fewer returns of a sensor tells nothing: its velocity is that of these returns, so that they lie along it. Set
 by hand on dense clutter, whose short tracks told .5 to .7 s that were not there.
@@ -46,41 +51,104 @@ class Seen:
 
 @frozen(eq=False)
 class Shift:
-    """By how much returns are late, in s, and lie beside others (2,), in m; the deviations (3,), and both in errors."""
+    """By how much returns are late, in s, and beside others, in m (3,); deviations (3,); in errors, a s and a m (2,).
 
-    lag: float
-    offset: Array
+    doubt (3,): by how much the deviations are too small, as other pairs of sensors tell it.
+    """
+
+    values: Array
     deviations: Array
-    moved: float
-    beside: float
+    errors: Array
+    doubt: Array
+
+    @property
+    def tells(self) -> tuple[bool, bool]:
+        """Whether a lag and an offset are sure, and matter."""
+        (lag, *offset), sizes = self.values, self.errors
+        length = np.hypot(*offset)
+        late = abs(lag) > SURE * self.deviations[0] and abs(lag) * sizes[0] > MATTERS
+        return bool(late), bool(length > SURE * np.hypot(*self.deviations[1:]) and length * sizes[1] > BESIDE)
 
 
-def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> Iterator[str]:
-    """Yield a sentence for each pair of sensors of which one sees all targets late, or beside where the other does."""
+def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track], turned: Collection[str] = ()) -> Iterator[str]:
+    """Yield a sentence for each sensor that sees all targets late, or beside where the others do.
+
+    All are held against one of them. turned: sensors of which it is known that they are turned, which makes both.
+    """
     if len(tracker.sensors) < 2 or not {"x", "y", "vx", "vy"} <= set(tracker.state.names):
         return
     every = _seen(tracker, first_of(scans), tracks)
-    for one, other in combinations([name for name in tracker.sensors if name in every], 2):
+    shifts = dict[tuple[str, str], Shift]()
+    for one, other in combinations([name for name in tracker.sensors if name in every and name not in turned], 2):
         pairs = [(every[one][track], seen) for track, seen in every[other].items() if track in every[one]]
-        found = _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY])
-        if found is None:
-            continue
-        estimated = any(axis.unit == "s" for name in (one, other) for axis in tracker.sensors[name].observes.axes)
-        if abs(found.lag) > SURE * found.deviations[0] and found.moved > MATTERS and not estimated:
-            first, then = (one, other) if found.lag > 0 else (other, one)
-            lag = abs(found.lag)
-            told = (
-                f"{then}: its returns lie where the targets of {first} were {lag:.2g} +- {found.deviations[0]:.1g} s earlier"
-            )
-            stated = f'set kind = "displaced", lag = {lag:.3g}, of = {{ ... }}'
-            yield f"{told}: do their clocks agree, or are times of {then} those of arrival? To state it, {stated}"
-        length, deviation = np.hypot(*found.offset), np.hypot(*found.deviations[1:])
-        if length > SURE * deviation and found.beside > BESIDE and not tracker.registration.offsets:
-            x, y = found.offset
-            told = f"{other}: its returns lie {length:.2g} +- {deviation:.1g} m beside those of {one}"
-            stated = f'set kind = "displaced", offset = {{ x = {x:.3g}, y = {y:.3g} }}, of = {{ ... }}'
-            found_by = "or the tracks find it: `biased` and [registration], docs/concepts/registration.md"
-            yield f"{told}: are both placed and turned right? To state it of {other}, {stated}; {found_by}"
+        if found := _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY]):
+            shifts[one, other] = found
+    names = list(dict.fromkeys(name for pair in shifts for name in pair))
+    i, j = (np.array([*range(len(names)), *(names.index(pair[k]) for pair in shifts)], dtype=np.intp) for k in (0, 1))
+    label = kernels.linked_clusters(i, j, len(names), len(names))[: len(names)].tolist()
+    for own in dict.fromkeys(label):
+        group = [name for name, of in zip(names, label, strict=True) if of == own]
+        yield from _told(tracker, group, {pair: shift for pair, shift in shifts.items() if pair[0] in group})
+
+
+def _told(tracker: Tracker, names: Sequence[str], shifts: Mapping[tuple[str, str], Shift]) -> Iterator[str]:
+    """Yield a sentence for each sensor that differs from the one by which the fewest do."""
+    against = {first: _against(first, names, shifts) for first in names}
+
+    def wrong(first: str) -> tuple[int, bool, float]:
+        told = [shift for shift in against[first].values() if any(shift.tells)]
+        beside = any(shift.tells[1] for shift in told)
+        early = sum(max(-shift.values[0], 0.0) for shift in told if shift.tells[0])
+        return len(told), beside and not _places(tracker.sensors[first]), early
+
+    first = min(names, key=wrong)
+    for name, shift in against[first].items():
+        estimated = any(axis.unit == "s" for one in (first, name) for axis in tracker.sensors[one].observes.axes)
+        is_late, beside = shift.tells
+        is_late, beside = is_late and not estimated, beside and not tracker.registration.offsets
+        (lag, x, y), (deviation, *wide) = shift.values, shift.deviations * shift.doubt
+        told, asked, stated, found_by = list[str](), list[str](), list[str](), ""
+        if is_late:
+            when = "earlier" if lag > 0 else "later"
+            told.append(f"where the targets of {first} were {abs(lag):.2g} +- {deviation:.1g} s {when}")
+            asked.append(f"do their clocks agree, or are times of {name} those of arrival?")
+            stated.append(f"lag = {lag:.3g}")
+        if beside:
+            told.append(f"{np.hypot(x, y):.2g} +- {np.hypot(*wide):.1g} m beside those of {first}")
+            asked.append("are both placed and turned right?")
+            stated.append(f"offset = {{ x = {x:.3g}, y = {y:.3g} }}")
+            found_by = f"; or the tracks find it: {TRACKS}"
+        cure = f'To state it of {name}, set kind = "displaced", {", ".join(stated)}, of = {{ ... }}{found_by}'
+        if np.any(shift.doubt > CONTRADICT):
+            cure = f"Pairs of sensors disagree on it, as where ranges or bearings are off: let the tracks find it, {TRACKS}"
+        if told:
+            yield f"{name}: its returns lie {', and '.join(told)}: {' '.join(asked)} {cure}"
+
+
+def _places(sensor: Sensor) -> bool:
+    """Return whether it tells places themselves, as reports do, and not what is seen from where it stands."""
+    pose = stands(sensor)
+    turned = pose is not None and (np.any(pose.position) or bool(pose.heading))
+    return {"x", "y"} <= set(sensor.measurement.names) and not turned
+
+
+def _against(first: str, names: Sequence[str], shifts: Mapping[tuple[str, str], Shift]) -> dict[str, Shift]:
+    """Return how each other sensor is shifted against the first, by least squares of what all pairs tell."""
+    others = [name for name in names if name != first]
+    A = np.array([[(name == other) - (name == one) for name in others] for one, other in shifts], dtype=float)
+    d, sigma = (np.array([getattr(shift, name) for shift in shifts.values()]) for name in ("values", "deviations"))
+    (values, deviations), doubt = np.zeros((2, len(others), 3)), np.ones(3)
+    for k in range(3):
+        W = A / sigma[:, k, None]
+        cov = np.linalg.inv(W.T @ W)
+        values[:, k] = cov @ W.T @ (d[:, k] / sigma[:, k])
+        off = np.sum(((d[:, k] - A @ values[:, k]) / sigma[:, k]) ** 2) / max(len(A) - len(others), 1)
+        deviations[:, k], doubt[k] = np.sqrt(np.diag(cov)), max(np.sqrt(off), 1.0)
+    near = [max((pair for pair in shifts if name in pair), key=lambda pair: first in pair) for name in others]
+    return {
+        name: Shift(values[i], deviations[i], shifts[pair].errors, doubt)
+        for i, (name, pair) in enumerate(zip(others, near, strict=True))
+    }
 
 
 def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> Mapping[str, Mapping[int, Seen]]:
@@ -148,8 +216,8 @@ def _shift(pairs: Sequence[tuple[Seen, Seen]]) -> Shift | None:
     whole = [sum(each) for each in zip(*parts, strict=True)]
     if max(np.linalg.cond(whole[0] - square) for square, _ in parts) > 1e9:
         return None
-    lag, *offset = np.linalg.solve(*whole)
+    values = np.linalg.solve(*whole)
     others = np.array([np.linalg.solve(whole[0] - square, whole[1] - total) for square, total in parts])
     deviations = np.sqrt((PARTS - 1) * np.var(others, axis=0))
-    beside = np.median(np.linalg.norm(X[..., 1:] @ np.array(offset), axis=-1))
-    return Shift(lag, np.array(offset), deviations, float(abs(lag) * np.median(np.concatenate(moved))), float(beside))
+    beside = np.median(np.linalg.norm(X[..., 1:] @ values[1:], axis=-1)) / max(np.hypot(*values[1:]), 1e-12)
+    return Shift(values, np.maximum(deviations, 1e-9), np.array([np.median(np.concatenate(moved)), beside]), np.ones(3))

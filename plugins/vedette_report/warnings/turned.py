@@ -31,7 +31,7 @@ scene was drawn.
 class Turned:
     """The angle by which a sensor's returns are turned and its deviation, in rad, of how many targets, known by what.
 
-    polar: whether it measures range and bearing.
+    polar: whether it measures range and bearing; reports: whether targets are known by reports with names.
     """
 
     sensor: str
@@ -40,27 +40,29 @@ class Turned:
     targets: int
     by: str
     polar: bool
+    reports: bool
 
-    def said(self, reports: bool) -> str:
-        """Return what it looks like, and what to do; reports: whether it is known by reports with names."""
+    def __str__(self) -> str:
+        """Say what it looks like, and what to do."""
         told = f"{np.degrees(self.angle):+.1f} +- {max(np.degrees(self.deviation), 0.05):.1f} degrees in bearing"
         read = "" if self.polar else "read its returns as range and bearing, as examples/joyride.toml does, and "
         stated = f'kind = "displaced", add = {{ bearing = {self.angle:.4f} }}, of = {{ ... }}'
-        found = "; or the tracks find it: `biased` and [registration], docs/concepts/registration.md" if reports else ""
+        found = "; or the tracks find it: `biased` and [registration], docs/concepts/registration.md" if self.reports else ""
         places = f"{self.targets} target{'s' if self.targets > 1 else ''} of {self.by}"
         return f"{self.sensor}: its returns lie {told} from {places}: where is north? To state it, {read}set {stated}{found}"
 
 
-def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> Iterator[str]:
-    """Yield a sentence for each sensor of range and bearing whose returns lie beside all targets by the same angle."""
+def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> Iterator[Turned]:
+    """Yield each sensor of range and bearing whose returns lie beside all targets by the same angle."""
     every = _known(tracker, scans, truth)
     some = [scans[i] for i in np.unique(np.linspace(0, len(scans) - 1, SAMPLED).astype(int))] if len(scans) else []
     for name, sensor in tracker.sensors.items():
         if _looks_round(sensor) and set(sensor.observes.names) <= {"x", "y", "vx", "vy"}:
             for by, targets in every.items():
-                found = _of_sensor(name, sensor, [scan for scan in some if scan.sensor == name], by, targets)
+                own = [scan for scan in some if scan.sensor == name]
+                found = _of_sensor(name, sensor, own, by, targets, by in tracker.sensors)
                 if found is not None:
-                    yield found.said(reports=by in tracker.sensors)
+                    yield found
                     break
 
 
@@ -93,7 +95,7 @@ def _known(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory])
 
 
 def _of_sensor(
-    name: str, sensor: Sensor, scans: Sequence[Scan], by: str, targets: Sequence[tuple[Array, Array]]
+    name: str, sensor: Sensor, scans: Sequence[Scan], by: str, targets: Sequence[tuple[Array, Array]], reports: bool
 ) -> Turned | None:
     """Return by how much a sensor is turned; None if it does not look so."""
     looks, offsets, owners, sigmas = 0, list[Array](), list[int](), list[float]()
@@ -135,7 +137,7 @@ def _of_sensor(
     sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation)
     if not sure or (abs(angle) > 4.0 * reach and count < MORE * around):
         return None
-    return Turned(name, angle, deviation, len(seen), by, polar)
+    return Turned(name, angle, deviation, len(seen), by, polar, reports)
 
 
 def _beside(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:

@@ -72,8 +72,9 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
             )
     yield from held(experiment.tracker)
     yield from (f"{place}: {said}; try {better}" for place, said, better in unwatched(experiment.tracker, result.scans))
-    yield from turned(experiment.tracker, result.scans, result.recording.truth)
-    yield from late(experiment.tracker, scans, tracks)
+    around = list(turned(experiment.tracker, result.scans, result.recording.truth))
+    yield from map(str, around)
+    yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])
     if tracks or not score.tracks:  # which may all have come later
         yield from otherwise(experiment.tracker, scans, tracks)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
