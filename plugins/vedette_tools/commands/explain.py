@@ -14,6 +14,7 @@ from vedette.tracking import explained
 from vedette.units import in_unit
 from vedette_tools.explaining import findings, situation
 from vedette_tools.explaining.description import WIDTH, composed, figures, lines
+from vedette_tools.explaining.situation import fused
 
 
 def run(arguments: Namespace) -> int:
@@ -37,6 +38,7 @@ def run(arguments: Namespace) -> int:
             "title": experiment.title,
             "parts": composed(it),
             "sensors": [figures(seen, it) for seen in it.sensors],
+            "together": fused(it),
             "findings": [each.data() for each in found],
             "unopened": it.opened.why,
         }

@@ -16,7 +16,7 @@ from vedette.display import shown
 from vedette.supporting import ImagingSensor
 from vedette.tracking import parts
 from vedette.units import say
-from vedette_tools.explaining.situation import Seen, Situation, deviation, positions
+from vedette_tools.explaining.situation import Seen, Situation, deviation, fused, positions
 from vedette_tools.explaining.steady_state import SCANS
 
 WIDTH = 120
@@ -83,6 +83,11 @@ def lines(it: Situation) -> Iterator[str]:
     for seen in it.sensors:
         yield ""
         yield from _of_sensor(seen, figures(seen, it))
+    if (facts := fused(it)) is not None:
+        yield ""
+        first, then = (say(round_(facts[name]), "m") for name in ("first_position_error_m", "position_error_m"))
+        told = f"known to {first} at its start, to {then} after {say(round_(facts['after_s']), 's')}"
+        yield f"all sensors together: a track's position: {told} with a return in each scan"
     if it.opened.recording is None:
         yield ""
         why = it.opened.why.partition("\n")[0]

@@ -15,7 +15,7 @@ from vedette.tracking import check_again, parts
 from vedette.types import Recording
 from vedette_tools.explaining.lifetimes import Lives, lives
 from vedette_tools.explaining.source import Came, Opened, opened
-from vedette_tools.explaining.steady_state import FAR, Settled, reach, settle
+from vedette_tools.explaining.steady_state import FAR, Settled, reach, settle, together
 
 NONE = Came(None, None, np.zeros((0, 0)), (), None)
 
@@ -68,6 +68,19 @@ class Situation:
                 steps = np.linalg.norm(np.diff(one.states[:, where], axis=0), axis=-1)
                 speeds.append(np.quantile(steps[gaps > 0] / gaps[gaps > 0], 0.9))
         return float(max(speeds)) if speeds else None
+
+
+def fused(it: Situation) -> dict[str, float] | None:
+    """Return how well all sensors together know a track's position, in m, and after how many s; None of fewer than two."""
+    where, tracker = positions(it.state), it.experiment.tracker
+    some = [(each, each.settled, each.dt) for each in it.sensors if each.settled is not None and each.dt]
+    if len(some) < 2 or not where:
+        return None
+    starts = [settled.start for seen, settled, _ in some if seen.name in tracker.starters] or [some[0][1].start]
+    looks = [(seen.sensor.placed(seen.came.pose), dt) for seen, _, dt in some]
+    time, cov = together(tracker, looks, starts[0])
+    first, then = deviation(starts[0].cov[0], where), deviation(cov, where)
+    return {"after_s": time, "first_position_error_m": first, "position_error_m": then}
 
 
 def situation(experiment: Experiment, interval: float | None = None) -> Situation:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 from attrs import frozen
@@ -17,6 +18,8 @@ from vedette.types import Detections, Gaussian, Pose, Recording
 
 SCANS = 60
 """After this many scans a filter has settled, or will hardly do so."""
+MOST = 600
+"""Of several sensors that look at once, so many scans in all do as well."""
 TRIED = tuple(10.0 ** (0.25 * k) for k in range(29))
 """Distances in m, 1 to 10^7, at which it is asked what a sensor sees, where no data say where targets are."""
 FAR = TRIED[-1]
@@ -175,14 +178,9 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
     R: Array = np.zeros(0)
     x: Array = start.mean[0, where]
     for _ in range(SCANS):
-        belief = predicted(estimator, belief, dt, rng)
-        ahead = estimator.moments(belief)
+        belief, ahead, R, covariance = _scan(tracker, belief, sensor, dt, rng)
         x = ahead.mean[0, where]
-        R = sensor.noise(x)
-        expected, covariance, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor, R)
         S.append(covariance)
-        innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
-        belief = estimator.update(belief, innovation, np.array([[0.0, 1.0]]))
         after = estimator.moments(belief)
         learnt = learnt or not np.array_equal(after.cov[0], ahead.cov[0])
         updated.append(after.cov[0])
@@ -194,3 +192,31 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
         start, np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),
         float(np.max(sensor.detects(x))), float(density.reshape(-1)[0]) if density.size else 0.0,
     )  # fmt: skip
+
+
+def together(tracker: Tracker, looks: Sequence[tuple[Sensor, float]], start: Gaussian) -> tuple[float, Array]:
+    """Return a time in s and the covariance (n, n) of a track by then, seen by each sensor at its interval in s.
+
+    After SCANS scans of the slowest, or so many of all that it makes no difference.
+    """
+    span = min(SCANS * max(dt for _, dt in looks), MOST / sum(1.0 / dt for _, dt in looks))
+    due = sorted((k * dt, i) for i, (_, dt) in enumerate(looks) for k in range(1, 1 + int(span / dt + 1e-9)))
+    rng, time = np.random.default_rng(0), 0.0
+    belief = tracker.estimator.start(start, tracker.estimator.state, rng)
+    for then, i in due:
+        belief = _scan(tracker, belief, looks[i][0], then - time, rng)[0]
+        time = then
+    return time, tracker.estimator.moments(belief).cov[0]
+
+
+def _scan(
+    tracker: Tracker, belief: Any, sensor: Sensor, dt: float, rng: np.random.Generator
+) -> tuple[Any, Gaussian, Array, Array]:
+    """Return the belief after a scan with the return that is expected, the prediction, R and S."""
+    estimator = tracker.estimator
+    belief = predicted(estimator, belief, dt, rng)
+    ahead = estimator.moments(belief)
+    R = sensor.noise(ahead.mean[0, estimator.state.locate(sensor.observes)])
+    expected, S, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor, R)
+    innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
+    return estimator.update(belief, innovation, np.array([[0.0, 1.0]])), ahead, R, S

@@ -7,6 +7,7 @@ from scipy.linalg import solve_discrete_are
 from vedette.config import load
 from vedette_tools.explaining import situation
 from vedette_tools.explaining.lifetimes import TRACKS
+from vedette_tools.explaining.situation import fused
 from vedette_tools.explaining.steady_state import reach
 
 DT, SIGMA, ACCEL = 1.5, 20.0, 0.5
@@ -48,3 +49,19 @@ def test_the_reach_is_what_the_sensor_says(limit):
     sensor = {"kind": "polar_position", "sigma_range": 5, "sigma_bearing": 0.01, "max_range": limit}
     config = alone() | {"sensors": {"radar": sensor}}
     assert reach(load(config).tracker.sensors["radar"])[1] == pytest.approx(limit, rel=5e-3)
+
+
+def test_all_sensors_together_are_told_by_the_covariance_of_both():
+    """Of two that measure an axis each none alone told where a target is, and nothing said that both do."""
+    config = alone()
+    along = {"kind": "linear", "axes": ["x"], "R": [[SIGMA**2]]}
+    config["birth"]["sensors"] = ["radar"]
+    config["sensors"] = {"radar": config["sensors"]["radar"], "along": along, "across": {**along, "axes": ["y"]}}
+    one, all_three = fused(situation(load(alone()), DT)), fused(situation(load(config), DT))
+    assert one is None
+    F, H = np.array([[1.0, DT], [0.0, 1.0]]), np.array([[1.0, 0.0]])
+    Q = ACCEL**2 * np.array([[DT**3 / 3, DT**2 / 2], [DT**2 / 2, DT]])
+    P = solve_discrete_are(F.T, H.T, Q, np.array([[SIGMA**2 / 2]]))  # along each axis two look at once
+    settled = np.linalg.inv(np.linalg.inv(P) + 2 * H.T @ H / SIGMA**2)
+    assert all_three["position_error_m"] == pytest.approx(np.sqrt(settled[0, 0]), rel=1e-3)
+    assert all_three["after_s"] == 60 * DT
