@@ -20,7 +20,7 @@ from vedette.types import Detections, Pose
 from vedette_files.readers import NORTH_EAST
 from vedette_report.drawing import canvas
 from vedette_report.drawing.errors import errors
-from vedette_report.drawing.picture import ellipses, picture
+from vedette_report.drawing.picture import _facts, ellipses, picture
 from vedette_report.figures import figures
 from vedette_report.map.plane import Plane, returns, stands
 from vedette_report.summary.words import summary
@@ -100,6 +100,16 @@ def test_a_sensor_that_gives_no_position_is_told_not_drawn(scene):
 
     plane = Plane.of(PLANE, done.recording)
     assert returns(done.scans, {"radar": Bearings()}, plane) == {"radar": None}
+
+
+def test_what_a_head_says_fits_the_picture(scene):
+    """It was cut at the right edge."""
+    blind = {f"station {i}": None for i in range(6)}
+    for facts in (_facts(result(), blind, 0, 0), "many words about this run " * 12):
+        made = canvas.figure(7.78)
+        canvas.head(made, "Tracks", facts)
+        assert all(text.get_window_extent().x1 <= made.bbox.x1 for text in made.texts)
+    assert "6 sensors: one return" in _facts(result(), blind, 0, 0)
 
 
 def test_platforms_are_those_of_sensors_that_looked():

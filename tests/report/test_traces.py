@@ -96,8 +96,21 @@ def test_the_part_inside_uses_each_values_own_band():
 def test_modes_are_called_by_their_motion(scene):
     assert mode_names(scene[0], 2) == ("constant_velocity (1)", "constant_velocity (2)")
     assert mode_names(scene[0], 3) == ("mode 1", "mode 2", "mode 3")
+    plain = {"estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}}
+    assert mode_names(vedette.load(config(**plain)), 0) == ()
     turning = {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": 1.0, "sigma_turn_rate": 0.1}}
     straight = {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
     changes = {"estimator": {"kind": "imm", "modes": [straight, turning], "transition": [[0.9, 0.1], [0.1, 0.9]]}}
     changes["birth"] = {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1}}
+    assert mode_names(vedette.load(config(**changes)), 2) == ("constant_velocity", "coordinated_turn")
+
+
+def test_modes_of_products_are_called_by_the_motions_that_not_all_have():
+    """They were 'product (1)' and 'product (2)'."""
+    height = {"kind": "constant_velocity", "sigma_accel": 0.5, "axes": ["z"]}
+    turn = {"kind": "coordinated_turn", "sigma_accel": 1.0, "sigma_turn_rate": 0.1}
+    straight = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y"]}
+    modes = [{"kind": "ekf", "motion": {"kind": "product", "models": [own, height]}} for own in (straight, turn)]
+    changes = {"estimator": {"kind": "imm", "modes": modes, "transition": [[0.9, 0.1], [0.1, 0.9]]}}
+    changes["birth"] = {"kind": "from_returns", "spread": {"vx": 8.0, "vy": 8.0, "turn_rate": 0.1, "z": 9.0, "vz": 1.0}}
     assert mode_names(vedette.load(config(**changes)), 2) == ("constant_velocity", "coordinated_turn")

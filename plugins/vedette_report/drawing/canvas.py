@@ -219,7 +219,9 @@ def head(made: Figure, title: str, facts: str) -> None:
     height = made.get_figheight() / letters(1.0)
     bold: dict[str, Any] = {"fontsize": letters(15), "fontweight": "bold", "color": INK}
     made.text(0.012, 1.0 - 0.32 / height, shorten(title, 105, placeholder=" ..."), **bold)
-    made.text(0.012, 1.0 - 0.56 / height, facts, fontsize=letters(10.5), color=SOFT)
+    told = made.text(0.012, 1.0 - 0.56 / height, facts, fontsize=letters(10.5), color=SOFT)
+    room = 0.976 * made.bbox.width / max(told.get_window_extent().width, 1.0)
+    told.set_fontsize(letters(10.5) * min(room, 1.0))  # what is long is smaller, not cut
 
 
 def lines(axes: Axes, paths: Sequence[Array], colours: Sequence[str], **looks: Any) -> None:

@@ -38,6 +38,9 @@ _SHAPE = 1.44
 _REACH = 0.1
 """How far returns stretch the map on each side, as a part of the paths' size."""
 
+_LISTED = 4
+"""So many sensors are counted, and fewer named."""
+
 _MARKS = (("o", 2.6), ("+", 4.5), ("x", 3.5), ("^", 3.2), ("s", 2.4))
 
 
@@ -110,7 +113,9 @@ def _facts(result: Result, spots: dict[str, Array | None], outside: int, lacking
         facts.append(f"ellipses of the {_RINGED:,} longest")
     if outside:
         facts.append(f"{count(outside, 'return')} outside the picture")
-    facts += [f"{name}: one return gives no position, not drawn" for name, spot in spots.items() if spot is None]
+    if lost := [name for name, spot in spots.items() if spot is None]:
+        who = ", ".join(lost) if len(lost) < _LISTED else count(len(lost), "sensor")
+        facts.append(f"{who}: one return gives no position, not drawn")
     return "   ·   ".join(facts)
 
 

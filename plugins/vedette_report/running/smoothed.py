@@ -26,7 +26,7 @@ _COMPARED = (
     ("velocity RMSE [{unit}/s]", "velocity_rmse_mps"),
     ("coverage", "coverage"),
     ("GOSPA [{unit}]", "gospa_m"),
-    ("NEES of the position over its axes", "nees_position"),
+    ("NEES of the position", "nees_position"),
 )
 """Figures that smoothing changes; identities, existence and NIS stay the filter's."""
 

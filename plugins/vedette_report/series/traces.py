@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import final
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from functools import reduce
+from operator import and_
+from typing import Any, final
 
 import numpy as np
 from attrs import Factory, define, field, frozen
@@ -245,9 +248,19 @@ def with_innovation(entries: Entries, scans: Indices) -> Mask:
 
 
 def mode_names(experiment: Experiment, count: int) -> tuple[str, ...]:
-    """Return names for the `count` modes of the estimator: their motions, numbered where these are alike."""
-    given = plain(experiment.tracker.estimator).get("modes", [])
-    plain_names = [mode.get("motion", mode)["kind"] for mode in given]
-    if len(plain_names) != count:
+    """Return names for the `count` modes of the estimator: their motions, or the parts of these that not all have."""
+    given = [mode.get("motion", mode) for mode in plain(experiment.tracker.estimator).get("modes", [])]
+    if not given or len(given) != count:
         return tuple(f"mode {i + 1}" for i in range(count))
-    return tuple(name if plain_names.count(name) == 1 else f"{name} ({i + 1})" for i, name in enumerate(plain_names))
+    parts = [Counter(_kinds(motion)) for motion in given]
+    common = reduce(and_, parts)
+    own = [" + ".join((each - common).elements()) or motion["kind"] for each, motion in zip(parts, given, strict=True)]
+    return tuple(name if own.count(name) == 1 else f"{name} ({i + 1})" for i, name in enumerate(own))
+
+
+def _kinds(given: Any) -> Iterator[str]:
+    """Yield the kinds of a part and, after it, of those inside of it."""
+    if isinstance(given, dict):
+        yield from [given["kind"]] if "kind" in given else []
+    for inner in given.values() if isinstance(given, dict) else given if isinstance(given, list | tuple) else ():
+        yield from _kinds(inner)
