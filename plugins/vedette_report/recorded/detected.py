@@ -45,3 +45,15 @@ def words(times: float) -> str:
         return f"it is detected {times:.2f} times as often as stated: likely P_D is higher"
     told = f"returns are missed, it is detected {times:.2f} times as often as stated"
     return f"{told}: likely P_D is lower, or Q or R so small that the gate shuts them out"
+
+
+def mixed(told: Sequence[Mapping[str, float]]) -> dict[str, str]:
+    """Return by sensor that it detects some tracks more often than stated, and others less, as `otherwise` tells of each."""
+    found = {}
+    for name in dict.fromkeys(name for one in told for name in one):
+        times = [one[name] for one in told if name in one]
+        often, seldom = sum(each > 1 for each in times), sum(each < 1 for each in times)
+        if min(often, seldom) > 1:
+            many = f"{often} tracks up to {max(times):.2g} times as often as stated, {seldom} down to {min(times):.2g} times"
+            found[name] = f"detects {many}: do all targets answer it? One P_D fits neither"
+    return found

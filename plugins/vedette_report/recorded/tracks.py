@@ -5,7 +5,7 @@ Without truth, innovations alone speak: how large they are, whether one tells of
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 from attrs import evolve, field, frozen
@@ -42,7 +42,10 @@ def table(told: Sequence[Recorded]) -> list[str]:
     lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
     every = detected.otherwise([one.innovations for one in told]) if len(told) > 1 else {}
     lines += [f"{name}, over all tracks: {detected.words(times)}" for name, times in every.items()]
-    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in told if one.hint and not one.as_all(every)]
+    mixed = detected.mixed([one.detections for one in told])
+    lines += [f"{name}: {said}" for name, said in mixed.items()]
+    hinted = [one for one in told if one.hint and not one.as_all(every, mixed)]
+    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in hinted]
     return lines + _uneven([one.innovations for one in told])
 
 
@@ -147,9 +150,10 @@ class Recorded:
         several = len(set(self.innovations.sensors)) > 1
         return "; ".join(f"{name}: " * several + detected.words(times) for name, times in off.items())
 
-    def as_all(self, every: Mapping[str, float]) -> bool:
-        """Return whether it hints at nothing but sensors that detect all tracks otherwise than stated, in the same way."""
-        alike = (name in every and (times > 1) == (every[name] > 1) for name, times in self.detections.items())
+    def as_all(self, every: Mapping[str, float], mixed: Collection[str]) -> bool:
+        """Return whether it hints at nothing but sensors of which more is said over all tracks."""
+        of = self.detections.items()
+        alike = (name in mixed or (name in every and (times > 1) == (every[name] > 1)) for name, times in of)
         return bool(np.any(self.innovations.hit)) and self.hint == self._seldom_or_often() and all(alike)
 
     @property

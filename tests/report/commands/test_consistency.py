@@ -214,6 +214,19 @@ def test_detections_are_counted_by_sensor(boats):
 
 
 @pytest.mark.costly
+def test_a_sensor_that_some_targets_do_not_answer_is_told_once():
+    """It was told of each track, that its P_D is higher or lower."""
+    told = []
+    for i, one in enumerate(recorded_consistency(of_two(boats=4))):
+        seen, own = one.innovations, np.array(one.innovations.sensors) == "reports"
+        hit, declared = np.where(own, float(i < 2), seen.hit), np.where(own, 0.5, seen.declared)
+        told.append(evolve(one, innovations=evolve(seen, hit=hit, declared=declared)))
+    assert len(told) == 4
+    (line,) = [line for line in table(told) if "P_D" in line]
+    assert line.startswith("reports: detects 2 tracks up to 2 times")
+
+
+@pytest.mark.costly
 def test_returns_that_the_gate_shuts_out_are_told(scene, untold):
     (told,) = recorded_consistency(load(scene, overrides=[*untold[1::2], "estimator.motion.sigma_accel=0.05"]))
     assert told.hits < 0.8
