@@ -17,8 +17,8 @@ from vedette.kernels import (
     hypotheses,
     joint,
     modes,
+    random_numbers,
     reference,
-    streams,
     twins,
 )
 
@@ -29,7 +29,19 @@ from vedette.kernels import _compiled
 
 REFERENCE = {
     name: getattr(home, name)
-    for home in (reference, modes, association, assignment, backward, boxes, clusters, hypotheses, joint, streams, twins)
+    for home in (
+        reference,
+        modes,
+        association,
+        assignment,
+        backward,
+        boxes,
+        clusters,
+        hypotheses,
+        joint,
+        random_numbers,
+        twins,
+    )
     for name in dir(kernels)
     if name[0] != "_" and hasattr(_compiled, name) and hasattr(home, name)
 }

@@ -14,7 +14,7 @@ class Clothoid(vedette.MotionModel):
 
     kind = "clothoid"
     sigma_accel: float = vedette.fields.quantity("m/s^1.5", "speed gained in 1 s", above=0)
-    sigma_sharpness: float = vedette.fields.quantity("1/km^2", "sharpness gained in 1 s", above=0)
+    sigma_sharpness: float = vedette.fields.quantity("1/km^2/s^0.5", "sharpness gained in 1 s", above=0)
     state = vedette.Space.of(x="m", y="m", heading="rad mod 2pi", speed="m/s", curvature="1/km", sharpness="1/km^2")
 
     def move(self, x, dt):
