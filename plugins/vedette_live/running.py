@@ -136,8 +136,8 @@ class Running:
                 self.ails.pop("tracker", None)
             if formed:
                 self._take(formed)
-            elif not any(thread.is_alive() for thread in feeds):
-                return
+            elif not any(thread.is_alive() for thread in feeds) and self.stop.is_set() == (end < np.inf):
+                return  # a stop is told first
             self._close_silent()
             self.listening.tell()
             self._save_if_due()

@@ -321,6 +321,24 @@ def test_a_stop_is_told(caplog: pytest.LogCaptureFixture) -> None:
     assert caplog.messages == ["serving", "stopping", "stopped"]
 
 
+def test_a_stop_is_told_where_its_inputs_end_at_once(
+    caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    running = made({**TRACKER, "inputs": [feed()]}, [])
+    queue = type(running.listening.scans)
+    take = queue.take
+
+    def stopped(*given: Any) -> Any:
+        formed = take(*given)
+        running.stop.set()
+        return formed
+
+    monkeypatch.setattr(queue, "take", stopped)
+    with caplog.at_level(logging.INFO, "vedette.live"):
+        running.run()
+    assert caplog.messages == ["serving", "stopping", "stopped"]
+
+
 def test_a_service_that_is_asked_twice_to_stop_drops_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:
     """With 1,000 scans that wait for a slow tracker, nothing but SIGKILL ended it. Both words of one Ctrl-C are one."""
     running = made({**TRACKER, "inputs": [feed()]}, [Arrival(line, 0.0) for line in lines(200)])
