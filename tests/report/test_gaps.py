@@ -6,6 +6,7 @@ import vedette
 from vedette import Detections, Recording, Scan
 from vedette_report.map.plane import Plane, positions_of, returns
 from vedette_report.recorded.used import entries_of, gathered
+from vedette_report.warnings.rehearsal import _chosen
 from vedette_standard.sensors.biased import Biased
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
@@ -55,3 +56,17 @@ def test_innovations_are_compared_with_as_many_components_as_returns_have():
     assert abs(np.sum(seen.nis) / np.sum(seen.hit * seen.axes) - 1.0) < BAND
     squares, count = seen.sizes["radar", "range_rate"]
     assert abs(squares / count - 1.0) < 2.0 * BAND
+
+
+def test_a_rehearsal_takes_whole_returns_and_none_with_noise_of_their_own():
+    z, valid, missing = (
+        [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0]],
+        [True, False, True],
+        [[False, True], [False, False], [False, False]],
+    )
+    given = {
+        noise is None: Detections(z, valid, noise=noise, missing=missing) for noise in (None, np.array([np.eye(2)] * 3))
+    }
+    of = {plain: _chosen("a", [Scan(time, "a", seen) for time in (0.0, 1.0)]) for plain, seen in given.items()}
+    assert [scan.detections.z.tolist() for scan in of[True][0]] == [[[5.0, 6.0]], [[5.0, 6.0]]]
+    assert of[False] == ([], 0.0)

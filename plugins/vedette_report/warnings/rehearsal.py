@@ -102,7 +102,9 @@ def _whole(scan: Scan) -> Scan:
     seen = scan.detections
     if seen.missing is None:
         return scan
-    return evolve(scan, detections=Detections.of(seen.z[~seen.missing.any(axis=-1)], seen.z.shape[-1]))
+    whole = seen.valid & ~seen.missing.any(axis=-1)
+    noise = None if seen.noise is None else seen.noise[whole]
+    return evolve(scan, detections=Detections(seen.z[whole], seen.valid[whole], noise=noise))
 
 
 def _played(tracker: Tracker, scan: Scan, dt: float, z: np.ndarray) -> list[State]:
