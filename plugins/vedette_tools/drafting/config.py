@@ -167,8 +167,7 @@ def _correlated(best: Reading) -> Compared | None:
     seen, *others = best.seen.values()
     if others or best.table.polar or best.table.third or best.table.reported or seen.in_turn:
         return None
-    jump = JUMP * seen.rough
-    pieces = [piece for chain in seen.chains for piece in unbroken(chain, jump)]
+    pieces = [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)]
     comparison = compared([Path(piece.times, piece.spots[:, axis]) for piece in pieces for axis in (0, 1)])
     return (
         comparison

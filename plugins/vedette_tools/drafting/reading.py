@@ -153,8 +153,7 @@ def _noise(table: Table, seen: Seen) -> Noise:
     guess = (sigma, sigma / max(far, 1e-6)) if table.polar else (sigma,)
     if not seen.chains:
         return Noise(guess, 0.05 * speed / seen.period)
-    jump = JUMP * seen.rough
-    windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, jump)])
+    windows = _windows(table, seen, [piece for chain in seen.chains for piece in unbroken(chain, JUMP * seen.rough)])
     low, high = (SURER, REPORTED) if table.reported else (0.0, np.inf)
     least = np.maximum(low, table.floors)
     most = np.maximum(high, 4.0 * least)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import cached_property
 
 import numpy as np
 from attrs import evolve, frozen
@@ -53,11 +54,10 @@ class Seen:
         """How many chains there are, and returns in none: as many targets or false returns it takes to explain all."""
         return len(self.chains) + sum(map(len, self.spots)) - sum(len(chain.times) for chain in self.chains)
 
-    @property
+    @cached_property
     def rough(self) -> float:
         """The usual second difference along the chains, in m; inf without any."""
-        seconds = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in self.chains]
-        return float(np.median(np.concatenate(seconds))) if seconds else np.inf
+        return usual_bend(self.chains)
 
     @property
     def period(self) -> float:
@@ -87,6 +87,12 @@ class Seen:
     def error(self) -> float:
         """The error of a return along an axis, in m, by the usual second difference, whose median is 2.9 times that."""
         return self.rough / 2.9
+
+
+def usual_bend(chains: Iterable[Chain]) -> float:
+    """Return the median second difference along chains, in m; inf without any."""
+    seconds = [np.linalg.norm(np.diff(chain.spots, 2, axis=0), axis=-1) for chain in chains]
+    return float(np.median(np.concatenate(seconds))) if seconds else np.inf
 
 
 def follow(
@@ -136,7 +142,7 @@ def usual_speed(seen: Iterable[Seen]) -> float:
 
     Between returns so far apart in time that the errors of their positions hardly count, and no farther: they may turn.
     """
-    paces = [np.abs(_paces(chain, error)) for each in seen for error in (each.error,) for chain in each.chains]
+    paces = [np.abs(_paces(chain, each.error)) for each in seen for chain in each.chains]
     every = np.concatenate(paces) if paces else np.full(1, 10.0)
     fast = np.percentile(every, 99)  # a return under a wrong name would be faster than all that is tracked
     return max(float(np.sqrt(np.mean(np.minimum(every, fast) ** 2))), 0.5 * float(np.percentile(every, 95))) or 1e-3

@@ -185,10 +185,9 @@ def is_doubtful(title: str, cells: Sequence[str]) -> bool:
     its times are those at which something began.
     """
     some, axis = [cell for cell in cells if cell][:LOOKED_AT], meaning(title).axis
-    if axis == "time" and BEGINS & {*words_of(title)}:
-        return True
     if axis == "time":
-        return bool(some) and not any(map(_is_time, some)) and not pattern_of(some)[0]
+        begins = bool(BEGINS & {*words_of(title)})
+        return begins or (bool(some) and not any(map(_is_time, some)) and not pattern_of(some)[0])
     if axis in LARGEST:
         return bool(some) and all(is_number(cell) and abs(float(cell)) > LARGEST[axis] for cell in some)
     return False
@@ -196,7 +195,7 @@ def is_doubtful(title: str, cells: Sequence[str]) -> bool:
 
 def _is_time(cell: str) -> bool:
     try:
-        return is_day(cell) or stamp(cell) is not None
+        return is_day(cell) or bool(stamp(cell))
     except ValueError:
         return False
 

@@ -8,13 +8,13 @@ import pytest
 from attrs import evolve
 
 import vedette
+from vedette_tools.drafting import seen
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.held import held_on_its_way
 from vedette_tools.drafting.own_errors import roundings
 from vedette_tools.drafting.reading import read
 from vedette_tools.drafting.recognising import read_table
-from vedette_tools.drafting.seen import Seen
 from vedette_tools.drafting.wishes import Wishes
 
 
@@ -73,8 +73,8 @@ def test_what_creeps_from_digit_to_digit_and_what_is_moored_is_not_asked_for_too
 
 def test_the_errors_of_all_are_not_found_anew_for_each_object(tmp_path, monkeypatch):
     """5,000 objects were drafted for minutes: once an object, all were looked at."""
-    plain, asked = Seen.rough.fget, []
-    monkeypatch.setattr(Seen, "rough", property(lambda seen: asked.append(seen) or plain(seen)))
+    plain, asked = seen.usual_bend, []
+    monkeypatch.setattr(seen, "usual_bend", lambda chains: asked.append(chains) or plain(chains))
     counts = []
     for objects in (4, 40):
         rows = [(10 * k, i, 5000 * i + 30 * k + k % 3, 10 * k) for k in range(8) for i in range(objects)]
