@@ -40,6 +40,11 @@ def seen(seed, other=POSITION, between=(2.0, 3.1), ships=3, clutter=0.0, **wrong
         source["sensors"] = {name: {**sensor, "clutter_density": clutter} for name, sensor in sensors.items()}
         source["looks"] = {name: {**look, "clutter": {"x": box, "y": box}} for name, look in source["looks"].items()}
     source |= {"sensors": {"other": {"kind": "displaced", **wrong, "of": other}}} if wrong else {}
+    return run(source, sensors, seed)
+
+
+def run(source, sensors, seed):
+    """Return tracker, scans and tracks of a scene."""
     experiment = vedette.load(
         {
             "seed": seed,
@@ -138,19 +143,8 @@ def shifted(wrong, between=(2.0, 3.1, 2.3), seed=0):
     ship = {"start": [-1500.0, 900.0], "course": "10 deg", "speed": 9.0, "legs": LEGS}
     ships = {"a": ship, "b": {**ship, "start": [1200.0, -1400.0], "course": "130 deg"}}
     looks = {name: {"interval": dt, "jitter": 0.2} for name, dt in zip(sensors, between, strict=True)}
-    experiment = vedette.load(
-        {
-            "seed": seed,
-            "source": {"kind": "simulation", "duration": 240.0, "ships": ships, "looks": looks, "sensors": drawn},
-            "sensors": sensors,
-            "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
-            "associator": {"kind": "jpda"},
-            "birth": {"kind": "from_returns", "spread": {"vx": 8, "vy": 8}},
-            "lifecycle": {"kind": "m_of_n"},
-        }
-    )
-    result = experiment.run()
-    return experiment.tracker, result.scans, result.tracks
+    source = {"kind": "simulation", "duration": 240.0, "ships": ships, "looks": looks, "sensors": drawn}
+    return run(source, sensors, seed)
 
 
 @pytest.mark.costly

@@ -105,8 +105,8 @@ def laws_of(cls: type[Component]) -> tuple[Law, ...]:
         raise Misuse(f"{cls!r}: is not a component class; derive it from one of vedette's roles: {', '.join(ROLES)}")
     role = role_of(cls)
     if role is None or role not in _ROLES:
-        what = "plays no role that has laws" if role is None else f"is a {role}, of which there are no laws: run it"
-        raise Misuse(f"{cls.__name__}: {what}; derive it from one of {', '.join(_ROLES)}")
+        none = f"plays no role that has laws; derive it from one of {', '.join(_ROLES)}"
+        raise Misuse(f"{cls.__name__}: {none if role is None else f'is a {role}, of which there are no laws: run it'}")
     if missing := sorted(getattr(cls, "__abstractmethods__", ())):
         raise Misuse(f"{cls.__name__}: is abstract: define {', '.join(missing)}, or give the kit a class that does")
     if reason := contradiction(cls):
