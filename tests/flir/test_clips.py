@@ -202,9 +202,11 @@ def test_a_cut_tiff_file_gives_what_it_has_and_says_so(tmp_path):
     clip = look_through(path)
     assert 5 < len(clip.numbers) < 15
     assert "breaks off after" in str(clip.problems[-1])
-    path.write_bytes(b"II*\0")
-    with pytest.raises(InputError, match="no TIFF file"):
-        look_through(path)
+    cv2.imwrite(str(tmp_path / "clip.png"), pages[0])
+    for other in (b"II*\0", (tmp_path / "clip.png").read_bytes()):
+        path.write_bytes(other)
+        with pytest.raises(InputError, match="no TIFF file"):
+            look_through(path)
 
 
 def test_colour_and_depth():

@@ -15,6 +15,9 @@ MOST_PIXELS = 2**26
 _NO_FRAME = (0xC4, 0xC8, 0xCC)
 """JPEG markers from C0 to CF that do not tell the size."""
 
+TIFF = b"II*\0", b"MM\0*"
+"""How TIFF files begin."""
+
 
 def check_pixels(width: int, height: int) -> None:
     """Raise ValueError for a picture that is larger than MOST_PIXELS, or empty."""
@@ -36,7 +39,7 @@ def picture_size(path: Path) -> tuple[int, int] | None:
                 width, height = _pnm(file)
             elif head.startswith(b"\xff\xd8"):
                 width, height = _jpeg(file)
-            elif head[:4] in (b"II*\0", b"MM\0*"):
+            elif head[:4] in TIFF:
                 width, height = _tiff(file, "<" if head.startswith(b"II") else ">")
             else:
                 return None
@@ -82,9 +85,15 @@ def _tiff(file: BinaryIO, order: str) -> tuple[int, int]:
 
 
 def tiff_pages(path: Path) -> tuple[int, bool]:
-    """Return how many pages a TIFF file lists, and whether the file ends, or returns to a page, before their list does."""
+    """Return how many pages a TIFF file lists, and whether the file ends, or returns to a page, before their list does.
+
+    None of what is no TIFF file.
+    """
     with path.open("rb") as file:
-        order = "<" if file.read(4).startswith(b"II") else ">"
+        head = file.read(4)
+        if head not in TIFF:
+            return 0, False
+        order = "<" if head.startswith(b"II") else ">"
         seen: set[int] = set()
         try:
             (at,) = struct.unpack(f"{order}I", file.read(4))

@@ -115,14 +115,13 @@ class Pages:
         self.pages: Sequence[NDArray[Any]] = ()
         self.problems: list[Problem] | None = problems
         check_regular(path)
-        size = picture_size(path)
-        if size is None:
+        size, (self.most, self.cut) = picture_size(path), tiff_pages(path)
+        if size is None or not self.most:
             raise InputError(f"{path}: is no TIFF file that can be read")
         try:
             check_pixels(*size)
         except ValueError as error:
             raise InputError(f"{path}: its pages {error}") from None
-        self.most, self.cut = tiff_pages(path)
 
     def raw(self, number: int) -> NDArray[Any] | None:
         """Return a page; None, and a problem, if it cannot be read."""
