@@ -131,6 +131,8 @@ def test_a_new_kind_hides_no_mistake(registry: Registry) -> None:
     assert table["lifecycle"] == {"kind": "single_target"}
     elsewhere = apply_overrides(config(), ["estimator.kind=kalman", "lifecycle.kind=single_target"], registry)
     assert "hits" not in elsewhere["lifecycle"]
+    beside = apply_overrides(config(), ["associator.hits=2", "lifecycle.kind=single_target"], registry)
+    assert "hits" not in beside["lifecycle"]  # a name that was set in another table
 
 
 def test_overrides_are_applied_in_order(registry: Registry) -> None:

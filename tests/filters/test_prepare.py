@@ -67,13 +67,13 @@ class Stranger(GaussianFilter):
 
 
 def by_conditioning(belief, z, R, present):
-    """Posterior and log density of one detection over the components that it has, written out."""
+    """Posterior, log density and log sqrt|S| of one detection over the components that it has, written out."""
     H = np.eye(4)[present]
     S = H @ belief.cov @ H.T + R[np.ix_(present, present)]
     nu = z[present] - H @ belief.mean
     gain = belief.cov @ H.T @ np.linalg.inv(S)
     density = -0.5 * (nu @ np.linalg.solve(S, nu) + np.linalg.slogdet(2 * np.pi * S)[1])
-    return gain @ nu, belief.cov - gain @ S @ gain.T, density
+    return gain @ nu, belief.cov - gain @ S @ gain.T, density, 0.5 * np.linalg.slogdet(S)[1]
 
 
 @pytest.mark.parametrize("noise", [None, own_noise()])
@@ -88,14 +88,16 @@ def test_a_detection_counts_by_the_components_that_it_has(kind, noise):
             detections.z, detections.valid, None, np.broadcast_to(noise, (2, 3, 4, 4)), detections.missing
         )
     found = estimator.evaluate(belief, SENSOR, detections, 0.99)
+    volumes = np.empty((2, 3, 3))
     for b, t, k in np.ndindex(2, 3, 3):
         R = WHOLE.noise(Z) if noise is None else noise[k]
         one = Gaussian(belief.mean[b, t], belief.cov[b, t])
-        shift, post, density = by_conditioning(one, Z[k], R, ~MISSING[k])
+        shift, post, density, volumes[b, t, k] = by_conditioning(one, Z[k], R, ~MISSING[k])
         assert_allclose(found.detail.shift[b, t, k], shift, rtol=1e-8, atol=1e-9)
         assert_allclose(found.detail.post[b, t, min(k, found.detail.post.shape[-3] - 1)], post, rtol=1e-8, atol=1e-8)
         assert_allclose(found.loglik[b, t, 1 + k], density + np.log(0.9), rtol=1e-10)
     assert_allclose(found.loglik[..., 0], np.log(1 - 0.9 * 0.99))
+    assert_allclose(found.log_volume, volumes.max(axis=-1), rtol=1e-8, atol=1e-9)  # the widest gate's
 
 
 def test_square_roots_and_particles_agree_with_the_kalman_filter():

@@ -8,7 +8,7 @@ from vedette.config import load
 from vedette_tools.explaining import situation
 from vedette_tools.explaining.lifetimes import TRACKS
 from vedette_tools.explaining.situation import fused
-from vedette_tools.explaining.steady_state import reach
+from vedette_tools.explaining.steady_state import MOST, reach, settle, together
 
 DT, SIGMA, ACCEL = 1.5, 20.0, 0.5
 
@@ -65,3 +65,40 @@ def test_all_sensors_together_are_told_by_the_covariance_of_both():
     settled = np.linalg.inv(np.linalg.inv(P) + 2 * H.T @ H / SIGMA**2)
     assert all_three["position_error_m"] == pytest.approx(np.sqrt(settled[0, 0]), rel=1e-3)
     assert all_three["after_s"] == 60 * DT
+
+
+RADAR = {"kind": "range_bearing", "sigma_range": 5.0, "sigma_bearing": 0.01}
+
+
+def settled_by(name, returns=(), **sensors):
+    """Return the tracker of some sensors, the first of which begins tracks, and how a track of one of them settles."""
+    config = alone() | {"sensors": sensors}
+    config["estimator"], config["birth"]["sensors"] = {**config["estimator"], "kind": "ekf"}, [next(iter(sensors))]
+    tracker = load(config).tracker
+    return tracker, settle(tracker, name, DT, None, np.reshape(returns, (-1, 2)), None)
+
+
+@pytest.mark.parametrize(("near", "far", "middle"), [(100.0, 10_000.0, 1000.0), (100.0, None, 1000.0), (1e4, None, 1e4)])
+def test_without_data_a_target_is_in_the_middle_of_the_reach(near, far, middle):
+    """And the clutter is told as it is there: even over the area, as much more as the circle is longer."""
+    clutter = {} if far is None else {"max_range": far, "clutter_per_scan": 20.0}
+    _, settled = settled_by("radar", radar=RADAR | {"min_range": near} | clutter)
+    assert np.linalg.norm(settled.start.mean[0, :2]) == pytest.approx(middle, rel=1e-3)
+    even = 0.0 if far is None else 20.0 / (np.pi * (far**2 - near**2))
+    assert settled.density == pytest.approx(even * np.linalg.norm(settled.mean[-1, :2]), rel=1e-6)
+
+
+def test_a_track_that_another_sensor_begins_is_where_both_see_it():
+    """And not at what would be a return of the one that begins tracks, but was measured by the other."""
+    lidar = {"kind": "cartesian_position", "sigma": 0.1, "max_range": 60.0, "detection_probability": 0.9}
+    given = {"radar": RADAR | {"min_range": 10.0, "max_range": 10_000.0}, "lidar": lidar}
+    _, settled = settled_by("lidar", **given)
+    assert np.linalg.norm(settled.start.mean[0, :2]) < 60.0
+    assert settled.detects == 0.9
+    np.testing.assert_array_equal(settled_by("lidar", (25.0, 1.0), **given)[1].start.mean, settled.start.mean)
+
+
+def test_many_sensors_that_look_often_are_taken_for_so_many_scans_in_all():
+    tracker, settled = settled_by("radar", radar=RADAR)
+    time, _ = together(tracker, [(tracker.sensors["radar"], 0.1)] * 20, settled.start)
+    assert time == pytest.approx(MOST * 0.1 / 20)
