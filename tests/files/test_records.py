@@ -83,6 +83,30 @@ def test_a_list_that_tells_another_one_again_has_titles_of_its_own(tmp_path):
     assert list(rows) == [["1", ""], ["", "2"], ["3", ""], ["", "4"], ["", "5"]]
 
 
+@pytest.mark.parametrize(
+    ("file", "titles", "expected"),
+    [
+        ({"columns": ["t", "x"], "index": [5, 6], "data": [[0, 3], [1, 4]]}, ("t", "x"), [["0", "3"], ["1", "4"]]),
+        ({"t": {"5": 0, "6": 1}, "x": {"5": 3, "6": 4}}, ("t", "x"), [["0", "3"], ["1", "4"]]),
+        ({"t": [0, 1], "x": [3, 4]}, ("t", "x"), [["0", "3"], ["1", "4"]]),
+        ([{"t": 7, "seen": [{"t": 7.1, "x": 3}, {"t": 7.2, "x": 4}]}], ("t", "x"), [["7.1", "3"], ["7.2", "4"]]),
+        ([{"time": [12, 30, 5], "x": [3, 4, 6]}], ("time.0", "time.2", "x.1"), [["12", "5", "4"]]),
+    ],
+    ids=["pandas split", "pandas columns", "columns", "returns with times of their own", "three numbers of one time"],
+)
+def test_a_list_is_of_rows_or_of_numbers_as_it_says(file, titles, expected, tmp_path):
+    """What detections of a frame say of their time is theirs, and a few numbers are no times of as many rows."""
+    (tmp_path / "a.json").write_text(json.dumps(file))
+    assert list(header_and_rows(tmp_path / "a.json", titles)[1]) == expected
+
+
+def test_routes_of_gpx_are_numbered_among_the_tracks(tmp_path):
+    points = ('<rte><rtept lat="1" lon="2"/></rte>', '<rte><rtept lat="3" lon="2"/></rte>')
+    (tmp_path / "a.gpx").write_text(f'<gpx>{points[0]}<trk><trkseg><trkpt lat="5" lon="2"/></trkseg></trk>{points[1]}</gpx>')
+    rows = header_and_rows(tmp_path / "a.gpx", ("latitude", "track_id"))[1]
+    assert list(rows) == [["1", "1"], ["5", "2"], ["3", "3"]]
+
+
 def test_waypoints_of_gpx_are_points_where_there_are_no_tracks(tmp_path):
     mark = '<wpt lat="50.9" lon="-1.2"><time>2026-11-20T10:00:00Z</time></wpt>'
     track = '<trk><trkseg><trkpt lat="50.8" lon="-1.1"/></trkseg></trk>'
