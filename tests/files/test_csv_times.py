@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from support.csv_recordings import XY, opened, told
 from vedette_files.tables.platform import PlatformColumns
-from vedette_files.tables.times import DATED, stamp
+from vedette_files.tables.times import DATED, OF_DAY, Form, form_of, stamp
 
 MOMENTS = st.datetimes(datetime(1900, 1, 1), datetime(2200, 1, 1))
 ZONES = st.integers(-14 * 60, 14 * 60).map(lambda minutes: timezone(timedelta(minutes=minutes)))
@@ -44,6 +44,19 @@ def test_stamps_without_a_zone_are_taken_as_utc_and_that_is_said(tmp_path):
     recording = opened(tmp_path, rows("2026-11-22 08:00", "2026-11-22 08:01"))
     assert np.diff(times(recording)).tolist() == [60]
     assert recording.notes["time zone"] == "the times state none: taken as UTC"
+
+
+@pytest.mark.parametrize(
+    ("cell", "hours"), [("12:30:00 AM", 0.5), ("12:30 pm", 12.5), ("1:30 AM", 1.5), ("11:30:00 PM", 23.5), ("0 30 0", 0.5)]
+)
+def test_a_times_half_of_the_day_is_read(cell, hours):
+    assert stamp(cell) == (OF_DAY, 3600.0 * hours)
+
+
+def test_the_first_time_of_a_table_is_the_first_in_the_form_of_most():
+    """Times of day lie near it: near a date that stands before them they would be days of this century."""
+    cells = ["", "2026-11-22T00:00:00Z", "08:39:04", "08:40:00"]
+    assert form_of(cells) == Form(OF_DAY, 8 * 3600 + 39 * 60 + 4.0)
 
 
 def test_times_of_day_go_on_past_midnight(tmp_path):

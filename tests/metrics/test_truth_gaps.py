@@ -58,3 +58,12 @@ def test_a_gap_of_one_object_leaves_the_others_judged():
     assert (seen.scans, seen.coverage) == (10, 1.0)
     # the boat's own track, 60 m off, is false only in the 5 scans in which it is known where the boat is
     assert score.false_tracks == pytest.approx((10 + 5) / 10)
+
+
+def test_in_a_gap_a_track_of_a_boat_that_is_hidden_may_cover_another_one():
+    """It is nearer to where the hidden boat would be, and within the radius of the other, which it covers from then on."""
+    scans = tuple(Scan(time, "radar", Detections.of([], 2)) for time in np.arange(10.0).tolist())
+    beside = Trajectory("beside", PLANE, np.arange(10.0), np.stack([10.0 * np.arange(10.0), np.full(10, 30.0)], axis=-1))
+    score = judge((follows(BOAT, scans, 0, 12.0),), (BOAT, beside), scans, Judge(truth_gap=2.0))
+    assert [(one.scans, one.coverage) for one in score.truths] == [(5, 0.6), (10, 0.7)]
+    assert score.false_tracks == 0.0

@@ -9,7 +9,7 @@ import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.errors import ConfigError
 from vedette.tracking import State, memory_limits
-from vedette.tracking.identity import Identity, Names, pair_evidence, taken, unnamed
+from vedette.tracking.identity import FADES, Identity, Names, pair_evidence, taken, unnamed
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
@@ -77,6 +77,15 @@ def test_a_miss_and_a_return_without_a_code_leave_what_is_known():
     for weights, codes in (([1.0, 0.0], [4]), ([0.0, 1.0], [-1]), ([1.0], [])):
         after = taken(how, names, np.array([weights]), np.array([codes], dtype=int).reshape(1, -1))
         assert np.array_equal(after.shares, names.shares)
+
+
+def test_a_track_bears_a_code_that_is_likelier_than_not():
+    """And a return of it counts against those that it did not take only if it is its own more likely than not."""
+    names = Names(np.array([[7, 3, -1]] * 2), np.array([[0.49, 0.4, 0.0], [0.51, 0.4, 0.0]]), np.array([2.0, 2.0]))
+    assert names.borne.tolist() == [-1, 7]
+    for weight, left in ((0.49, 1.0), (0.51, FADES)):
+        after = taken(Identity(), names, np.tile([1.0 - weight, weight], (2, 1)), np.array([[7], [7]]))
+        assert after.stray.tolist() == [2.0, 2.0 * left]
 
 
 @pytest.mark.parametrize("kind", KINDS)
