@@ -1,11 +1,14 @@
 """Who takes a camera's frames says so; the tracker refuses a camera to all others, whatever their class."""
 
+import numpy as np
 import pytest
 from attrs import frozen
 
 import vedette
-from vedette import MotionModel, Tracker, fields
+from vedette import Frame, Gaussian, MotionModel, Tracker, fields
 from vedette.filters import GaussianFilter, evaluate_linearised, predict_linearised
+from vedette_flir.camera import Camera
+from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.associators.nearest import Nearest
 
 MOTION = {"kind": "carrying", "motion": {"kind": "image_velocity"}, "carries": {"amplitude": "count", "spread": "px",
@@ -75,3 +78,17 @@ def test_a_third_partys_estimator_declares_it():
     with pytest.raises(ValueError, match=r"sensors\.camera: is a camera, but 'test_stranger' takes no.*'ekf'"):
         Tracker(Stranger(whole.estimator.motion), *parts)
     Tracker(Seer(whole.estimator.motion), *parts)
+
+
+def test_a_filter_takes_what_its_camera_learns_of_a_frame():
+    """Of an amplitude that is 10 too small and a background that is 4 too low the parts that the gains say."""
+    camera = GaussianSpot(camera=Camera(2.0, window=16), gain_amplitude=0.25, gain_background=0.5)
+    filter_ = vedette.build(tracker(EKF)).estimator
+    assert camera.observes.names == ("x", "y", "amplitude", "spread", "background")
+    where = filter_.state.locate(camera.observes)
+    mean, cov = np.zeros((1, len(filter_.state))), np.zeros((1, len(filter_.state), len(filter_.state)))
+    mean[0, where], cov[0, where[:2], where[:2]] = [8.0, 7.0, 40.0, 2.5, 10.0], 1.0
+    pixels = camera.render(np.array([8.0, 7.0, 50.0, 2.5, 14.0]), (16, 16)) + 14.0
+    innovation = evaluate_linearised(Gaussian(mean, cov), filter_.state, camera, Frame(pixels), 0.99)
+    after = filter_.update(Gaussian(mean, cov), innovation, np.array([[0.0, 1.0]])).mean[0, where]
+    np.testing.assert_allclose(after, [8.0, 7.0, 42.5, 2.5, 12.0], atol=0.01)

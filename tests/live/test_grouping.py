@@ -8,9 +8,11 @@ from contextlib import suppress
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from vedette.streams import Message
+from vedette.types import Pose
 from vedette_files import Origin
 from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.json_lines import JsonLines
@@ -88,6 +90,30 @@ def test_intervals_are_of_the_sensors_clock() -> None:
     formed = grouped(grouper, [plot(t) for t in (0.2, 0.9, 1.0, 3.5)])
     assert [one.scan.time for one in formed] == [0.9, 1.0]
     assert [one.scan.time for one in grouper.rest()] == [3.5]
+
+
+def test_what_comes_late_of_an_interval_before_ends_no_scan() -> None:
+    grouper = Grouper(Grouping(by="interval", length=1.0), PLACING)
+    assert not grouped(grouper, [plot(t) for t in (1.2, 1.3, 0.95, 1.4)])
+    assert [(one.scan.time, one.messages) for one in grouper.rest()] == [(1.4, 4)]
+
+
+def test_evidence_and_noise_are_of_all_returns_of_a_scan_or_of_none() -> None:
+    """What one message of several tells cannot be laid against the returns of the others."""
+    told = evolve(plot(1.0), evidence=np.array([2.0]), noise=np.diag([9.0, 0.01])[None])
+    for messages, known in (([told, told], 2), ([told, plot(1.1)], 0)):
+        grouper = Grouper(Grouping(by="turn"), PLACING)
+        assert not grouped(grouper, messages)
+        (seen,) = (one.scan.detections for one in grouper.rest())
+        assert [0 if part is None else len(part) for part in (seen.z, seen.evidence, seen.noise)] == [2, known, known]
+
+
+def test_a_scan_stands_where_its_platform_stood_last() -> None:
+    """As its time is that of the last return; a message without a pose changes nothing."""
+    grouper = Grouper(Grouping(by="turn"), PLACING)
+    first, last = (evolve(plot(time), pose=Pose(np.array([100.0 * time, 0.0]))) for time in (1.0, 1.2))
+    assert not grouped(grouper, [first, last, plot(1.3)])
+    assert [one.scan.pose for one in grouper.rest()] == [last.pose]
 
 
 def test_midnight_and_short_counters_are_unwrapped_to_when_a_message_came() -> None:
