@@ -5,8 +5,9 @@ import pytest
 from attrs import frozen
 
 import vedette
-from vedette import Frame, Gaussian, MotionModel, Tracker, fields
-from vedette.filters import GaussianFilter, evaluate_linearised, predict_linearised
+from vedette import Frame, Gaussian, MotionModel, Space, Tracker, fields
+from vedette.filters import GaussianFilter, evaluate_frame, evaluate_linearised, predict_linearised
+from vedette.supporting import ImagingSensor
 from vedette_flir.camera import Camera
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
 from vedette_standard.associators.nearest import Nearest
@@ -84,7 +85,6 @@ def test_a_filter_takes_what_its_camera_learns_of_a_frame():
     """Of an amplitude that is 10 too small and a background that is 4 too low the parts that the gains say."""
     camera = GaussianSpot(camera=Camera(2.0, window=16), gain_amplitude=0.25, gain_background=0.5)
     filter_ = vedette.build(tracker(EKF)).estimator
-    assert camera.observes.names == ("x", "y", "amplitude", "spread", "background")
     where = filter_.state.locate(camera.observes)
     mean, cov = np.zeros((1, len(filter_.state))), np.zeros((1, len(filter_.state), len(filter_.state)))
     mean[0, where], cov[0, where[:2], where[:2]] = [8.0, 7.0, 40.0, 2.5, 10.0], 1.0
@@ -92,3 +92,43 @@ def test_a_filter_takes_what_its_camera_learns_of_a_frame():
     innovation = evaluate_linearised(Gaussian(mean, cov), filter_.state, camera, Frame(pixels), 0.99)
     after = filter_.update(Gaussian(mean, cov), innovation, np.array([[0.0, 1.0]])).mean[0, where]
     np.testing.assert_allclose(after, [8.0, 7.0, 42.5, 2.5, 12.0], atol=0.01)
+
+
+@frozen
+class Peak(ImagingSensor):
+    """A camera whose likelihood ratio is a parabola over the place, with its top at 3, 5."""
+
+    kind = "test_peak"
+    observes = measurement = Space.of(x="px", y="px")
+    J, top, height = np.array([[2.0, 0.5], [0.5, 1.0]]), np.array([3.0, 5.0]), 20.0
+    offset: float = 0.0
+
+    def measure(self, x):
+        return x
+
+    def noise(self, x):
+        return np.linalg.inv(self.J)
+
+    def detects(self, x):
+        return np.ones(x.shape[:-1])
+
+    def seek(self, x, cov, frame):
+        return x + self.offset
+
+    def information(self, x, frame, at):
+        off = self.top - at
+        llr = self.height - 0.5 * np.einsum("...i,ij,...j", off, self.J, off)
+        return np.broadcast_to(self.J, (*x.shape[:-1], 2, 2)), off @ self.J, llr
+
+
+@pytest.mark.parametrize(("offset", "passes"), [(0.0, 1), (2.0, 1), (-1.0, 3)])
+def test_evidence_and_posterior_do_not_depend_on_where_a_parabola_is_linearised(offset, passes):
+    """They are those of a return at its top with the covariance J^-1."""
+    camera, x, P = Peak(offset), np.array([2.0, 7.0]), np.array([[3.0, 1.0], [1.0, 2.0]])
+    found = evaluate_frame(Gaussian(x[None], P[None]), camera.observes, camera, Frame(np.zeros((2, 2))), 0.99, passes)
+    S, off = P + np.linalg.inv(camera.J), camera.top - x
+    evidence = camera.height - 0.5 * off @ np.linalg.solve(S, off) - 0.5 * np.linalg.slogdet(np.eye(2) + camera.J @ P)[1]
+    np.testing.assert_allclose(found.loglik[0, 1], evidence)
+    np.testing.assert_allclose(found.distance[0, 0], off @ np.linalg.solve(S, off))
+    np.testing.assert_allclose(found.detail.shift[0, 0], P @ np.linalg.solve(S, off))
+    np.testing.assert_allclose(found.detail.post[0, 0], P - P @ np.linalg.solve(S, P))
