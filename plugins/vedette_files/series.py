@@ -21,7 +21,7 @@ from vedette.errors import InputError
 from vedette_files.archives import Arrays, open_arrays
 from vedette_files.growing_zip import append, mended
 from vedette_files.json_values import parse
-from vedette_files.writing import UNFINISHED
+from vedette_files.results import UNFINISHED
 
 FORMAT = "vedette series"
 VERSION = 1

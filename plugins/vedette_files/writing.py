@@ -6,32 +6,24 @@ import errno
 import io
 import os
 import sys
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from shutil import rmtree
 from signal import SIG_DFL, SIGTERM, default_int_handler, getsignal, signal
 from threading import current_thread, main_thread
-from typing import Any, BinaryIO, TextIO, final
-from uuid import uuid4
+from typing import Any, BinaryIO, TextIO
 
 import numpy as np
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette_files.files_read import NOTHING_READ, Inputs
 
-LOCK, UNFINISHED, WHOLE, BEGUN = ".lock", ".run-", ".whole", "config.json"
-"""What a folder of results holds while a process writes into it: the lock, and the run's place, named so and by a number.
-
-The place holds the third of these while its files move to the folder: whoever comes next moves the rest. At first it holds
-the last alone, which shows nothing, and from which nobody can go on.
-"""
+LOCK, PARTS = ".lock", ".parts"
+"""What a folder holds while a process writes into it, and how the name of a folder ends in which something is made."""
 
 _PATIENCE = 0.3
 """s to wait for a lock: one that is released just now is no second run."""
-
-_FULL = (errno.ENOSPC, errno.EFBIG)
-"""Errors of a disk that is full, or of a limit on files: they do not say where."""
 
 
 def check_folder(folder: Path) -> None:
@@ -60,7 +52,7 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
     for name in names:
         reads.check(folder / name)
         if not name.endswith("/"):
-            _check_no_folder(folder / name)
+            check_no_folder(folder / name)
     made = [path for path in (folder, *folder.parents) if not path.exists()]
     folder.mkdir(parents=True, exist_ok=True)
     path = folder / LOCK
@@ -108,6 +100,22 @@ def growing(path: Path, place: str) -> Iterator[None]:
         yield
 
 
+@contextmanager
+def folder_beside(path: Path, place: str) -> Iterator[Path]:
+    """Give a hidden folder for what a file or a folder is made of, as large as it; none is left, or a killed process's.
+
+    As `growing`: this process alone makes what is to be at `path`, and removes what a killed one left.
+    """
+    with growing(path, place):
+        folder = path.with_name(f".{path.name}{PARTS}")
+        rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        try:
+            yield folder
+        finally:
+            rmtree(folder, ignore_errors=True)
+
+
 def open_growing(path: Path) -> io.FileIO:
     """Open a file, new or as it is, to read it and to write at its end, unbuffered; OSError if it is a link."""
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
@@ -122,7 +130,7 @@ def is_at(path: Path, file: io.FileIO) -> bool:
         return False
 
 
-def _check_no_folder(path: Path) -> None:
+def check_no_folder(path: Path) -> None:
     """Raise IsADirectoryError if a file cannot be written as there is a folder of its name: that is not ours to remove."""
     if path.is_dir():
         raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(path))
@@ -134,108 +142,6 @@ def _holder(path: Path) -> str | None:
         return path.read_text(encoding="utf-8")[:20]
     except (OSError, ValueError):
         return None
-
-
-@final
-class Results:
-    """What one run writes into a folder: in a part of its own, `place`, until it is complete."""
-
-    def __init__(self, folder: Path, reads: Inputs, replaces: Sequence[Path] = ()) -> None:
-        self.folder, self._reads, self._replaces = folder, reads, replaces
-        self.place = folder / f"{UNFINISHED}{uuid4().hex[:8]}"
-        self.keep = False
-
-    def adopt(self) -> None:
-        """Move all files to the folder, each in place of the former one of its name; first see that all can.
-
-        Then nothing is left of the runs that this one replaces. Files whose names begin with a dot are the run's own.
-        """
-        for path in _to_move(self.place):
-            self._reads.check(self.folder / path.name)
-            if not path.is_dir():
-                _check_no_folder(self.folder / path.name)
-            elif (target := self.folder / path.name).is_file():
-                raise NotADirectoryError(errno.ENOTDIR, os.strerror(errno.ENOTDIR), str(target))
-        (self.place / WHOLE).touch()
-        _move(self.place)
-        for former in self._replaces:
-            rmtree(former, ignore_errors=True)
-
-
-def _to_move(place: Path) -> list[Path]:
-    return [path for path in sorted(place.iterdir()) if not path.name.startswith(".")]
-
-
-def _move(place: Path) -> None:
-    for path in _to_move(place):
-        target = place.parent / path.name
-        if target.is_dir():
-            target.replace(place / f".{path.name}.former")
-        path.replace(target)
-    for rest in place.iterdir():
-        if rest.name != WHOLE:
-            rmtree(rest) if rest.is_dir() else rest.unlink()
-    (place / WHOLE).unlink()  # last: without it the run would seem to be one that did not end
-    place.rmdir()
-
-
-def settle(folder: Path) -> bool:
-    """Move the rest of what runs left that were killed while their files moved; return whether there was any.
-
-    This process must hold the folder.
-    """
-    left = [place for place in unfinished_runs(folder) if (place / WHOLE).exists()]
-    for place in left:
-        _move(place)
-    for place in folder.glob(f"{UNFINISHED}*"):
-        with suppress(OSError):  # it holds something
-            place.rmdir()
-    return bool(left)
-
-
-@contextmanager
-def results_in(
-    folder: Path, reads: Inputs = NOTHING_READ, names: Iterable[str] = (), replaces: Sequence[Path] = ()
-) -> Iterator[Results]:
-    """Let a run write into `folder`: what is there stays as it is until the run has ended, and all its files are whole.
-
-    As `locked`. The run writes into `Results.place`, whose files move into the folder in the end. A run that fails leaves
-    nothing, or its place if it says by `keep` that there is something to see; one that is killed leaves it. `replaces`: the
-    places of unfinished runs that it goes on from; nothing of them is left once it has ended.
-    """
-    with locked(folder, reads, names):
-        settle(folder)
-        for left in unfinished_runs(folder):
-            if [path.name for path in left.iterdir()] == [BEGUN]:
-                rmtree(left, ignore_errors=True)  # it was killed while it kept all in memory
-            elif left not in replaces:
-                told = "`vedette report` shows it, `vedette run --resume` goes on from it"
-                print(f"vedette: {folder}: holds an unfinished run, {left.name}: {told}", file=sys.stderr)
-        results = Results(folder, reads, replaces)
-        results.place.mkdir()
-        try:
-            yield results
-            results.adopt()
-        except OSError as error:
-            stays = f"{error.strerror or error}; what was there before stays"
-            if results.place.is_dir() and results.keep:
-                kept = f"{stays}, and what this run wrote is in {results.place.name}"
-                raise OSError(error.errno, kept, str(folder)) from None
-            if error.errno in _FULL:
-                raise OSError(error.errno, stays, str(folder)) from None
-            raise
-        finally:
-            if not results.keep:
-                rmtree(results.place, ignore_errors=True)
-
-
-def unfinished_runs(folder: Path) -> list[Path]:
-    """Return the places in a folder where runs wrote that did not come to their end, the latest last."""
-    try:
-        left = [path for path in folder.glob(f"{UNFINISHED}*") if path.is_dir() and any(path.iterdir())]
-        return sorted(left, key=lambda path: path.stat().st_mtime)
-    except OSError:
-        return []
 
 
 @contextmanager

@@ -18,7 +18,8 @@ from vedette.cli import main
 from vedette.errors import ConfigError
 from vedette_files import read_recording, read_series, read_tracks
 from vedette_files.files_read import Inputs
-from vedette_files.writing import LOCK, UNFINISHED, locked, unfinished_runs
+from vedette_files.results import UNFINISHED, unfinished_runs
+from vedette_files.writing import LOCK, locked
 from vedette_report.commands import run as running
 from vedette_report.running import streaming, track_files
 from vedette_report.series import recorder as series
@@ -219,6 +220,17 @@ def test_a_folder_that_is_removed_meanwhile_is_told(given, capsys, monkeypatch):
 
 
 @pytest.mark.costly
+def test_of_a_run_that_is_replaced_nothing_is_left_and_of_others_all(ran, capsys):
+    """Its smoothed tracks were exported as those of the run that took its place, and its page lay beside."""
+    assert main(["run", "config.json", "--out", "out", "--smooth", "5 s", "--report", "--format", "svg"]) == 0
+    assert {"smoothed.jsonl", "report.html", "picture.svg"} < set(files(ran))
+    (ran / "notes.txt").write_text("mine")
+    assert main(["run", "config.json", "--out", "out", "--stream"]) == 0
+    assert sorted(files(ran)) == sorted([*FILES, "notes.txt"])
+    assert "--smooth" in refused(capsys, "export", "out", "--smoothed", "--to", "a.csv")
+
+
+@pytest.mark.costly
 def test_a_run_that_fails_leaves_the_folder_as_it_was(ran, capsys, monkeypatch):
     before = files(ran)
     monkeypatch.setattr(running, "write_of_plugins", lambda *arguments: 1 / 0)
@@ -275,11 +287,12 @@ def test_a_killed_run_leaves_former_results_and_is_shown(ran, capsys):
     assert {name: content for name, content in files_of(ran).items() if name in before} == before
 
 
-def test_what_a_killed_run_left_of_which_there_is_nothing_to_see_is_removed(given, capsys):
-    """Each later run told anew that --resume goes on from it, which refused to."""
+@pytest.mark.parametrize("name", ["config.json", "recording.jsonl"])
+def test_what_a_killed_run_left_from_which_nobody_can_go_on_is_removed(given, capsys, name):
+    """Each later run told anew that --resume goes on from it: it refused to, or began anew what was killed at its end."""
     place = given / "out" / f"{UNFINISHED}1"
     place.mkdir(parents=True)
-    (place / "config.json").write_text("{}")
+    (place / name).write_text("{}")
     assert main(["run", "config.json", "--out", "out", "--stream"]) == 0
     assert not place.exists()
     assert place.name not in capsys.readouterr().err

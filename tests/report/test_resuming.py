@@ -21,10 +21,10 @@ from vedette import Detections, Source
 from vedette.cli import main
 from vedette.tracking import State
 from vedette_files import read_series
-from vedette_files.writing import UNFINISHED, WHOLE, results_in, unfinished_runs
+from vedette_files.results import CHECKPOINT, UNFINISHED, WHOLE, results_in, unfinished_runs
 from vedette_report import identity
 from vedette_report.running import growing, lagging, streaming
-from vedette_report.running.resuming import CHECKPOINT, Former
+from vedette_report.running.resuming import Former
 from vedette_report.series import recorder as series
 
 EXISTENCE = {"kind": "existence"}
@@ -98,7 +98,7 @@ def refused(capsys, *arguments):
 def test_who_asks_for_a_run_that_did_not_end_is_told_what_finishes_it(command, streamed, tmp_path, capsys):
     place = tmp_path / f"{UNFINISHED}1"
     place.mkdir()
-    (place / ("recording.jsonl" if streamed else "config.json")).write_text("{}")
+    (place / (CHECKPOINT if streamed else "recording.jsonl")).write_text("{}")
     cure = f"`vedette run --resume {tmp_path}` finishes it" if streamed else "as it writes all at its end, run it again"
     more = ["--to", "x.kml"] if command == "export" else []
     assert f"RUN_DIR: the run in '{tmp_path}' did not end: {cure}" in refused(capsys, command, tmp_path, *more)
@@ -291,9 +291,14 @@ def test_series_whose_last_block_was_being_written_are_shown_and_gone_on_from(le
     assert "elsewhere" in refused(capsys, "report", "elsewhere.npz")
 
 
+@pytest.mark.parametrize("reader", ["a run", "report", "export"])
+@pytest.mark.by_turns
 @pytest.mark.costly
-def test_a_run_that_was_killed_while_its_files_moved_is_whole_with_the_next(left, monkeypatch):
+def test_a_run_that_was_killed_while_its_files_moved_is_whole_for_who_comes_next(reader, left, monkeypatch, capsys):
+    """A page or an export was of files of two runs, and said nothing."""
     whole = files(Path("whole"))
+    shutil.copytree("whole", "moving")
+    (Path("moving") / "tracks.jsonl").write_text(Path("whole/tracks.jsonl").read_text().splitlines()[0])
     replace, moved = Path.replace, []
 
     def twice(self, target):
@@ -305,13 +310,18 @@ def test_a_run_that_was_killed_while_its_files_moved_is_whole_with_the_next(left
 
     with monkeypatch.context() as patch:
         patch.setattr(Path, "replace", twice)
-        patch.setattr("vedette_files.writing.rmtree", lambda *given, **options: None)
+        patch.setattr("vedette_files.results.rmtree", lambda *given, **options: None)
         with pytest.raises(Killed):
             main(["run", "config.json", "--out", "moving", "--stream"])
     (place,) = unfinished_runs(Path("moving"))
     assert (place / WHOLE).exists()
-    with results_in(Path("moving")):
-        assert files_of(Path("moving")) == whole
+    if reader == "a run":
+        with results_in(Path("moving")):
+            assert files_of(Path("moving")) == whole
+        return
+    assert main([reader, "moving", *(["--to", "moved.csv"] if reader == "export" else [])]) == 0
+    assert files_of(Path("moving")) == whole
+    assert not unfinished_runs(Path("moving"))
 
 
 def files_of(folder):
@@ -348,8 +358,8 @@ def test_a_run_that_was_killed_while_its_files_moved_has_ended(monkeypatch, caps
 
     with monkeypatch.context() as patch:
         for name in ("replace", "unlink", "rmdir"):
-            patch.setattr(f"vedette_files.writing.Path.{name}", till_killed(getattr(Path, name)))
-        patch.setattr("vedette_files.writing.rmtree", lambda *given, **more: None)
+            patch.setattr(f"vedette_files.results.Path.{name}", till_killed(getattr(Path, name)))
+        patch.setattr("vedette_files.results.rmtree", lambda *given, **more: None)
         with pytest.raises(Killed):
             ends()
     assert unfinished_runs(Path("out"))

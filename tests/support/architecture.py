@@ -53,6 +53,7 @@ PLUGINS = (
     "vedette_files.json_values",
     "vedette_files.libraries",
     "vedette_files.readers",
+    "vedette_files.results",
     "vedette_files.tables.columnar",
     "vedette_files.tables.composed",
     "vedette_files.tables.numbers",

@@ -17,7 +17,7 @@ from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
 
 from vedette.cli import main
-from vedette_files.writing import UNFINISHED
+from vedette_files.results import UNFINISHED
 from vedette_report.running import growing
 from vedette_report.series import recorder as series
 

@@ -43,7 +43,8 @@ class Run(Command):
         parser.add_argument(
             "--stream",
             action="store_true",
-            help="write results during the run, smoothed ones too, and keep no history; default for more than 10,000 scans",
+            help="write results during the run, smoothed ones too, and keep no history; default for more than 10,000 scans "
+            "or a million returns",
         )
         parser.add_argument("--all", action="store_true", help="print the whole summary, as summary.txt has it")
         parser.add_argument("--report", action="store_true", help="also write report.html, a page that shows the run")

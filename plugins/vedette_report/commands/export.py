@@ -15,6 +15,7 @@ from vedette.errors import ConfigError
 from vedette.units import in_unit
 from vedette_files import Part, is_database, read_series
 from vedette_files.files_read import Inputs
+from vedette_files.results import finished
 from vedette_report.exporting.geojson import write_geojson
 from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch
@@ -55,6 +56,7 @@ def run(arguments: Namespace) -> int:
 
 def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
     """Return the run of a folder."""
+    finished(folder)
     if not (folder / "tracks.jsonl").is_file():
         told = f"must be the folder that a run has written, or the database of a service, got {str(folder)!r}"
         if folder.is_file() and (folder.parent / "tracks.jsonl").is_file():

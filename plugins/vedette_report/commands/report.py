@@ -10,7 +10,7 @@ from vedette.commands import DONE, options
 from vedette.config import answers
 from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
-from vedette_files.writing import unfinished_runs
+from vedette_files.results import finished, unfinished_runs
 from vedette_report.page.build import target_of, write_comparison, write_page
 from vedette_report.page.geography import read_origin
 from vedette_report.running.files import NAMES, SERIES
@@ -46,7 +46,7 @@ def run(arguments: Namespace) -> int:
 
 def _with_results(path: Path) -> Path:
     """Return the run to show: that of a folder, or where it has none, the one in it that did not come to its end."""
-    left = unfinished_runs(path) if path.suffix != ".npz" else []
+    left = unfinished_runs(finished(path)) if path.suffix != ".npz" else []
     if not left:
         if (path / "consistency.json").exists() and not (path / SERIES).exists():
             seen = ", ".join(sorted(one.name for one in path.glob("consistency.*")))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from argparse import Namespace
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +17,10 @@ from vedette.config import load, to_config
 from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Result, Steps
 from vedette.tracking import check_smoothing
-from vedette.types import LazyScans
+from vedette.types import LazyScans, Scan
 from vedette_files.files_read import Inputs
-from vedette_files.writing import check_folder, locked, results_in, settle, unfinished_runs
+from vedette_files.results import results_in, settle, unfinished_runs
+from vedette_files.writing import check_folder, locked
 from vedette_report.drawing.brought import drawing
 from vedette_report.figures import figures, length_unit, timings
 from vedette_report.progress import on_terminal
@@ -31,8 +33,8 @@ from vedette_report.summary.words import summary
 if TYPE_CHECKING:
     from vedette_report.running.resuming import Former
 
-LONG = 10_000
-"""More scans than this are judged and written as they come, and not kept."""
+LONG, MANY = 10_000, 1_000_000
+"""More scans, or more returns, are judged and written as they come, and not kept: so many returns took 2 GB if of tracks."""
 
 
 def run(arguments: Namespace) -> int:
@@ -58,7 +60,7 @@ def run(arguments: Namespace) -> int:
     keep = arguments.keep or arguments.strict or lag == np.inf or experiment.retroactive
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
-        if arguments.stream or (not keep and len(steps.recording.scans) > LONG):
+        if arguments.stream or (not keep and _is_long(steps.recording.scans)):
             return _stream(experiment, steps, folder, reads, arguments, lag=lag)
         with results_in(folder, reads, (*NAMES, *pictures.names())) as results:
             write_config(results.place, experiment)
@@ -90,6 +92,13 @@ def run(arguments: Namespace) -> int:
         print(f"vedette: {problem}", file=sys.stderr)
     _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
     return INTERRUPTED if result.interrupted or stopped else DONE
+
+
+def _is_long(scans: Sequence[Scan]) -> bool:
+    """Return whether scans are so many, or hold so many returns, that a run of them is not kept."""
+    if isinstance(scans, LazyScans) or len(scans) > LONG:
+        return len(scans) > LONG
+    return sum(len(scan.detections.z) for scan in scans) > MANY
 
 
 def _go_on(arguments: Namespace) -> int:
@@ -135,7 +144,7 @@ def _stream(
     if not arguments.stream and former is None:
         scans = steps.recording.scans
         endless = isinstance(scans, LazyScans) and scans.once
-        long = "whose end is not known" if endless else f"of more than {LONG:,} scans"
+        long = "whose end is not known" if endless else f"of more than {LONG:,} scans or {MANY:,} returns"
         why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)
     for problem in done.problems:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import sys
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, final
+from typing import Any, final, get_args
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.config import Registry
 from vedette.experiment import Result
@@ -27,8 +27,9 @@ class Drawing:
         return can_draw()
 
     def names(self) -> list[str]:
-        """Return the names of the files that pictures of a run may have."""
-        return [self.look.file(entry.kind) for entry in Registry.installed().of_role("picture")]
+        """Return the names of the files that pictures of a run may have, in whatever format."""
+        looks = [evolve(self.look, form=form) for form in get_args(Format)]
+        return [look.file(entry.kind) for entry in Registry.installed().of_role("picture") for look in looks]
 
     def of_run(self, result: Result, folder: Path) -> list[str]:
         """Write every picture of a run into its folder; return the files' names."""

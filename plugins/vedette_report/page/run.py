@@ -13,7 +13,7 @@ from vedette.errors import InputError
 from vedette.space import Array
 from vedette_files import Origin, Series, Terms
 from vedette_files.json_values import read_table
-from vedette_files.writing import UNFINISHED
+from vedette_files.results import UNFINISHED
 from vedette_report.drawing import canvas
 from vedette_report.page.columns import columns
 from vedette_report.page.frames import frames

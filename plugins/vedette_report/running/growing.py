@@ -14,7 +14,7 @@ from vedette.space import Array
 from vedette.tracking import State
 from vedette.types import Detections, Gaussian, Scan, Track
 from vedette_files import FrameFiles, TrackRows, recording_head, scan_line
-from vedette_files.writing import Results
+from vedette_files.results import Results
 from vedette_report.running.files import SERIES
 from vedette_report.running.lagging import SmoothedFiles
 from vedette_report.running.resuming import RECORDING, Checkpoints, Former
@@ -74,8 +74,7 @@ class GrowingFiles:
     def keep_places(self) -> None:
         """From now on keep places to go on from."""
         self._checkpoints = Checkpoints(self.place, self._experiment, self.smoothed)
-        if self.recorder.scans or self.smoothed is not None:  # one that begins anew is to smooth as it did
-            self._checkpoints.write(self._steps, self.recorder.scans)
+        self._checkpoints.write(self._steps, self.recorder.scans)
 
     def add(self, scan: Scan, state: State, estimate: Gaussian, modes: Array | None) -> None:
         """Add a scan, the tracks after it and what is estimated of them."""

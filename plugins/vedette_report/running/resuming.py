@@ -27,15 +27,15 @@ from vedette.types import LazyScans, Scan
 from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
 from vedette_files.json_values import parse, read_table
-from vedette_files.writing import unfinished_runs, whole_file
+from vedette_files.results import CHECKPOINT, unfinished_runs
+from vedette_files.writing import whole_file
 from vedette_report.identity import Code, check, tell
 from vedette_report.running.files import SERIES
 from vedette_report.running.lagging import SMOOTHED_SERIES, SmoothedFiles
 
-CHECKPOINT = ".checkpoint.json"
-"""Holds two lines: what the second one is, with its hash, and the state."""
-
 FORMAT, VERSION = "vedette checkpoint", 1
+"""Of a checkpoint, which holds two lines: what the second one is, with its hash, and the state."""
+
 RECORDING = "recording.jsonl"
 
 Rows = dict[str, dict[str, Any]]
@@ -102,7 +102,7 @@ class Former:
         places = unfinished_runs(folder)
         if not places:
             raise ConfigError.at("--resume", f"{str(folder)!r} holds no run that did not come to its end")
-        streamed = [place for place in places if (place / RECORDING).exists()]
+        streamed = [place for place in places if (place / CHECKPOINT).exists()]
         if not streamed:
             told = f"{places[-1]} has nothing to go on from, as a run that keeps all writes at its end: run it again"
             raise ConfigError.at("--resume", told)
@@ -164,7 +164,7 @@ def not_ended(folder: Path) -> str:
     left = unfinished_runs(folder)
     if not left:
         return ""
-    streamed = any((place / RECORDING).exists() for place in left)
+    streamed = any((place / CHECKPOINT).exists() for place in left)
     finishes = f"`vedette run --resume {quote(str(folder))}` finishes it"
     cure = finishes if streamed else "as it writes all at its end, run it again"
     return f"the run in {str(folder)!r} did not end: {cure}"

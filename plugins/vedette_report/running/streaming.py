@@ -20,7 +20,8 @@ from vedette.tracking import State, Tracker, check_again
 from vedette.types import Gaussian, Scan
 from vedette_files import Tables
 from vedette_files.files_read import NOTHING_READ, Inputs
-from vedette_files.writing import Results, results_in
+from vedette_files.results import Results, results_in
+from vedette_report.drawing.brought import drawing
 from vedette_report.figures import figures, length_unit
 from vedette_report.running.files import NAMES, SERIES, write_config, write_of_plugins, write_summaries
 from vedette_report.running.growing import GrowingFiles
@@ -71,7 +72,7 @@ def stream(
     if experiment.retroactive:
         raise ConfigError.at("retroactive", "must be false where tracks are judged as they go, got true")
     replaces = () if former is None else (former.place, *former.beside)
-    with results_in(folder, reads, NAMES, replaces) as results:
+    with results_in(folder, reads, (*NAMES, *drawing().names()), replaces) as results:
         write_config(results.place, experiment)
         steps = experiment.steps(strict=False, progress=progress) if steps is None else steps
         return _written(experiment, results, steps, shown, former, lag)

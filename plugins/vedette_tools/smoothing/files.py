@@ -4,11 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from concurrent.futures import Executor
-from contextlib import contextmanager, suppress
-from glob import escape
+from contextlib import contextmanager
 from pathlib import Path
-from shutil import rmtree
-from tempfile import TemporaryDirectory
 from typing import Any
 from zlib import crc32
 
@@ -19,7 +16,7 @@ from vedette.errors import InputError
 from vedette.progress import Progress
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import SUFFIX, pyarrow
-from vedette_files.writing import LOCK, naming, unfinished
+from vedette_files.writing import folder_beside, naming, unfinished
 from vedette_study.executors import worked_elsewhere
 from vedette_tools.drafting.recognising import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
@@ -92,7 +89,7 @@ def smooth_files(
     out.parent.mkdir(parents=True, exist_ok=True)
     titles = titles_of(paths[0])
     columns = Columns.of(paths[0], by, titles, wishes)
-    with naming(out), _folder_beside(out) as folder:
+    with naming(out), folder_beside(out, "--out") as folder:
         rows, lost = _parted(paths, columns, titles, folder, progress)
         parts = sorted(folder.glob("*.rows"))
         try:
@@ -112,24 +109,13 @@ def smooth_files(
                 part.unlink()
             apart.rename(out)
         else:
-            with unfinished(out) as place, _writer(place, paths[0].suffix.lower() == SUFFIX) as write:
+            place = folder / out.name
+            with _writer(place, paths[0].suffix.lower() == SUFFIX) as write:
                 for part in progress(parts, "smoothing"):
                     told += next(after)
                     _copy(pa, part.with_suffix(".smooth"), write)
+            place.replace(out)
     return told, first_fault(paths, columns) if told.left_out > told.elsewhere else "", columns.assumed
-
-
-@contextmanager
-def _folder_beside(out: Path) -> Iterator[Path]:
-    """Give a hidden folder for what is as large as the files, and remove those that killed smoothings left of theirs."""
-    from filelock import FileLock, Timeout
-
-    begin = f".{out.name}."
-    for left in out.parent.glob(f"{escape(begin)}*/{LOCK}"):
-        with suppress(Timeout, OSError), FileLock(left, timeout=0):
-            rmtree(left.parent)
-    with TemporaryDirectory(prefix=begin, dir=out.parent) as name, FileLock(Path(name) / LOCK):
-        yield Path(name)
 
 
 def _done(executor: Executor | None, job: Job, parts: Sequence[Path]) -> Iterator[Told]:

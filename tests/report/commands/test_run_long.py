@@ -9,12 +9,17 @@ from vedette_report.commands import run as command
 PICTURES = {"errors.png", "picture.png"}
 
 
+@pytest.mark.parametrize("most", ["LONG", "MANY"])
+@pytest.mark.by_turns
 @pytest.mark.costly
-def test_a_long_run_keeps_nothing_and_says_what_it_leaves_out(config, tmp_path, monkeypatch, capsys):
+def test_a_run_of_many_scans_or_returns_keeps_nothing_and_says_what_it_leaves_out(
+    config, tmp_path, monkeypatch, capsys, most
+):
+    """200 scans of 5,000 objects each took 2 GB, and ten times as many none could keep."""
     assert main(["run", str(config), "--out", str(tmp_path / "short")]) == 0
-    monkeypatch.setattr(command, "LONG", 30)
+    monkeypatch.setattr(command, most, 30)
     assert main(["run", str(config), "--out", str(tmp_path / "long")]) == 0
-    assert "more than 30 scans keeps no" in capsys.readouterr().err
+    assert "keeps no history" in capsys.readouterr().err
     short, long = files(tmp_path / "short"), files(tmp_path / "long")
     assert set(short) - set(long) == PICTURES
     for name in ("recording.jsonl", "config.json"):

@@ -1,6 +1,7 @@
 """`vedette smooth`: files in, the same columns out, whatever way they are cut into files and parts."""
 
 import json
+import os
 import subprocess
 import sys
 import time
@@ -9,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from filelock import FileLock
 
 import vedette
 from support.reports import reports_frame
 from vedette.cli import main
-from vedette.commands import DONE
+from vedette.commands import DONE, WRONG
+from vedette_files.writing import growing
 from vedette_tools.smoothing import files
 
 
@@ -143,31 +144,28 @@ def test_one_that_is_told_to_end_leaves_nothing(workers, tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["plots.csv"]
 
 
-@pytest.mark.costly
-def test_what_a_killed_one_left_goes_with_the_next_and_not_what_another_holds(frame, tmp_path):
-    """Each run that was out of memory left a hidden folder, as large as the table."""
+def test_a_second_one_that_makes_the_same_file_is_refused(frame, tmp_path, capsys):
+    """Both smoothed, and the file was that of the last."""
     frame.to_csv("plots.csv", index=False)
-    for folder in (".out.csv.killed", ".out.csv.held", ".other.csv.killed"):
-        Path(folder).mkdir()
-        Path(folder, ".lock").touch()
-        Path(folder, "0.rows").write_bytes(bytes(1000))
-    Path(".out.csv.mine").mkdir()
-    with FileLock(".out.csv.held/.lock"):
-        assert main(["smooth", "plots.csv", "--workers", "1", "--out", "out.csv"]) == DONE
-    assert {path.name for path in tmp_path.glob(".*")} == {".out.csv.held", ".other.csv.killed", ".out.csv.mine"}
+    with growing(Path("out.csv"), "--out"):
+        assert main(["smooth", "plots.csv", "--workers", "1", "--out", "out.csv"]) == WRONG
+        assert str(os.getpid()) in capsys.readouterr().err
+    assert [path.name for path in tmp_path.iterdir()] == ["plots.csv"]
 
 
 @pytest.mark.costly
 @pytest.mark.skipif(sys.platform == "win32", reason="no folder is kept there that a killed process locked")
 def test_one_that_was_killed_leaves_what_the_next_removes(tmp_path):
-    reports_frame(objects=60, rows=600)[0].to_csv(tmp_path / "plots.csv", index=False)
-    line = [sys.executable, "-m", "vedette", "smooth", "plots.csv", "--workers", "1"]
-    process = subprocess.Popen(line, cwd=tmp_path)
-    while not [*tmp_path.glob(".*/*.rows")]:
+    """The parts of the table, and what was written of the file: that stayed for ever."""
+    reports_frame(objects=6, rows=60)[0].to_csv(tmp_path / "plots.csv", index=False)
+    code = "import sys, time; from vedette_tools.smoothing import files; from vedette.cli import main; copy = files._copy\n"
+    code += "files._copy = lambda *given: (copy(*given), time.sleep(600))\nsys.exit(main(sys.argv[1:]))"
+    line = ["smooth", "plots.csv", "--workers", "1"]
+    process = subprocess.Popen([sys.executable, "-c", code, *line], cwd=tmp_path)
+    while not [*tmp_path.glob(".*/*smoothed.csv"), *tmp_path.glob(".*.part")]:
         assert process.poll() is None
         time.sleep(0.01)
     process.kill()
     process.wait()
-    assert [*tmp_path.glob(".*")]
-    subprocess.run(line, cwd=tmp_path, check=True, capture_output=True)
+    subprocess.run([sys.executable, "-m", "vedette", *line], cwd=tmp_path, check=True, capture_output=True)
     assert {path.name for path in tmp_path.iterdir()} == {"plots.csv", "plots-smoothed.csv"}
