@@ -18,7 +18,7 @@ from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.json_lines import JsonLines
 from vedette_live.grouping import Clock, Formed, Grouper, Grouping
 from vedette_live.placing import Placing
-from vedette_live.saving import scan_data, scan_from
+from vedette_live.saving import clocks_data, clocks_from, scan_data, scan_from
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.position_velocity import PositionVelocity
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
@@ -124,6 +124,16 @@ def test_midnight_and_short_counters_are_unwrapped_to_when_a_message_came() -> N
     assert Clock("sensor").time(510.0, 512.0, 512.0 * 7 + 1.0) == 512.0 * 7 - 2.0
     record = Clock("sensor")  # nobody knows when it came: from one message to the next
     assert [record.time(t, 86400.0, None) for t in (86398.0, 86399.0, 1.0, 2.0)] == [86398.0, 86399.0, 86401.0, 86402.0]
+
+
+def test_a_clock_that_is_restored_believes_no_leap_either() -> None:
+    before = Clock("sensor", 600.0)
+    before.time(1000.0, None, 1000.0)
+    after = clocks_from(clocks_data({"radar": before}), "sensor", 600.0)["radar"]
+    for clock in (before, after):
+        with pytest.raises(ValueError, match=r"scans\.leap"):
+            clock.time(9000.0, None, 1001.0)
+    assert after.time(1001.0, None, 1001.0) == 1001.0
 
 
 def test_the_offset_is_the_least_delay() -> None:

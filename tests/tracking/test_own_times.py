@@ -237,6 +237,16 @@ def test_tracks_given_without_a_time_are_of_the_first_return_and_later_ones_of_t
     np.testing.assert_array_equal(one.estimate(early).mean, one.estimate(at_once).mean)
 
 
+def test_what_is_expected_of_a_return_is_of_its_own_time_or_of_the_scan_before():
+    one = tracker()
+    state = one.step(one.start(Gaussian(START[0][None], START[1][None]), 8.0), scan(9.0, [[40.0, -20.0]], [8.0]))
+    it = one.expect(state, scan(10.0, [[80.0, -40.0]] * 2, [8.5, 9.25]))
+    for i, time in enumerate((9.0, 9.25)):
+        then = it.at(i)
+        assert (then.scan.time, then.dt) == (time, time - 9.0)
+        np.testing.assert_array_equal(then.tracks.mean, one.estimate(state, time).mean)
+
+
 @pytest.mark.parametrize("wrong", ["the scan's time", "no noise on the way", "begins at the scan"])
 def test_mutants_that_forget_times_are_noticed(wrong, monkeypatch):
     real = own_times.predicted

@@ -6,6 +6,7 @@ from attrs import evolve
 
 from vedette import Detections, Gate, Gaussian, Pose, Scan, ScanRefused, Tracker
 from vedette.tracking.history import History
+from vedette.tracking.intake import Intake
 from vedette_standard.associators.global_nearest import GlobalNearest
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.associators.pda import Pda
@@ -312,3 +313,15 @@ def test_an_estimate_of_a_later_time_is_the_prediction():
     assert np.array_equal(later.mean, known.mean)
     assert np.array_equal(later.cov, known.cov)
     assert np.all(later.cov[0].diagonal() > tracker.estimate(state).cov[0].diagonal() - 1e-12)
+
+
+def test_a_return_that_begins_a_track_is_no_hit_of_one():
+    """Of three scans while there was a track, one is missed, and a return far off begins another."""
+    it = compose(MOfN(hits=1, looks=1, misses=9))
+    intake, state = Intake(it.sensors), it.start()
+    for time, place in enumerate(([0.0, 0.0], [0.0, 0.0], [900.0, 900.0], [0.0, 0.0])):
+        each = Scan(float(time), "radar", Detections.of([place]))
+        after = it.step(state, each)
+        intake.add(each, state, after)
+        state = after
+    assert (intake.tracked, intake.hits, len(state.ids)) == (3, 2, 2)
