@@ -110,6 +110,17 @@ def test_all_that_a_return_brings_goes_with_it():
         np.testing.assert_array_equal(getattr(left, name), getattr(detections, name)[which])
 
 
+def test_what_one_sensor_loses_another_may_see():
+    """Returns of two sensors are left out independently, whatever the order of their scans."""
+    scans = [Scan(0.0, name, Detections.of(np.arange(400.0).reshape(200, 2))) for name in ("radar", "lidar")]
+    seen = {}
+    for order in (scans, scans[::-1]):
+        for scan in kept(Recording(tuple(order)), 0, 0.5).scans:
+            seen.setdefault(scan.sensor, []).append(set(scan.detections.z[:, 0].tolist()))
+    assert all(first == second for first, second in seen.values())
+    assert 20 < len(seen["radar"][0] & seen["lidar"][0]) < 80  # of 200 some 50, +- 6
+
+
 @pytest.mark.parametrize("lazy", [False, True])
 def test_of_frames_whole_scans_are_left_out(lazy):
     scans = tuple(Scan.image(float(t), "camera", Frame(np.zeros((2, 2)))) for t in range(200))

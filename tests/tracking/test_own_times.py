@@ -237,6 +237,15 @@ def test_tracks_given_without_a_time_are_of_the_first_return_and_later_ones_of_t
     np.testing.assert_array_equal(one.estimate(early).mean, one.estimate(at_once).mean)
 
 
+@pytest.mark.parametrize("times", [[9.5, 9.2], [9.2, 9.5]])
+def test_a_track_begins_at_the_return_that_none_claims_whichever_came_first(times):
+    one = tracker("jpda", birth={"kind": "from_returns", "spread": SPREAD}, lifecycle={"kind": "existence"})
+    begun = one.step(one.start(), scan(9.0, [[0.0, 0.0]], [9.0]))
+    both = one.step(begun, scan(10.0, [[1.0, 1.0], [900.0, 900.0]], times))
+    assert (begun.ids.tolist(), both.ids.tolist()) == ([0], [0, 1])
+    assert one.estimate(both).mean[1, 0] == pytest.approx(900.0)
+
+
 def test_what_is_expected_of_a_return_is_of_its_own_time_or_of_the_scan_before():
     one = tracker()
     state = one.step(one.start(Gaussian(START[0][None], START[1][None]), 8.0), scan(9.0, [[40.0, -20.0]], [8.0]))

@@ -109,10 +109,11 @@ def test_it_gives_what_all_pairs_give(monkeypatch, scene):
 
 
 def test_returns_that_do_not_count_and_evidence_and_noise_of_their_own(monkeypatch):
+    """A target is where padding would be, at 0."""
     given = []
     for i, scan in enumerate(scans(5)):
-        z, rng = scan.detections.z, np.random.default_rng(i)
-        valid, evidence = rng.random(len(z)) < 0.9, rng.normal(size=len(z))
+        z, rng = np.concatenate([[[0.0, 0.0]], scan.detections.z - 400.0]), np.random.default_rng(i)
+        valid, evidence = rng.random(len(z)) < np.where(np.arange(len(z)) > 0, 0.9, 1.0), rng.normal(size=len(z))
         noise = np.eye(2) * rng.uniform(4.0, 100.0, (len(z), 1, 1))
         given.append(Scan(scan.time, "radar", Detections(z, valid, evidence, noise)))
     _, every, _ = run(monkeypatch, config("jpda"), given, 10**9)
