@@ -152,7 +152,7 @@ class PlacedSensor(Sensor):
                 raise ValueError(
                     "clutter_per_scan: give clutter_density instead, as what many platforms see differs in size"
                 )
-            object.__setattr__(there, "_size", self._seen(pose, self._summed()))
+            object.__setattr__(there, "_size", there._seen(pose, self._summed()))
         return there
 
 

@@ -5,6 +5,7 @@ import pytest
 
 from vedette import Pose
 from vedette_standard.sensors.biased import Biased
+from vedette_standard.sensors.cartesian_position import CartesianPosition
 from vedette_standard.sensors.displaced import Displaced
 from vedette_standard.sensors.range_bearing import RangeBearing
 
@@ -37,6 +38,16 @@ def test_on_a_platform_a_late_return_is_of_where_both_were():
     np.testing.assert_allclose(free.measure(whole), RADAR.at(before).measure(late[:, :2]))
     steps = [(free.measure(whole + step) - free.measure(whole - step)) / 2e-4 for step in 1e-4 * np.eye(5)]
     np.testing.assert_allclose(free.jacobian(whole), np.stack(steps, axis=-1), rtol=1e-5, atol=1e-6)
+
+
+def test_a_late_position_is_one_that_was_in_reach_then():
+    """Of a sensor whose positions are not relative to its platform: what it sees depends on where that stood."""
+    lidar = CartesianPosition(1.0, max_range=100.0, detection_probability=0.9)
+    then = lidar.at(Pose(np.array([-50.0, 100.0])))
+    now = Displaced(lidar, {}, {}, 2.0).at(Pose(np.array([10.0, 20.0]), np.array([30.0, -40.0])))
+    x = np.array([[-120.0, 130.0, 5.0, 0.0], [60.0, 20.0, 5.0, 0.0]])
+    np.testing.assert_array_equal(now.detects(x), [0.9, 0.0])
+    np.testing.assert_array_equal(now.detects(x), then.detects(x[:, :2] - 2.0 * x[:, 2:]))
 
 
 def test_an_offset_along_x_and_y_takes_no_platform():

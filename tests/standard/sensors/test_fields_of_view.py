@@ -60,6 +60,15 @@ def test_so_are_those_of_sensors_of_positions(kind, seen):
     assert number(sensor, region) == pytest.approx(7.0, abs=4 * np.sqrt(7 / 300))
 
 
+@pytest.mark.parametrize("along", [1000.0, 2000.0, 5000.0])
+def test_far_from_the_origin_a_view_without_a_side_has_as_many(along):
+    """It was cut off beyond twice the range from the origin: at 2 km its clutter was too dense, at 5 km it saw nothing."""
+    sensor = standard.CartesianPosition(1.0, view={"y": Bounds(-1000.0, 30.0)}, **RING)
+    density = sensor.clutter(np.array([200.0, 0.0]))
+    assert 7.0 / (np.pi * (900.0**2 - 100.0**2)) < density < 7.0
+    assert sensor.at(Pose(np.array([along, 0.0]))).clutter(np.array([along + 200.0, 0.0])) == pytest.approx(density)
+
+
 def test_so_are_those_of_bearings_and_of_directions_in_space():
     assert number(standard.BearingOnly(0.1, sectors=TWO, clutter_per_scan=7.0), {}) == pytest.approx(
         7.0, abs=4 * np.sqrt(7 / 300)
