@@ -10,7 +10,7 @@ from attrs import evolve
 import vedette
 from support.paths import EXAMPLES
 from vedette import Detections, Scan
-from vedette.tracking import births, lineage, memory_limits
+from vedette.tracking import State, births, lineage, memory_limits
 from vedette.tracking.history import History
 from vedette_files import read_tracks, write_tracks_jsonl
 
@@ -182,3 +182,24 @@ def test_gates_that_are_mixed_up_are_noticed(monkeypatch):
     monkeypatch.setattr(lineage, "_gated", rolled)
     with pytest.raises(AssertionError):
         test_a_track_that_splits_from_another_names_it("gnn")
+
+
+def test_a_track_merges_into_the_one_that_takes_most_of_its_returns():
+    """Of three returns in the gate of a track that ends, one is taken by track 1 and two by track 2."""
+    scores = np.zeros((3, 4))
+    gates = lineage.Gates(np.arange(3), np.ones(3, dtype=bool), 3, np.arange(3), scores, None, None)
+    took = np.array([[0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.6, 0.7]])
+    found = lineage.lineage(gates, np.array([1, 2]), 3, took, None)
+    assert found.merges.tolist() == [[0, 2]]
+
+
+def test_a_track_that_comes_back_has_not_merged(monkeypatch):
+    """The best hypothesis lacks it, and later has it again."""
+    tracker, states, _ = tracked([[[0.0, 0.0], [60.0, 0.0]]] * 8)
+    gone = lineage.Lineage(np.zeros((0, 2), dtype=int), np.array([[0, 1]]))
+    monkeypatch.setattr(State, "lineage", property(lambda state: gone if state.time == 5.0 else None))
+    for last, merged in ((7, (5.0, 1)), (8, None)):
+        history = History(tracker)
+        for state in states[1:last]:
+            history.add(state)
+        assert history.tracks()[0].merged == merged

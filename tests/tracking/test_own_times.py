@@ -246,6 +246,13 @@ def test_a_track_begins_at_the_return_that_none_claims_whichever_came_first(time
     assert one.estimate(both).mean[1, 0] == pytest.approx(900.0)
 
 
+def test_a_track_that_begins_at_a_return_from_before_the_last_scan_begins_at_that():
+    one = tracker("jpda", birth={"kind": "from_returns", "spread": SPREAD}, lifecycle={"kind": "existence"})
+    before = one.step(one.start(), scan(9.0, [], []))
+    early, at_once = (one.step(before, scan(10.0, [[80.0, -40.0]], [time])) for time in (8.5, 9.0))
+    np.testing.assert_array_equal(one.estimate(early).cov, one.estimate(at_once).cov)
+
+
 def test_what_is_expected_of_a_return_is_of_its_own_time_or_of_the_scan_before():
     one = tracker()
     state = one.step(one.start(Gaussian(START[0][None], START[1][None]), 8.0), scan(9.0, [[40.0, -20.0]], [8.0]))
