@@ -100,8 +100,7 @@ class Memo:
     def constants(self, state: Space, sensor: Sensor, mean: Array) -> SensorConstants:
         """Return how `sensor` observes states like `mean` (*b, t, n)."""
         constants = self._constants.get(id(sensor))
-        # An id is given anew once its sensor is gone: the entry holds the sensor that it is of.
-        if constants is None or constants.sensor is not sensor:
+        if constants is None:  # an entry holds its sensor, so that the id is given to no other
             constants = SensorConstants.of(state, sensor, mean)
             keep(self._constants, id(sensor), constants)
         self.last = constants
