@@ -109,7 +109,10 @@ class Listening:
             self.ails[f"input {i}"] = f"!inputs[{i}]: {type(error).__name__}: {error}"
             LOG.exception("input failed", extra={"input": i})
         for name, memory in memories.items():
-            self._messages(i, feed, feed.format.end(memory), Arrival(b"", now(), name), log)
+            left = feed.format.end(memory)
+            if stop.is_set():  # the rest of a message that we did not wait for is no fault of it
+                left = evolve(left, refused=())
+            self._messages(i, feed, left, Arrival(b"", now(), name), log)
         with self.locks[i]:
             rest = list(self.groupers[i].rest())
         for formed in rest:

@@ -41,6 +41,7 @@ from vedette import ConfigError
 from vedette.streams import Arrival, now
 from vedette_live import log
 from vedette_live.config import load_service
+from vedette_live.inputs import files
 from vedette_live.keeping import TOGETHER
 from vedette_live.running import Running
 from vedette_live.window import Window
@@ -59,8 +60,8 @@ def test_a_file_through_a_service_gives_the_tracks_of_the_library_and_a_record_t
         "service": {"horizon": "5 s", "record": str(tmp_path / "record.jsonl")},
     }
     with served(config) as running:
-        wait_for(lambda: not running.stop.is_set() and running.counters.counts["scans_taken_total"] == 80)
-    counts = running.counters.counts
+        counts = running.counters.counts
+        wait_for(lambda: (counts["scans_taken_total"], counts["messages_total"]) == (80, 81))
     assert (counts["messages_total"], counts["messages_taken_total"], counts["messages_refused_total"]) == (81, 80, 1)
     tracker, state = vedette.build(TRACKER), undisturbed(lines())
     assert as_json(running.state) == as_json(state)
@@ -337,6 +338,25 @@ def test_a_stop_is_told_where_its_inputs_end_at_once(
     with caplog.at_level(logging.INFO, "vedette.live"):
         running.run()
     assert caplog.messages == ["serving", "stopping", "stopped"]
+
+
+def test_what_a_stop_cuts_is_no_faulty_message(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a file that is read in pieces a line was told to be cut short, and counted as refused."""
+    (tmp_path / "plots").write_bytes(b"".join(lines()))
+    monkeypatch.setattr(files, "PIECE", 1000)
+    read = {"input": {"kind": "file", "path": str(tmp_path / "plots")}, "format": {"kind": "json_lines"}}
+    running = Running(load_service({**TRACKER, "inputs": [read]}))
+    put = running.listening.put
+
+    def stopped(*given: Any) -> None:
+        put(*given)
+        running.stop.set()
+
+    monkeypatch.setattr(type(running.listening), "put", lambda self, *given: stopped(*given))
+    running.run()
+    counts = running.counters.counts
+    assert (counts["messages_total"], counts["messages_refused_total"]) == (counts["messages_taken_total"], 0)
+    assert 0 < counts["messages_taken_total"] < 80
 
 
 def test_a_service_that_is_asked_twice_to_stop_drops_what_waits(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -77,6 +77,8 @@ class FileInput(Input):
                         if _replaced(path, first, file.tell()):
                             break
                         stop.wait(self.every)
+                    else:
+                        return  # it may go on after what we read
                     yield Arrival(b"", now(), name, ended=True)
             except OSError as error:
                 if not self.follow:

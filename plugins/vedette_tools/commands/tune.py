@@ -34,6 +34,7 @@ def run(arguments: Namespace) -> int:
     with locked(folder, reads, ("tuned.toml", "tuned.txt", "tuned.json")):
         if arguments.detection:
             return _by_place(arguments, folder)
+        written = list[str]()
         tuned = tune(
             arguments.config,
             arguments.free,
@@ -45,8 +46,8 @@ def run(arguments: Namespace) -> int:
             workers=options.whole("--workers", arguments.workers, 1),
             out=folder,
             resume=arguments.resume,
+            write=lambda tuned: written.extend(_write(folder, tuned, look)),
         )
-        written = _write(folder, tuned, look)
         print(text(tuned))  # once all is written: the reader may have gone
         print(f"{folder}: {', '.join(written)}")
         if arguments.json:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -99,6 +99,7 @@ def tune(
     workers: int = 1,
     out: str | Path | None = None,
     resume: bool = False,
+    write: Callable[[Tuned], None] | None = None,
 ) -> Tuned:
     """Find the values of the `free` parameters that fit a config's recording best, and how well they are known.
 
@@ -106,7 +107,8 @@ def tune(
     is tuned on, the rest judges. `by` is "likelihood", of every scan before it is seen, or "consistency", of innovations,
     hits and false returns with what the tracker expects. `starts` searches begin at the config's values and at the best of
     points spread evenly. `workers` processes share the work, and change nothing in the result. With `out`, a folder,
-    evaluations are kept until the end and `resume` goes on with them. ConfigError reports all that is wrong.
+    evaluations are kept until the end, and until `write` has written the result, and `resume` goes on with them. ConfigError
+    reports all that is wrong.
     """
     given: Any = read_file(config) if isinstance(config, str | Path) else config
     experiment = load(given, overrides=overrides)
@@ -148,6 +150,8 @@ def tune(
         own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
         data.odd, thresholds if by == "likelihood" else "", errors_in_time(data, parameters, values),
     )  # fmt: skip
+    if write is not None:
+        write(result)
     kept.forget()
     return result
 

@@ -1,6 +1,7 @@
 """Tuning from end to end: the top found from afar, judged, written, resumed, and told."""
 
 import json
+import os
 from pathlib import Path
 
 import numpy as np
@@ -146,10 +147,15 @@ def test_the_command_resumes_and_gives_the_same(config, tmp_path, capsys, monkey
     assert "its data differs" in capsys.readouterr().err
     recording.write_bytes(before)
     count[0] = 30
+    with monkeypatch.context() as patch:  # the disk is full at the end: all that was asked was gone
+        patch.setattr(command, "write_texts", lambda *given: os.truncate(folder / "none", 0))
+        assert main([*call, "--resume"]) == 2
+    asked = count[0]
     assert main([*call, "--resume"]) == 0
     after = capsys.readouterr().out.splitlines()
     assert json.loads(after[-1]) == json.loads(whole[-1])
-    assert "29 kept from before" in "\n".join(after)
+    assert count[0] == asked > 30
+    assert f"{asked - 1} kept from before" in "\n".join(after)
     assert not (folder / EVALUATIONS).exists()
 
 
