@@ -97,3 +97,19 @@ def test_what_is_beyond_counts_where_it_is_likelier_than_a_miss_and_the_track_is
         assert it.step(doubted, Scan(0.0, "lidar", Detections.of(z))).weights[0, 1] == 0
         ended = evolve(it, gate=Gate(largest_distance=20.0))
         assert ended.step(state, Scan(0.0, "lidar", Detections.of(z))).weights[0, 1] == 0
+
+
+def test_what_counts_for_its_evidence_lies_within_reach():
+    """Of many tracks those returns alone are looked at that do: evidence lets one count that is farther off."""
+    it, state = tracker(), None
+    for scan in straight(1, 30):
+        state = it.step(it.start(seed=0) if state is None else state, scan)
+    places = it.estimate(state, 3.0).mean[0, :2] + np.outer(np.arange(40), [0.1, 0.0])
+    found = []
+    for evidence in (None, np.full(40, 9.0)):
+        detections = Detections(places, np.ones(40, dtype=bool), evidence)
+        expected = it.expect(state, Scan(3.0, "lidar", detections))
+        inside = np.isfinite(it.step(state, Scan(3.0, "lidar", detections)).gates.scores[0, 1:])
+        found.append(np.max(expected.innovation.distance[0, inside]))
+        assert expected.gate.threshold < found[-1] <= expected.reach[0, 0]
+    assert found[1] > found[0] + 10.0

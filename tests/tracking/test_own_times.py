@@ -237,6 +237,16 @@ def test_tracks_given_without_a_time_are_of_the_first_return_and_later_ones_of_t
     np.testing.assert_array_equal(one.estimate(early).mean, one.estimate(at_once).mean)
 
 
+def test_the_gate_is_as_large_as_at_the_time_when_it_is_largest():
+    """By its volume the density of unknown clutter is counted; a track is known worse the longer ago its last return is."""
+    one = tracker()
+    state = one.step(one.start(Gaussian(START[0][None], START[1][None]), 8.0), scan(9.0, [[40.0, -20.0]], [9.0]))
+    it = one.expect(state, scan(10.0, [[80.0, -40.0]] * 2, [9.1, 9.9]))
+    volumes = [it.at(i).returns_of(it.at(i).tracks)[1] for i in range(2)]
+    ends = [0.5 * np.linalg.slogdet(S)[1][0] for S in (*volumes, it.returns_of(it.tracks)[1])]
+    assert it.innovation.log_volume[0].max() == pytest.approx(max(ends))
+
+
 @pytest.mark.parametrize("times", [[9.5, 9.2], [9.2, 9.5]])
 def test_a_track_begins_at_the_return_that_none_claims_whichever_came_first(times):
     one = tracker("jpda", birth={"kind": "from_returns", "spread": SPREAD}, lifecycle={"kind": "existence"})
