@@ -64,12 +64,9 @@ def unbroken(chain: Chain, width: float) -> list[Chain]:
 
 def spacing(spots: Sequence[Array]) -> float:
     """Return half the usual distance between neighbouring returns of a scan, in m; inf where scans have one."""
-    nearest = []
-    for places in spots:
-        if len(places) > 1:
-            apart = np.linalg.norm(places[:, None] - places[None], axis=-1)
-            np.fill_diagonal(apart, np.inf)
-            nearest.append(apart.min(axis=1))
+    from scipy.spatial import KDTree
+
+    nearest = [np.asarray(KDTree(places).query(places, 2)[0])[:, 1] for places in spots if len(places) > 1]
     if not nearest or sum(map(len, nearest)) < len(spots):
         return float("inf")
     return 0.5 * float(np.median(np.concatenate(nearest)))
