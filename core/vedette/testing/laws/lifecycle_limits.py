@@ -7,6 +7,7 @@ taken at their word.
 from __future__ import annotations
 
 from contextlib import suppress
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -57,37 +58,35 @@ def next_to_no_hit_is_none(lifecycle: Lifecycle, drawn: Lives) -> None:
 
 
 def waiting_in_parts_is_waiting(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """While nothing can be detected, it does not matter how many scans say so, but how long it lasts."""
-    found, _, _ = after(lifecycle, [scan(0.1, 1.0, 0.9)] * 20)
-    for wait in (2.0, 10.0, 40.0, 200.0, 1000.0, 5000.0):
+    """While nothing can be detected, it does not matter how many scans say so, but how long it lasts; of new tracks, too."""
+    for hits, wait in product((0, 1, 20), (2.0, 10.0, 40.0, 200.0, 1000.0, 5000.0)):
+        found, _, _ = after(lifecycle, [scan(0.1, 1.0, 0.9)] * hits)
         ends = []
         for parts in (1, 64):
-            existence: Array = ONES
-            memory, lived = found, np.ones(2, dtype=bool)
+            one, memory, lived = scan(wait / parts, 0.0, 0.0), found, ONES > 0
             for _ in range(parts):
-                existence = lifecycle.predict(existence, wait / parts)
-                memory, _, alive = judged(lifecycle, memory, evolve(scan(wait / parts, 0.0, 0.0), existence=existence))
+                one = evolve(one, existence=lifecycle.predict(one.existence, one.dt))
+                memory, _, alive = judged(lifecycle, memory, one)
                 lived = lived & alive
             ends.append(lived)
-        told = f"after {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64"
-        demand(np.all(ends[0] == ends[1]), f"review: {told}")
+        told = f"{hits} hits and {wait:g} s without a look a track lives on: {ends[0][0]} by one scan, {ends[1][0]} by 64"
+        demand(np.all(ends[0] == ends[1]), f"review: after {told}")
 
 
 def a_look_at_nothing_keeps_the_verdict(lifecycle: Lifecycle, drawn: Lives) -> None:
-    """Scans of no time that could not detect a track end none, and leave one confirmed that was by 3 hits and had 30."""
-    demand(after(lifecycle, [scan(0.0, 0.0, 0.0)])[2].all(), "review: a scan that could not detect a new track ended it")
-    memory, soon, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 3)
-    memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * 27, memory)
-    _, still, left = after(lifecycle, [scan(0.0, 0.0, 0.0)] * 30, memory)
-    demand(np.all((still & left) | ~(soon & confirmed & alive)), "confirmed: a track that none could detect is no longer")
+    """Scans of no time that could not detect a track end none, new or old, and leave confirmed what 3 hits and 30 did."""
+    stayed = ONES > 0
+    for hits in (0, 1, 3, 30):
+        memory, confirmed, alive = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * hits)
+        _, still, left = after(lifecycle, [scan(0.0, 0.0, 0.0)] * 30, memory)
+        demand(np.all(left | ~alive), f"review: 30 scans that could not detect it ended a track of {hits} hits")
+        stayed = stayed & (confirmed | (hits < 3))
+    demand(np.all(still | ~(stayed & alive)), "confirmed: a track that none could detect is no longer")
 
 
 def memory_does_not_grow(lifecycle: Lifecycle, drawn: Lives) -> None:
     """What is kept of a track does not grow with the scans."""
-    sizes = []
-    for scans in (3, 12):
-        memory, _, _ = after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * scans)
-        sizes.append(pytrees.size(memory))
+    sizes = [pytrees.size(after(lifecycle, [scan(drawn.dt, 1.0, 0.9)] * scans)[0]) for scans in (3, 12)]
     demand(sizes[0] == sizes[1], f"memory: holds {sizes[0]} numbers after 3 scans and {sizes[1]} after 12")
 
 
