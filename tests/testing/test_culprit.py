@@ -3,9 +3,11 @@
 import re
 
 import pytest
+from attrs import evolve
 
 import vedette
 from vedette.testing import consistency
+from vedette_standard import Displaced
 
 START = {"x": [1000, 20], "y": [0, 20], "vx": [12, 2], "vy": [0, 2]}
 
@@ -99,9 +101,25 @@ def test_detection_and_clutter_are_counted(wrong, right, name, words):
 
 
 def test_a_station_at_the_wrong_place_is_a_bias():
-    report = judged({"bearing": 1.0, "offset": 50.0}, {"bearing": 1.0})
-    assert report.cause.startswith("a bias, innovations of radar are ")
-    assert "deviations off along range" in report.cause
+    cause = judged({"bearing": 1.0, "offset": 50.0}, {"bearing": 1.0}).cause
+    assert re.match(r"a bias: returns of radar lie \+(49|5[01])(\.\d+)? m \+- [.\d]+ m off along range", cause)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        ({"add": {"x": 3.0}}, r"a bias: returns of radar lie \+(2.9|3|3.0)\d? m \+- \S+ m off along x: "),
+        ({"lag": 0.5}, r"wrong times: returns of radar lie where targets were 0.(49?|5) \+- \S+ s earlier: "),
+        ({"add": {"x": 3.0}, "lag": 0.5}, "a bias and wrong times: .* off along x, and where targets were 0.(49?|5) "),
+    ],
+)
+@pytest.mark.costly
+def test_a_bias_and_late_times_are_named_and_told_apart(wrong, words):
+    """Targets go to all sides, so that late times are no mean error."""
+    right = tracker()
+    right = evolve(right, birth=evolve(right.birth, start=START | {"vx": [0, 12], "vy": [0, 12]}))
+    world = evolve(right, sensors={"radar": Displaced(right.sensors["radar"], **wrong)})
+    assert re.match(words, consistency(right, world=world).cause)
 
 
 def test_a_right_tracker_has_no_culprit():

@@ -14,7 +14,7 @@ from vedette_files.writing import check_folder, locked, whole_file
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
-from vedette_report.recorded import Recorded, pooled, recorded, table
+from vedette_report.recorded import Recorded, beside_truth, pooled, recorded, table
 from vedette_report.warnings.late import late
 from vedette_report.warnings.turned import turned
 from vedette_report.warnings.words import held, left_out
@@ -31,10 +31,13 @@ def run(arguments: Namespace) -> int:
     with locked(folder, reads, ("consistency.txt", "consistency.json")):
         with on_terminal() as progress:
             result = experiment.run(progress=progress, keep_states=True)
-        told = recorded(experiment, result)
+        errors = in_tracks(experiment.tracker, result.scans, result.states)
+        told = recorded(experiment, result, errors)
         objects = pooled(told, experiment.tracker.gate.probability)
         tracker = experiment.tracker
         around = list(turned(tracker, result.scans, result.recording.truth))
+        apart = [one.sensor for one in around]
+        off = list(beside_truth(tracker, result.scans, result.tracks, told, result.recording.truth, apart))
         odd = [
             f"LOOKS WRONG: {said}"
             for said in (
@@ -42,10 +45,10 @@ def run(arguments: Namespace) -> int:
                 *left_out(result.intake, result.recording),
                 *held(tracker),
                 *around,
-                *late(tracker, result.scans, result.tracks, [one.sensor for one in around]),
+                *off,
+                *late(tracker, result.scans, result.tracks, [*apart, *(one.sensor for one in off)]),
             )
         ]
-        errors = in_tracks(experiment.tracker, result.scans, result.states)
         lines = [*table(told), *(one.text for one in objects if one.text)]
         lines += (
             [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {line}" for one in errors for line in one.text.splitlines())] if errors else []
@@ -57,6 +60,7 @@ def run(arguments: Namespace) -> int:
             "tracks": [one.data() for one in told],
             "objects": [one.data() for one in objects],
             "errors": [one.data() for one in errors],
+            "beside_truth": [one.data() for one in off],
         }
         written = [] if folder is None else _write(folder, experiment.title, told, text, figures, pictures)
         print(text)  # once all is written: the reader may have gone

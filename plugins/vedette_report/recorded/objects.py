@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 
 import numpy as np
 from attrs import frozen
@@ -45,5 +48,6 @@ def pooled(told: Sequence[Recorded], p_gate: float) -> tuple[Pooled, ...]:
             nis, hit, axes = (np.concatenate([getattr(one, name) for one in seen]) for name in ("nis", "hit", "axes"))
             anees = float(np.mean(np.concatenate([one.nees for one in tracks if one.nees is not None])))
             mean = float(pooled_nis(nis, hit, axes, p_gate)) if np.any(hit > 0) else None
-            objects.append(Pooled(target, sum(one.scans for one in tracks), anees, mean))
+            times = reduce(or_, (Counter(one.times.tolist()) for one in tracks))  # of a scan that two followed, one
+            objects.append(Pooled(target, times.total(), anees, mean))
     return tuple(objects)

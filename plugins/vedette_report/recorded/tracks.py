@@ -19,7 +19,7 @@ from vedette.space import Array, Mask, Space
 from vedette.tracking import Tracker
 from vedette.types import Track, Trajectory
 from vedette.units import say
-from vedette_report.columns import aligned
+from vedette_report.detector_errors.in_tracks import Told, in_tracks
 from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault
 from vedette_report.recorded import detected
@@ -28,41 +28,11 @@ from vedette_report.recorded.pairing import Followed, followed
 from vedette_report.recorded.pooled import pooled_nis
 from vedette_report.recorded.used import Entry, Innovations, entries_of, gathered
 
-TITLES = ("object", "track", "scans", "ANEES", "NIS", "correlation", "detected", "noncr. [dB]", "incl. [dB]", "lost at")
-HEAD = "ANEES, NIS and detections over what is stated: 1 is right; correlation of innovations and inclination: 0"
-FEW, UNEVEN = 5, 2.0
-"""Of twice so many scans the first is told from later ones; and axes are not wrong alike where they differ so: by hand."""
+FEW = 5
+"""Of twice so many scans the first is told from later ones: by hand."""
 
 LARGE = 1.1
 """Before detections tell of P_D, innovations so large tell of Q and R: by hand."""
-
-
-def table(told: Sequence[Recorded]) -> list[str]:
-    """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
-    lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
-    every = detected.otherwise([one.innovations for one in told]) if len(told) > 1 else {}
-    lines += [f"{name}, over all tracks: {detected.words(times)}" for name, times in every.items()]
-    mixed = detected.mixed([one.detections for one in told])
-    lines += [f"{name}: {said}" for name, said in mixed.items()]
-    hinted = [one for one in told if one.hint and not one.as_all(every, mixed)]
-    lines += [f"{one.truth or 'track'} ({one.track}): {one.hint}" for one in hinted]
-    return lines + _uneven([one.innovations for one in told])
-
-
-def _uneven(told: Sequence[Innovations]) -> list[str]:
-    """Return a line if squared innovations are not alike, over what is stated, along all axes of all sensors."""
-    sizes: dict[tuple[str, str], Array] = {}
-    for one in told:
-        for key, size in one.sizes.items():
-            sizes[key] = sizes.get(key, np.zeros(2)) + size
-    ratios = {key: float(total / count) for key, (total, count) in sizes.items() if count}
-    bands = {key: chi_square_band(float(sizes[key][1]), 1e-3) for key in ratios}
-    right = all(low < ratios[key] < high for key, (low, high) in bands.items())
-    if right or max(ratios.values()) < UNEVEN * min(ratios.values()):
-        return []
-    listed = ", ".join(f"{sensor} {axis} {ratio:.2g}" for (sensor, axis), ratio in ratios.items())
-    said = f"squared innovations over what is stated are not off alike: {listed}"
-    return [f"{said}: likely R of one of them, or Q, which shows most where R is small"]
 
 
 @frozen(eq=False)
@@ -73,7 +43,7 @@ class Recorded:
     sensors' own noise, None if no two successive scans have a return; `hits` is how often it was detected over what its
     sensors declare; `credibility` in dB, from the scans of this one run. `nees` (s,) at `times` (s,), 1
     expected, is the mean of `axes` squares. `target` is the object that it followed, with its
-    other tracks.
+    other tracks. `lasting`: its sensors whose errors go on from return to return.
     """
 
     truth: str | None
@@ -89,6 +59,7 @@ class Recorded:
     axes: int
     innovations: Innovations = field(repr=False)
     target: Followed | None = field(default=None, repr=False)
+    lasting: tuple[str, ...] = ()
 
     @property
     def lost(self) -> float | None:
@@ -124,9 +95,16 @@ class Recorded:
         dof = float(np.sum(seen.hit * seen.axes))
         told = self.whiteness is not None and self.nis is not None
         fault = at_fault(self.nis or 1.0, self.whiteness or 0.0, dof, float(seen.pairs[0])) if told else ""
+        fault = self.goes_on or fault if fault else ""
         if fault and (self.nis or 1.0) > LARGE:
             return fault  # its gate may be what shuts returns out
         return self._seldom_or_often() or fault or self._too_sure_at_first()
+
+    @property
+    def goes_on(self) -> str:
+        """Why innovations tell nothing of Q and R: errors that go on do as an R that is too large; "" if they do not."""
+        told = f"errors of {' and '.join(self.lasting)} are correlated in time, as is said below"
+        return f"{told}: the size and correlation of innovations tell nothing of Q and R" if self.lasting else ""
 
     def _too_sure_at_first(self) -> str:
         """Return that only its first error is larger than is stated; "" if it is not, or later ones are, too."""
@@ -158,7 +136,7 @@ class Recorded:
 
     @property
     def row(self) -> tuple[str, ...]:
-        """Its figures for a table whose head is `TITLES`."""
+        """Its figures for a table."""
         index = None if self.credibility is None else self.credibility.index
         inclination = None if self.credibility is None else self.credibility.inclination
         lost = "-" if self.lost is None else say(self.lost, "s")
@@ -189,11 +167,12 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
     Of an object that no track covered, as the judge pairs them, the track that is nearest on average. InputError if no
     track can be compared: too few scans, or cameras alone, which give no returns.
     """
-    return recorded(experiment, experiment.run(progress=progress, keep_states=True))
+    result = experiment.run(progress=progress, keep_states=True)
+    return recorded(experiment, result, in_tracks(experiment.tracker, result.scans, result.states))
 
 
-def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
-    """Report the tracks of a run that has kept its states, as `recorded_consistency` does."""
+def recorded(experiment: Experiment, result: Result, errors: Sequence[Told]) -> tuple[Recorded, ...]:
+    """Report the tracks of a run that has kept its states, as `recorded_consistency` does; errors: as `in_tracks` tells."""
     tracker, entries = experiment.tracker, entries_of(experiment.tracker, result)
     known = {track.id: track for track in result.tracks if track.id in entries}
     records: list[Recorded | None] = []
@@ -210,7 +189,12 @@ def recorded(experiment: Experiment, result: Result) -> tuple[Recorded, ...]:
                 records.append(_told(tracker, known[best], gathered(tracker, entries[best]), path))
     if not result.recording.truth:
         records = [_told(tracker, track, gathered(tracker, entries[track.id])) for track in known.values()]
-    told = tuple(one for one in records if one is not None)
+    lasting = dict.fromkeys(one.sensor for one in errors if one.compared.wins)
+    told = tuple(
+        evolve(one, lasting=tuple(name for name in lasting if name in one.innovations.sensors))
+        for one in records
+        if one is not None
+    )
     if not told and 0 < result.intake.frames == result.intake.scans:
         raise InputError(
             "source: gives frames of a camera alone, and no returns to judge by; `vedette run` tells NIS and NEES"

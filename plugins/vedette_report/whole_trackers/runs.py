@@ -35,6 +35,7 @@ class Looks:
     (r, s, m) is the innovation that the tracker used: that of all returns, weighted. `declared` (r, s) is the detection
     probability that the tracker states; of `candidates` (r, s) for false returns `false` (r, s) became one, and `expected`
     (r, s) should have by the density that the tracker states. `distance` (r, s) is how far the target is expected to be.
+    `apart` (r, s, m) is the target's return less what the tracker's sensor measures of the truth, which is `real` (r, s, m).
     """
 
     residual: Array
@@ -46,6 +47,8 @@ class Looks:
     candidates: Array
     expected: Array
     distance: Array
+    apart: Array
+    real: Array
 
     def of(self, runs: Any) -> Looks:
         """Return the looks of some runs."""
@@ -176,7 +179,9 @@ def play(
             pooled = np.sum(state.weights[:, 0, 1:, None] * apart, axis=-2)
             declared = np.broadcast_to(sensor.detects(x), (runs,))
             far = distances(sensor, _looked_at(tracker, sensor, moments.mean[:, 0]))
-            looks[name].append((residual, S, seen, pooled, declared, *counts, far))
+            there = sensor.measure(x)
+            apart = sensor.measurement.difference(z, there)
+            looks[name].append((residual, S, seen, pooled, declared, *counts, far, apart, there))
         estimate = tracker.estimate(state)
         means.append(estimate.mean[:, 0])
         covs.append(estimate.cov[:, 0])

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,10 +10,10 @@ from attrs import evolve
 
 from vedette.cli import main
 from vedette.config import load
-from vedette.types import Recording
+from vedette.types import Detections, Recording
 from vedette_files import write_recording
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH
-from vedette_report.recorded import recorded_consistency, table
+from vedette_report.recorded import pooled, recorded_consistency, table
 
 SCENE = """
 title = "One boat"
@@ -295,11 +296,23 @@ def test_tracks_that_lost_their_target_are_told_too(losing, capsys):
     assert [one["lost_at_s"] for one in found["tracks"]] == [*ferry["lost_at_s"], None]
     assert all(120 <= time <= 220 for time in ferry["lost_at_s"])
     assert ferry["anees"] > 5
-    assert ferry["scans"] == sum(one["scans"] for one in found["tracks"])
+    assert ferry["scans"] <= sum(one["scans"] for one in found["tracks"])
     count, first = len(ferry["tracks"]), ferry["lost_at_s"][0]
     assert any(
         one.startswith(f"ferry: {count} tracks one after the other: the target was lost at {first:g} s") for one in out
     )
+
+
+def test_a_scan_that_two_tracks_followed_counts_once():
+    """The one had not ended yet when the other began; of two sensors scans may have one time."""
+    target = SimpleNamespace(hint="")
+    used = SimpleNamespace(nis=np.ones(3), hit=np.ones(3), axes=np.full(3, 2))
+    told = [
+        SimpleNamespace(target=target, innovations=used, nees=np.ones(3), scans=3, times=np.array(times))
+        for times in ([0.0, 1.0, 1.0], [1.0, 1.0, 2.0])
+    ]
+    (one,) = pooled(told, 1.0)
+    assert one.scans == 4
 
 
 def test_a_target_lost_for_good_is_told(losing, capsys):
@@ -403,3 +416,26 @@ def test_a_nis_near_one_is_said_not_to_show_that_r_is_right(alike, sigma, accel,
     assert abs(np.mean([one["nis"] for one in tracks]) - 1) < 0.15
     assert abs(np.mean([one["whiteness"] for one in tracks])) < 0.15
     assert all(one["deviation" if alike else "white_deviation"] == pytest.approx(0.15, rel=0.15) for one in errors)
+
+
+@pytest.mark.costly
+def test_errors_that_go_on_are_not_called_a_wrong_r(scene, tmp_path, capsys):
+    """R is that of the errors; as they go on, innovations are correlated and small, as with an R that is too large."""
+    experiment = load(scene)
+    recording = experiment.run().recording
+    rng, before, scans = np.random.default_rng(2), np.zeros(2), []
+    for scan in recording.scans:
+        before = 0.6 * before + 0.8 * rng.normal(0, 10.0, 2)
+        at = recording.truth[0].at(scan.time)
+        scans.append(evolve(scan, detections=Detections.of((at[:2] + before)[None])))
+    path = tmp_path / "on.jsonl"
+    write_recording(path, Recording(tuple(scans)), {"radar": experiment.tracker.sensors["radar"].measurement})
+    settings = ["source.kind=jsonl", f"source.path={path}", "estimator.motion.sigma_accel=1.0"]
+    assert main(["consistency", str(scene), *(part for one in settings for part in ("--set", one)), "--json"]) == 0
+    *lines, figures = capsys.readouterr().out.splitlines()
+    (track,) = json.loads(figures)["tracks"]
+    assert track["whiteness"] > 0.2
+    assert not any("R is too" in line or "R too" in line for line in lines)
+    assert lines.count(track["hint"]) == 1
+    assert "radar" in track["hint"]
+    assert "correlated in time" in track["hint"]

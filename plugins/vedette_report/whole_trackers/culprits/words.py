@@ -9,6 +9,7 @@ from vedette.errors import VedetteError
 from vedette.space import Array
 from vedette.tracking import Tracker
 from vedette.types import Gaussian
+from vedette_report.detector_errors.off_truth import Returns, beside
 from vedette_report.whole_trackers.covariances import modes_verdict
 from vedette_report.whole_trackers.culprits.moments import count
 from vedette_report.whole_trackers.culprits.search import Culprits, culprits
@@ -37,6 +38,8 @@ def likely_cause(
     times = np.concatenate([[0.0], played.times])
     if usual is not None and _by_transition(played, tracker, world, prior, times, runs, seed, usual):
         return "the chain by which the modes switch: with the world's own the mode probabilities are right"
+    if off := _off_truth(played):
+        return off
     if "bias" in wrong:
         return f"a bias{_shift(played)}: `move`, `measure` or the start, before Q and R"
     try:
@@ -56,6 +59,26 @@ def likely_cause(
     said = {knob.name for knob in found.knobs}
     rest = [knob.name for knob in knobs_of(world) if knob.name not in said and len(knob.axes) < 2 and knob.sensor != "start"]
     return ", ".join(parts) + (f"; not {', '.join(rest)}" if rest else "")
+
+
+def _off_truth(played: Runs) -> str:
+    """Say of which sensors returns lie beside the truth or are late; "" if none do. Runs are independent, scans are not."""
+    told, axes = [], played.tracker.state
+    truth = axes.displace(played.mean, played.error)
+    for name, looks in played.looks.items():
+        sensor = played.tracker.sensors[name]
+        rates = np.empty(looks.real.shape)
+        for k in range(len(played.times)):
+            before, after = max(k - 1, 0), min(k + 1, len(played.times) - 1)
+            step = played.times[after] - played.times[before]
+            rates[:, k] = sensor.measurement.difference(looks.real[:, after], looks.real[:, before]) / step
+        R = sensor.noise(truth[..., axes.locate(sensor.observes)])
+        noise = np.broadcast_to(R, (*looks.seen.shape, *R.shape[-2:]))[looks.seen]
+        seen = Returns(looks.apart[looks.seen], rates[looks.seen], noise, np.nonzero(looks.seen)[0])
+        if found := beside(name, sensor.measurement, seen):
+            kinds = ["a bias"] * bool(np.isfinite(found.bias).any()) + ["wrong times"] * bool(np.isfinite(found.lag))
+            told.append(f"{(' or ' if found.either else ' and ').join(kinds)}: returns of {name} lie {found.said}")
+    return "; ".join(told) + ": mend `measure` or times before Q and R" * bool(told)
 
 
 def _not_white(found: Culprits, tracker: Tracker) -> str:
