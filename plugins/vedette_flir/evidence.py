@@ -31,6 +31,9 @@ CUT = 7.0
 COMMON = 8.0
 """Contrast over the spread around that may be asked of a target in another scene, at most."""
 
+DIM = 4.0
+"""Contrast over the spread around below which a box that was marked may not show its target. By hand."""
+
 UNLIKE = 0.05
 """Mean of 1 less the likeness of a target in a frame to what it was."""
 

@@ -254,7 +254,7 @@ def test_evidence_rises_with_each_of_its_parts():
 
 
 def test_ratios_are_those_of_the_page():
-    """The equations of docs/measured/flir.md, written again."""
+    """The equations of docs/measured/flir-evidence.md, written again."""
     for m, usual, c, f, d, e, a, z in np.random.default_rng(5).uniform(0.0, 1.0, (200, 8)):
         m, c, d, a, z = 1.4 * m - 0.2, 3.0 * c, 20.0 * d, 0.25 + 2.0 * a, 0.3 + 2.0 * z
         held = min(10.2 * f + 2.5 * m - 7.2, 20.0 * max(m, 0.0) + c - 2.0)

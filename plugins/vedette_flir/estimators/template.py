@@ -14,26 +14,26 @@ from vedette_flir.estimators.earlier import SURELY, Elsewhere, kept_frame, nothi
 from vedette_flir.estimators.growth import resized
 from vedette_flir.estimators.hints import forgotten, found_elsewhere
 from vedette_flir.estimators.judged import LIKELY, Judged, in_negative, judged, likelier_of
+from vedette_flir.estimators.leaving import Left, leaving, marked, nothing_leaves, watched
 from vedette_flir.estimators.matches import MOST, Match, match_ratio
 from vedette_flir.estimators.seen_before import nothing_seen, unremembered
 from vedette_flir.estimators.surroundings import BESIDE
-from vedette_flir.estimators.template_appearance import TemplateAppearance
+from vedette_flir.estimators.template_appearance import TemplateAppearance, with_scene
 from vedette_flir.estimators.template_search import NEAR, Look, Matcher
 from vedette_flir.estimators.unmarked import unmarked
-from vedette_flir.evidence import COMMON, LOST, learned, presence_ratio
+from vedette_flir.evidence import DIM, LOST, learned, log_odds, presence_ratio
 from vedette_flir.initial_box import target_in
 from vedette_flir.newcomers import SURE, leaps
 from vedette_flir.patches import centroid, contrast, kept, sample
-from vedette_flir.scene_changes import BLOCKS, FADING, change, is_cut, is_wide, outline
+from vedette_flir.scene_changes import BLOCKS, outline
 from vedette_flir.sizes import DOUBT, FOLLOWS
 
 LATEST = 0.3
 """Part of how a target looked of late that each frame renews. By hand: from .15 to .6 as many turning targets are held."""
 
-DIM, SEEN = 4.0, 12.0
-"""Contrast over the spread around below which a first frame may not show its target, and from which on what appears in its
-box soon after is the target. By hand, on starts in `ir_clips` and the odd clips: what stood in a box from the first frame on
-grew clearer by 1.8 at most; by 6 a wisp of cloud is taken for a bird.
+SEEN = 12.0
+"""Contrast over the spread around from which on what appears soon in a box that showed nothing is the target. By hand, on
+`ir_clips` and the odd clips: what stood in a box grew clearer by 1.8 at most; by 6 a wisp of cloud is taken for a bird.
 """
 
 SLOWER, SLOWEST = 0.2, 0.05
@@ -136,7 +136,7 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = np.zeros((*tracks, BESIDE.cells, BESIDE.cells))
         return TemplateAppearance(
             *(none, patch, patch, patch, none + 1.0, pair, pair + 1.0, none, none, scene, none, beside, pair, none, none),
-            *(pair + np.nan, pair, beside, none, *nothing_seen(tracks), *nothing_kept(tracks)),
+            *(pair + np.nan, pair, beside, none, *nothing_seen(tracks), *nothing_kept(tracks), *nothing_leaves(tracks)),
         )
 
     def first(self, pixels: Array, where: Array, box: Array) -> Match[TemplateAppearance]:
@@ -154,7 +154,8 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         beside = BESIDE.around(pixels, middle, found.size) if self.moves else nothing
         seen = (outline(pixels), np.asarray(np.inf), beside, middle, none, none)
         hint = np.full(2, np.nan), np.zeros(2), nothing, none
-        made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()), *nothing_kept(()))
+        there = nothing_leaves(()) if self.moves else marked(pixels, middle, box)
+        made = TemplateAppearance(*values, *seen, *hint, *nothing_seen(()), *nothing_kept(()), *there)
         look = by.look(pixels, middle, NEAR, made)
         made = kept_frame(pixels, evolve(made, usual=np.asarray(max(look.clear, 1.0))), middle, held=True)
         if not self.centred:
@@ -179,11 +180,15 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
             return seen
         by, box_at, where = self._matcher.widened(), where, where + appearance.offset
         young = bool(np.isinf(appearance.recent))  # seen once, so its speed is not known
-        appearance, cut = self._with_scene(appearance, pixels)
+        appearance, cut = with_scene(appearance, pixels, self.cut)
         hidden, there = appearance, Elsewhere(appearance, pixels, where)
         step = by.grid(appearance.size)[0]
         near = int(np.clip(np.ceil((3.5 * np.sqrt(np.max(np.diagonal(S))) + 2.0) / step), NEAR, self.search))
         it = self._expected(by, near, S, existence, past[1], there)
+        known, left = leaving(it.appearance, pixels, it.look.place, box_at, box)
+        it = evolve(it, appearance=known)
+        if left is not None:
+            return self._left(pixels, where, left, box, existence, known)
         ratio, told = unmarked(by, pixels, it, existence, past) if self.moves else (it.ratio, None)
         here, best, appearance, anew = it.look, it.look, it.appearance, False
         new = self.moves and not np.isfinite(past[1]).all()
@@ -218,11 +223,22 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         """Return the target as this frame is the first to show it in its box; None where one before did, or none does."""
         if self.moves or appearance.usual >= DIM or np.isfinite(past[1]).all() or appearance.least == 0:
             return None
-        seen = self.first(pixels, where, box)
-        made = seen.appearance
-        if made.usual < SEEN:
-            return None
-        return evolve(seen, residual=seen.residual + made.offset, appearance=evolve(made, offset=np.zeros(2)))
+        seen = self._marked(pixels, where, where, box)
+        return None if seen.appearance.usual < SEEN else seen
+
+    def _left(
+        self, pixels: Array, where: Array, left: Left, box: Array, existence: float, known: TemplateAppearance
+    ) -> Match[TemplateAppearance]:
+        """Return what left the box that was marked, as if it were marked now."""
+        seen = self._marked(pixels, where, left.place, box)
+        presence = log_odds(SURE) - (log_odds(existence) if left.now else 0.0)
+        return evolve(seen, elsewhere=left.now, presence=presence, appearance=watched(seen.appearance, known))
+
+    def _marked(self, pixels: Array, where: Array, place: Array, box: Array) -> Match[TemplateAppearance]:
+        """Return a target, expected at `where`, as if it were marked in this frame: in its box around a place."""
+        seen = self.first(pixels, place, box)
+        residual = place - where + seen.residual + seen.appearance.offset
+        return evolve(seen, residual=residual, appearance=evolve(seen.appearance, offset=np.zeros(2)))
 
     def _expected(self, by: Matcher, near: int, S: Array, existence: float, past: Array, there: Elsewhere) -> Judged:
         """Judge the best place within so many cells of where the target is expected: as it is known, or in the negative."""
@@ -278,16 +294,6 @@ class TemplateFilter(AppearanceFilter[TemplateAppearance]):
         known = belief.appearance.known[..., None] > 0
         cov[..., sides, sides] = np.where(known, (DOUBT * mean[..., sides]) ** 2, cov[..., sides, sides])
         return Gaussian(mean, cov)
-
-    def _with_scene(self, appearance: TemplateAppearance, pixels: Array) -> tuple[TemplateAppearance, bool]:
-        """Return the appearance with the outline of this frame, and whether that shows another scene."""
-        scene, recent = outline(pixels), float(appearance.recent)
-        changed = change(appearance.scene, scene)
-        cut = is_cut(appearance.scene, changed, recent, self.cut) and is_wide(appearance.scene, scene, changed)
-        recent = changed if recent == np.inf else max(changed, FADING * recent)
-        usual = np.minimum(appearance.usual, COMMON) if cut else appearance.usual
-        earlier_at = np.where(cut, np.nan, appearance.earlier_at)
-        return evolve(appearance, scene=scene, recent=np.asarray(recent), usual=usual, earlier_at=earlier_at), cut
 
     def _usual(self, usual: Array, now: float, share: float, slower: float = SLOWER) -> Array:
         """Return what is usual after a frame: it rises by `brighten` of the way, and falls more slowly."""

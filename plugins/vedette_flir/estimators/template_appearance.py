@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import Array
 from vedette_flir.estimators.matches import Appearance
+from vedette_flir.evidence import COMMON
+from vedette_flir.scene_changes import FADING, change, is_cut, is_wide, outline
 
 
 @frozen(eq=False)
@@ -31,6 +33,8 @@ class TemplateAppearance(Appearance):
     least                 ()      its least likeness since it moved, 0 where it was found elsewhere
     negative              ()      the probability that the last frame showed it in the negative
     earlier, earlier_at   (2, 160, 160), (2, 3)  earlier frames, coarser; where it was in them, and how many frames ago
+    marked, marked_at     (48, 48), (2,)  what was around it where it was marked, and where that is in the last frame
+    since, things         (), (3, 7)  for how many frames it stands there, infinite once it left, NaN if it went; what is new
     """
 
     patch: Array
@@ -64,6 +68,10 @@ class TemplateAppearance(Appearance):
     negative: Array
     earlier: Array
     earlier_at: Array
+    marked: Array
+    marked_at: Array
+    since: Array
+    things: Array
 
     @property
     def patches(self) -> Array:
@@ -74,3 +82,16 @@ class TemplateAppearance(Appearance):
     def grown(self) -> Array:
         """Return its size (*b, t, 2) as it has grown since it was found, in px."""
         return self.size * np.exp(self.growth - self.scale)[..., None]
+
+
+def with_scene(appearance: TemplateAppearance, pixels: Array, part: float) -> tuple[TemplateAppearance, bool]:
+    """Return the appearance with the outline of this frame, and whether that shows another scene: a change over so great a
+    `part` of its spread.
+    """
+    scene, recent = outline(pixels), float(appearance.recent)
+    changed = change(appearance.scene, scene)
+    cut = is_cut(appearance.scene, changed, recent, part) and is_wide(appearance.scene, scene, changed)
+    recent = changed if recent == np.inf else max(changed, FADING * recent)
+    usual = np.minimum(appearance.usual, COMMON) if cut else appearance.usual
+    earlier_at = np.where(cut, np.nan, appearance.earlier_at)
+    return evolve(appearance, scene=scene, recent=np.asarray(recent), usual=usual, earlier_at=earlier_at), cut
