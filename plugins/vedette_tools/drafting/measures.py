@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
+from attrs import evolve
 
 from vedette.space import Array
 from vedette_files.tables.numbers import is_number
 from vedette_tools.drafting.several import GEODETIC
-from vedette_tools.drafting.titles import Meaning, meaning
+from vedette_tools.drafting.titles import GRAD, OF_360, Meaning, meaning, words_of
 
 MANY = 20
 """So many times of which none ends in 60 to 99 are times of day without their colons; so many that are equal are none."""
@@ -45,6 +46,7 @@ FAR_OFF = 50.0
 SEVERAL = 5
 """So many altitudes that are whole steps are so by no chance: of whole numbers one in ten million."""
 
+GON = "0.9 deg"
 ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 
 
@@ -52,6 +54,9 @@ def add_unit(
     place: str, axis: str, given: Meaning, columns: Mapping[str, list[str]], units: dict[str, str], guessed: dict[str, str]
 ) -> None:
     """Add a column's unit unless it is the usual one, and what says that it had to be guessed."""
+    if given.unit == GRAD:
+        unit, told = _of_grad(numbers(columns[given.title]), columns)
+        given, guessed[given.title] = evolve(given, unit=unit), f"is in {'gon' if unit == GON else unit}: {told}"
     if axis in GEODETIC:
         if given.unit not in ("", "deg"):
             units[place] = given.unit
@@ -75,6 +80,23 @@ def add_unit(
         guessed[given.title] = f"is in {usual}{_unknown(given)}"
     if unit and unit != usual:
         units[place] = unit
+
+
+def _of_grad(angles: Array, titles: Iterable[str]) -> tuple[str, str]:
+    """Return the unit of angles of which a title says that they are in Grad, and why."""
+    first = -180.0 if np.any(angles < 0) else 0.0
+    least, most = float(np.min(angles, initial=0.0)), float(np.max(angles, initial=0.0))
+    if first - 20 <= least < first or first + 360 < most <= first + 400:
+        return GON, f"they go from {least:.4g} to {most:.4g}"
+    words = {word for title in titles for word in words_of(title)}
+    if german := sorted(words & OF_360):
+        return "deg", f"Grad is a degree beside {german[0]!r}"
+    apart = float(np.max(np.diff([first, *np.sort(angles), first + 360])))
+    if apart < 40:  # in gon, none would lie in as much of the circle, and there alone
+        return "deg", f"they lie all around from {first:.0f} to {first + 360:.0f}, and nowhere beyond"
+    if any(meaning(word).axis for word in words if len(word) > 3):
+        return GON, "400 of them are a circle beside titles in English or French"
+    return "deg", "no title tells the language, and nothing is beyond 360"
 
 
 def _in_whole_parts(title: str, cells: Sequence[str]) -> bool:

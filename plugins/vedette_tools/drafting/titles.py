@@ -10,6 +10,18 @@ from itertools import zip_longest
 
 from attrs import frozen
 
+GRAD = "grad"
+"""What a circle has 360 of in German and the languages of the north, and 400 in English and French: a gon."""
+
+OF_360 = frozenset((
+    "zeitstempel", "zeitpunkt", "zeit", "uhrzeit", "datum", "tidspunkt", "tid", "umlauf", "umdrehung",
+    "radialgeschwindigkeit", "radialgeschw", "entfernung", "distanz", "abstand", "avstand", "afstand", "peilung",
+    "peiling", "azimut", "breitengrad", "breite", "breddegrad", "langengrad", "laengengrad", "lange", "laenge",
+    "lengdegrad", "hohe", "hoehe", "kurs", "geschwindigkeit", "fart", "rechtswert", "hochwert", "ostwert", "nordwert",
+    "ost", "winkel",
+))  # fmt: skip
+"""Words of titles, without accents, in languages in which Grad is a degree."""
+
 UNITS: dict[str, dict[str, str]] = {
     "m": {
         **dict.fromkeys(("m", "metre", "metres", "meter", "meters"), "m"),
@@ -24,7 +36,8 @@ UNITS: dict[str, dict[str, str]] = {
     "rad": {
         **dict.fromkeys(("deg", "degs", "degree", "degrees", "°"), "deg"),
         **dict.fromkeys(("rad", "rads", "radian", "radians"), "rad"),
-        **dict.fromkeys(("gon", "grad", "grads"), "0.9 deg"),
+        "gon": "0.9 deg",
+        **dict.fromkeys(("grad", "grads"), GRAD),
         "mrad": "mrad",
         **dict.fromkeys(("mil", "mils"), "0.05625 deg"),
         **dict.fromkeys(("acp", "acps"), "0.087890625 deg"),

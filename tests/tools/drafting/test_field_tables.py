@@ -63,6 +63,7 @@ READ = {
         lambda *look: (str(cell).replace(".", ",") for cell in polar(1e-3, 200 / math.pi)(*look)),
         ";",
     ),
+    "German titles and degrees": table("Zeit;Entfernung (m);Azimut (Grad)", polar(1, 180 / math.pi), ";"),
     "French titles": table("temps,distance,azimut (deg)", polar(1, 180 / math.pi)),
     "units in brackets, in the row below": table("t,x,y\n(s),(km),(km)", lambda time, x, y: (time, x / 1000, y / 1000)),
     "Latin-1": table("Zeit (µs),x,y", lambda time, x, y: (int(1e6 * time), x, y)).encode("latin-1"),
@@ -102,6 +103,24 @@ READ = {
     "plots of ASTERIX, in NM": table("TOD,SAC,SIC,RHO,THETA", lambda *look: asterix(*look)),
     "an index without a title": table(",time,x,y", lambda *look: (int(look[0]) % 8, *plain(*look))),
 }
+
+
+GRADS = [
+    ("Zeit_s;Entfernung_m;Azimut_Grad", np.linspace(40, 120, 40), "deg"),
+    ("Zeit_s;Entfernung_m;Azimut_Grad", np.linspace(200, 399, 40), "0.9 deg"),
+    ("time;range_m;bearing_grad", np.linspace(40, 120, 40), "0.9 deg"),
+    ("time;range_m;bearing_grad", np.linspace(-190, 120, 40), "0.9 deg"),
+    ("time;range_m;bearing_grad", np.linspace(9, 351, 40), "deg"),
+    ("t;r;az_grad", np.linspace(40, 120, 40), "deg"),
+]
+
+
+@pytest.mark.parametrize(("titles", "angles", "unit"), GRADS)
+def test_what_grad_is_is_told_by_the_language_of_titles_and_by_values_and_said_to_be_assumed(titles, angles, unit, tmp_path):
+    (tmp_path / "d.csv").write_text(titles + "".join(f"\n{k};{900 + 5 * k};{angle:.3f}" for k, angle in enumerate(angles)))
+    found = read_table(tmp_path / "d.csv")
+    (title,) = {titles.split(";")[-1]} & set(found.guessed)
+    assert (found.units["bearing"], found.guessed[title].split()[2]) == (unit, "gon:" if unit != "deg" else "deg:")
 
 
 def spots(recording, polar):
