@@ -43,8 +43,8 @@ class Formed:
 class Grouping:
     """How the messages of an input become scans, and by whose clock.
 
-    A scan's time is that of its last return. With `own_times` each return is taken at its own: that of its message, or what
-    the message says of it.
+    A scan's time is that of its last return. Where a message tells the time of each return, each is taken at it; with
+    `own_times` the others at those of their messages.
     """
 
     by: str = fields.choice("what belongs to one scan", WAYS, default="message")
@@ -57,7 +57,7 @@ class Grouping:
         "s", "by which a time may be ahead of the last one; a longer leap is believed once the next message agrees",
         default=600.0, above=0,
     )  # fmt: skip
-    own_times: bool = fields.flag("take each return of a scan at its own time, not at the scan's", default=False)
+    own_times: bool = fields.flag("take each return at the time of its message, not at the scan's", default=False)
 
 
 @final
@@ -165,6 +165,7 @@ class Grouper:
             raise ValueError(message.refused)
         name = self.placing.sensor(message.sensor)
         z = self.placing.returns(message, name)
+        _check_times(message, self.grouping.length)
         clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock, self.grouping.leap))
         time = clock.time(message.time, message.period, arrived)
         came = time if arrived is None else arrived
@@ -216,7 +217,7 @@ class Grouper:
             _joined([message.noise for message in messages]),
             missing(z, self.placing.sensors[name]),
             identity=_identities(messages),
-            time=_times(pieces, self.grouping.length) if self.grouping.own_times else None,
+            time=_times(pieces) if self.grouping.own_times or any(each.times is not None for each in messages) else None,
         )
         pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
         numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
@@ -227,14 +228,23 @@ class Grouper:
         return Formed(scan, arrived, len(messages), numbered)
 
 
-def _times(pieces: list[_Piece], length: float) -> Array:
-    """Return when each return was measured, by the clock of the messages; at most `length` s from its message."""
-    scans = []
+def _check_times(message: Message, length: float) -> None:
+    """Raise ValueError for times of returns that no scan of the message can have."""
+    if message.times is None or not len(message.times):
+        return
+    if message.time is None:
+        raise ValueError("times: must come with the scan's time")
+    if (late := float(np.max(message.times)) - message.time) > length:
+        raise ValueError(f"times: one is {late:.6g} s after the scan's, more than scans.length, {length:g} s")
+
+
+def _times(pieces: list[_Piece]) -> Array:
+    """Return when each return was measured, by the clock of the messages."""
+    times = []
     for message, z, time, _ in pieces:
         known = message.times is not None and message.time is not None
-        apart = message.times - message.time if known else np.zeros(len(z))  # type: ignore[operator]
-        scans.append(time + np.clip(apart, -length, length))
-    return np.concatenate(scans)
+        times.append(message.times + (time - message.time) if known else np.full(len(z), time))  # type: ignore[operator]
+    return np.concatenate(times)
 
 
 def _identities(messages: list[Message]) -> Indices | None:

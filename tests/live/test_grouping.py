@@ -246,16 +246,20 @@ def test_what_no_sensor_measures_is_refused_and_changes_nothing(message: Message
     assert grouper.opened == {}
 
 
-def test_returns_of_a_turn_are_taken_at_their_own_times_where_that_is_wanted() -> None:
-    of_message = Message("2/17", 2.5, np.array([[900.0, 0.1], [950.0, 0.2]]), ("range", "azimuth"), np.array([2.25, 1e9]))
-    came = [mark(0.5), plot(1.0), plot(2.0), of_message, mark(3.0)]
-    ((plain),) = grouped(Grouper(Grouping(by="turn"), PLACING), came)
-    assert (plain.scan.time, plain.scan.detections.time) == (2.5, None)
-    ((own),) = grouped(Grouper(Grouping(by="turn", own_times=True), PLACING), came)
-    assert own.scan.detections.time.tolist() == [1.0, 2.0, 2.25, 12.5]
-    assert own.scan.time == 12.5
-    assert scan_from(scan_data(own.scan)).detections.time.tolist() == [1.0, 2.0, 2.25, 12.5]
-    assert scan_from(scan_data(plain.scan)).detections.time is None
+def test_returns_are_taken_at_the_times_that_a_message_tells_and_where_that_is_wanted_at_those_of_their_messages() -> None:
+    told = Message("2/17", 2.5, np.array([[900.0, 0.1], [950.0, 0.2]]), ("range", "azimuth"), np.array([2.25, 2.5]))
+    for own, messages, wanted in (
+        (False, [plot(1.0), plot(2.0)], None),
+        (True, [plot(1.0), plot(2.0)], [1.0, 2.0]),
+        (False, [plot(1.0), plot(2.0), told], [1.0, 2.0, 2.25, 2.5]),
+    ):
+        (one,) = grouped(Grouper(Grouping(by="turn", own_times=own), PLACING), [mark(0.5), *messages, mark(3.0)])
+        for scan in (one.scan, scan_from(scan_data(one.scan))):
+            assert wanted == (None if scan.detections.time is None else scan.detections.time.tolist())
+            assert scan.time == messages[-1].time
+    for wrong in (evolve(told, time=None), evolve(told, times=np.array([2.5, 1e9]))):
+        with pytest.raises(ValueError, match=r"^times: "):
+            list(Grouper(Grouping(by="turn"), PLACING).add(wrong, 3.0))
 
 
 def test_null_an_empty_cell_and_an_absent_column_are_components_that_a_return_lacks() -> None:

@@ -50,11 +50,12 @@ def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_pat
 def test_what_a_recording_says_of_returns_is_taken_as_it_was(
     tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
 ) -> None:
-    """Numbers of ships, null of none, and errors of returns that lack a component were refused."""
+    """Numbers of ships, null of none, and errors of returns that lack a component were refused, their times passed over."""
     noise, lacks = np.tile(np.diag([4.0, 1e-4, np.nan]), (3, 1, 1)), np.tile([False, False, True], (3, 1))
     z, names = np.tile([100.0, 0.5, np.nan], (3, 1)), np.array([257000123, -1, code("N7")])
     doppler = RangeBearingRate(5.0, 0.01, 1.0)
-    seen = Detections(z, np.ones(3, dtype=bool), noise=noise, missing=lacks, identity=names)
+    times = np.array([0.1, 0.7, 1.0])
+    seen = Detections(z, np.ones(3, dtype=bool), noise=noise, missing=lacks, identity=names, time=times)
     write_recording(tmp_path / "r.jsonl", Recording((Scan(1.0, "radar", seen),)), {"radar": doppler.measurement})
     assert main(["replay", str(tmp_path / "r.jsonl"), "--to", "-", "--speed", "max"]) == 0
     decoded = JsonLines().decode(JsonLines().start(), capfdbinary.readouterr().out)
@@ -62,6 +63,6 @@ def test_what_a_recording_says_of_returns_is_taken_as_it_was(
     placing = Placing({"radar": Partial(doppler, optional={"range_rate": 60.0})}, {}, None)
     (formed,) = Grouper(Grouping(), placing).add(decoded.messages[0], 1.0)
     came = formed.scan.detections
-    for one, other in ((came.z, z), (came.missing, lacks), (came.identity, names)):
+    for one, other in ((came.z, z), (came.missing, lacks), (came.identity, names), (came.time, times)):
         np.testing.assert_array_equal(one, other)
     np.testing.assert_array_equal(np.asarray(came.noise)[:, :2, :2], noise[:, :2, :2])
