@@ -26,9 +26,9 @@ MARKERS = ("north", "sector")
 class JsonLines(Format):
     """A scan a line: `{"time": 12.5, "sensor": "north", "z": [[310.0, 0.52]], "n": 7}`, all but `z` optional.
 
-    null in z is a missing component; `axes` names its columns where they are not the sensor's; `times` tells when each return
-    was measured; `n` is answered by `{"ack": n}` over a connection once it is kept; a line with `"marker": "north"` tells of the antenna. Tracks are written
-    a report a line.
+    null in z is a missing component; `axes` names its columns where they are not the sensor's; `times` tells when each of
+    its returns was measured; `n` is answered by `{"ack": n}` over a connection once it is kept; a line with
+    `"marker": "north"` tells of the antenna. Tracks are written a report a line.
     RFC 8259, The JavaScript Object Notation (JSON) Data Interchange Format, 2017.
     """
 
