@@ -58,6 +58,7 @@ class Message:
     period   s after which `time` starts anew, such as 86,400 of a time of day; None: it does not
     number   by which the sender wants it acknowledged, or None
     refused  why it cannot be used, where no more than its sensor and number can; else ""
+    frame    where x and y point, as "x north, y east", if the message tells it; else ""
     """
 
     sensor: str
@@ -74,6 +75,7 @@ class Message:
     period: float | None = None
     number: int | None = None
     refused: str = ""
+    frame: str = ""
 
 
 @frozen(eq=False)
@@ -90,7 +92,8 @@ class TrackReport:
     """Tracks at one `time` in s: ids (t,), mean (t, n) and cov (t, n, n) over `space`, existence and confirmed (t,).
 
     `number` counts the scans that led to it: a report that is sent again has the same one. `geodetic` gives latitude,
-    longitude (*b) in deg and altitude in m of positions (*b, 2 or 3) in m; None where the config names no origin.
+    longitude (*b) in deg and altitude in m of positions (*b, 2 or 3) in m; None where the config names no origin. `ground`
+    names the axes that point east and north.
     """
 
     number: int
@@ -102,6 +105,7 @@ class TrackReport:
     existence: Array
     confirmed: Mask
     geodetic: Callable[[Array], tuple[Array, Array, Array]] | None = None
+    ground: tuple[str, str] = ("x", "y")
 
 
 class Format(Component):

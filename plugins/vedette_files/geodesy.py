@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.space import Array, Axis, Mask, Space
 from vedette_files.libraries import needed
-from vedette_files.readers import NORTH_EAST
+from vedette_files.readers import NORTH_EAST, east_north
 
 GEODETIC = Space.of(latitude="deg", longitude="deg", altitude="m")
 """Above the ellipsoid WGS 84."""
@@ -163,7 +163,7 @@ def is_geodetic(read: Space) -> bool:
 def into_plane(read: Space, values: Sequence[Sequence[float]], origin: Origin | None, frame: str) -> Array:
     """Return values (k, n) over `made(read)`, of a file's values (k, m); `frame` says where x and y point."""
     given = dict(zip(read.names, np.array(values, dtype=float).reshape(-1, len(read)).T, strict=True))
-    east, north = ("y", "x") if frame == NORTH_EAST else ("x", "y")
+    east, north = east_north(frame)
     if is_geodetic(read) and origin is not None:
         place = origin.to_plane(given["latitude"], given["longitude"], given.get("altitude", 0.0))
         given |= dict(zip((east, north, "z"), place, strict=True))

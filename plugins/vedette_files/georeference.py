@@ -15,7 +15,7 @@ from vedette.space import Array, Space
 from vedette.types import Track
 from vedette_files.codes import labels
 from vedette_files.geodesy import Origin
-from vedette_files.readers import NORTH_EAST
+from vedette_files.readers import NORTH_EAST, east_north
 from vedette_files.tables.times import DATED, EPOCH
 from vedette_files.writing import whole_file
 
@@ -41,6 +41,11 @@ class Terms:
         named = NAMED in notes or any(track.identity is not None for track in tracks)
         return cls(origin, notes.get("frame") == NORTH_EAST, notes.get("time") == DATED, named)
 
+    @property
+    def ground(self) -> tuple[str, str]:
+        """The axes that point east and north."""
+        return east_north(NORTH_EAST if self.north_east else "")
+
     def columns(self, space: Space) -> tuple[str, ...]:
         """Return the titles of the columns that tracks over `space` have in these terms."""
         placed = self.origin is not None and "x" in space and "y" in space
@@ -57,7 +62,7 @@ class Terms:
         columns: dict[str, Any] = {"utc": [utc(time) for time in times.tolist()]} if self.dated else {}
         if self.origin is not None and "x" in space and "y" in space:
             at = dict(zip(space.names, states.T, strict=True))
-            east, north = ("y", "x") if self.north_east else ("x", "y")
+            east, north = self.ground
             place = self.origin.from_plane(at[east], at[north], at.get("z"))
             columns |= dict(zip(("latitude", "longitude", "altitude"), place, strict=True))
         return {title: columns[title] for title in self.columns(space) if title != "identity"}

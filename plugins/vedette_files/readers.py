@@ -27,6 +27,11 @@ FRAMES = ("x east, y north", NORTH_EAST)
 """Where the axes of the plane may point. A recording's note `frame` states it unless it is the first: maps follow it."""
 
 
+def east_north(frame: str) -> tuple[str, str]:
+    """Return the axes that point east and north: x and y, unless the frame says that x points north."""
+    return ("y", "x") if frame == NORTH_EAST else ("x", "y")
+
+
 def find(path: str, wanted: str) -> Path:
     """Return where a config's `source.path` points, a folder or a file. ConfigError says what is `wanted`."""
     if not path:

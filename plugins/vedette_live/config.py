@@ -16,10 +16,11 @@ from vedette.roles import Sensor
 from vedette.streams import Format, Input, Output, Store
 from vedette.supporting import ImagingSensor
 from vedette.tracking import check_smoothing, raw_sensors
-from vedette_files import DATED, Origin
+from vedette_files import DATED, FRAMES, Origin
 from vedette_files.files_read import Inputs
 from vedette_files.input_files import user_path
 from vedette_live.grouping import Grouping
+from vedette_live.placing import Placing, named, placed
 
 FULL = ("drop", "wait")
 
@@ -27,16 +28,24 @@ FULL = ("drop", "wait")
 @final
 @frozen
 class Feed:
-    """An input, and how its bytes become scans. `sensors` names the tracker's sensor of each one in the stream."""
+    """An input, and how its bytes become scans. `sensors` names the tracker's sensor of each one in the stream, `sensor`
+    that of messages that name none.
+    """
 
     input: Input = fields.part("where bytes come from")
     format: Format = fields.part("how messages stand in them")
     scans: Grouping = fields.part("how messages become scans", default=Grouping())
     sensors: dict[str, str] = fields.names('in the stream to those of the tracker, as { "2/17" = "north" }')
+    sensor: str = fields.text("the tracker's sensor of messages that name none", default="")
 
     def __attrs_post_init__(self) -> None:
         if not self.format.reads:
             raise ValueError(f"format: {self.format.kind!r} is written only")
+
+    @property
+    def names(self) -> dict[str, str]:
+        """The tracker's sensor by its name in the stream."""
+        return named(self.sensors, self.sensor)
 
 
 @final
@@ -78,7 +87,8 @@ class Conduct:
     record: str = fields.text("file that the scans taken are recorded in, as JSON lines", default="")
     port: int = fields.integer("of the health endpoint on this machine; 0: none", default=0, at_most=65535)
     page: int = fields.integer("port of the page of `vedette watch` on this machine; 0: none", default=0, at_most=65535)
-    origin: Origin | None = fields.part("where x and y are 0, east and north from there", default=None)
+    origin: Origin | None = fields.part("where x and y are 0", default=None)
+    frame: str = fields.choice("where x and y point", FRAMES, default=FRAMES[0])
 
 
 @final
@@ -106,7 +116,7 @@ class Service:
     @property
     def notes(self) -> dict[str, str]:
         """What x, y and times mean, as a recording's notes say it."""
-        notes = {} if self.parts.service.origin is None else {"origin": str(self.parts.service.origin)}
+        notes = placed(self.parts.service.origin, self.parts.service.frame)
         return notes | ({"time": DATED} if all(feed.scans.clock != "sensor" for feed in self.parts.inputs) else {})
 
 
@@ -135,6 +145,7 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
     if isinstance(made, Parts) and experiment is not None:
         problems += [*_not_served(experiment, made.service), *_unknown_sensors(made, experiment)]
         problems += _not_smoothed(experiment, made.outputs)
+        problems += _unheard(made, experiment)
         problems += _files(made, Path(config) if isinstance(config, str | Path) else "")
     if problems or not isinstance(made, Parts):
         raise ConfigError(problems)
@@ -196,12 +207,28 @@ def _streamed(experiment: Experiment) -> dict[str, Sensor]:
     return raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
 
 
+def _unheard(parts: Parts, experiment: Experiment) -> list[Problem]:
+    """Return why no message of an input could be used, by what comes of the sample of its format."""
+    problems = []
+    for i, feed in enumerate(parts.inputs):
+        memory = feed.format.start()
+        decoded = feed.format.decode(memory, feed.format.sample())
+        if decoded.refused and not decoded.messages:
+            problems.append(Problem(f"inputs[{i}].format", decoded.refused[0]))
+        if {message.sensor for message in decoded.messages} == {""}:
+            try:
+                Placing(_streamed(experiment), feed.names, None).sensor("")
+            except ValueError as error:
+                problems.append(Problem(f"inputs[{i}]", str(error)))
+    return problems
+
+
 def _unknown_sensors(parts: Parts, experiment: Experiment) -> list[Problem]:
     sensors = _streamed(experiment)
     known = ", ".join(map(repr, sensors))
     return [
-        Problem(f"inputs[{i}].sensors.{stated}", f"must be one of {known}, got {name!r}")
+        Problem(f"inputs[{i}].{f'sensors.{stated}' if stated else 'sensor'}", f"must be one of {known}, got {name!r}")
         for i, feed in enumerate(parts.inputs)
-        for stated, name in feed.sensors.items()
+        for stated, name in feed.names.items()
         if name not in sensors
     ]

@@ -43,7 +43,7 @@ class Keeping:
         conduct, experiment = self.service.parts.service, self.service.experiment
         self.made = saving.made_by(experiment)
         if conduct.record:
-            self.recorder = Recorder.append(conduct.record, experiment)
+            self.recorder = Recorder.append(conduct.record, experiment, self.service.notes)
         if conduct.store is None:
             return None
         self.store = conduct.store.open()

@@ -5,10 +5,11 @@ Each tells when it came. Lines between them tell of scans that were left out, as
 
 from __future__ import annotations
 
+import json
 import os
 from collections import deque
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from io import FileIO
 from pathlib import Path
 from typing import final
@@ -49,12 +50,12 @@ class Recorder:
     dropped: int = 0
 
     @classmethod
-    def append(cls, path: str, experiment: Experiment) -> Recorder:
-        """Open a record, new or to go on with; InputError if the file is something else."""
+    def append(cls, path: str, experiment: Experiment, notes: Mapping[str, str]) -> Recorder:
+        """Open a record, new or to go on with, whose head holds `notes`; InputError if the file is something else."""
         place = user_path(path)
         spaces = {name: sensor.measurement for name, sensor in experiment.tracker.sensors.items()}
         detected = {name: spaces[name] for name in experiment.preprocessors}
-        head = "".join(recording_head(Recording((), detected=detected), spaces)).encode()
+        head = "".join(recording_head(Recording((), notes=notes, detected=detected), spaces)).encode()
         held = ExitStack()
         held.enter_context(growing(place, "service.record"))
         try:
@@ -64,9 +65,9 @@ class Recorder:
         except OSError as error:
             held.close()
             raise InputError(f"service.record: {place}: cannot be written: {error.strerror}") from None
-        if not head.startswith(there):
+        if not _begins(there, head):
             held.close()
-            raise InputError(f"service.record: {place}: is not a record of these sensors; name another file")
+            raise InputError(f"service.record: {place}: is not a record of these sensors and notes; name another file")
         file.truncate(end)
         return cls(place, head, spaces, file, held, end)
 
@@ -123,6 +124,15 @@ class Recorder:
     def close(self) -> None:
         """Close the file, and let others have it."""
         self.held.close()
+
+
+def _begins(there: bytes, head: bytes) -> bool:
+    """Return whether a file begins, as far as it goes, as a record with a head does; one without notes may go on."""
+    if head.startswith(there):
+        return True
+    with suppress(ValueError):
+        return bool(json.loads(there.partition(b"\n")[0]) == {**json.loads(head), "notes": {}})
+    return False
 
 
 def _end_of_lines(file: FileIO) -> int:

@@ -303,6 +303,14 @@ def test_a_place_that_asterix_cannot_write_is_left_out() -> None:
     np.testing.assert_allclose([message.z[0, 0] for message in messages], [5.0, 50.0], atol=180 / 2**25)
 
 
+@pytest.mark.parametrize("format_", [Nmea(sentence="TTM"), Asterix()])
+def test_tracks_whose_x_points_north_are_written_as_those_whose_x_points_east(format_: Format) -> None:
+    if isinstance(format_, Asterix):
+        pytest.importorskip("asterix.generated")
+    turned = report(ground=("y", "x"), mean=report().mean[:, [2, 3, 0, 1]])
+    assert format_.encode(turned) == format_.encode(report())
+
+
 def test_tracks_written_as_sentences_read_back() -> None:
     lines = Nmea(sentence="TTM").encode(report()).decode().splitlines()
     parts = [line.partition("*")[0].split(",") for line in lines]
@@ -325,6 +333,24 @@ def test_tracks_written_as_json_and_geojson_read_back() -> None:
     assert told["tracks"][0]["sigma"] == {"x": 2.0, "vx": 1.0, "y": 3.0, "vy": 1.0}
     places = json.loads(GeoJson().encode(placed))
     assert [feature["geometry"]["coordinates"] for feature in places["features"]] == [[-10.125, 59.5], [170.0, -0.25]]
+
+
+def test_csv_lines_are_read_as_a_csv_source_reads_a_table() -> None:
+    """Dates, decimal commas and a header of other words were refused."""
+    format_ = CsvLines(columns=("time", "range", "bearing"), separator=";", decimal=",", dates="%d.%m.%Y %H:%M:%S")
+    head = b"\xef\xbb\xbf# Turm 3\nZeit;Entfernung;Peilung\n"
+    for row in (b"30.11.2026 06:00:01;900,5;0,25", b"1796018401,0;900,5;0,25"):
+        given = evolve(format_, dates=format_.dates if b"." in row else "")
+        messages, refused = through(given, [head[:5], head[5:] + row + b"\n# late\nZeit;Entfernung;Peilung\n"])
+        assert [(message.time, message.z.tolist()) for message in messages] == [(1796018401.0, [[900.5, 0.25]])]
+        assert len(refused) == 2
+    plain = CsvLines(columns=("time", "range", "bearing"))
+    messages, refused = through(plain, [b"2026-11-30T06:00:01Z,900,0\n08:00:01.5,900,0\n30.11.2026,900,0\n"])
+    assert [(message.time, message.period) for message in messages] == [(1796018401.0, None), (28801.5, 86400.0)]
+    assert len(refused) == 1
+    for wrong, place in (({"decimal": ","}, "decimal"), ({"dates": "%H:%M"}, "dates")):
+        with pytest.raises(ValueError, match=place):
+            CsvLines(columns=("time", "x"), **wrong)
 
 
 def test_csv_units_and_empty_looks() -> None:

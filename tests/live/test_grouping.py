@@ -13,7 +13,7 @@ from attrs import evolve
 import vedette
 from vedette.streams import Message
 from vedette.types import Pose
-from vedette_files import Origin
+from vedette_files import FRAMES, Origin
 from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.json_lines import JsonLines
 from vedette_live.grouping import Clock, Formed, Grouper, Grouping
@@ -244,6 +244,24 @@ def test_what_no_sensor_measures_is_refused_and_changes_nothing(message: Message
     with pytest.raises(ValueError, match=r"^(sensor|z|time): "):
         list(grouper.add(message, None))
     assert grouper.opened == {}
+
+
+def test_where_x_points_north_messages_are_of_the_same_places() -> None:
+    sensors = {"radar": SENSORS["radar"], "fixed": PositionVelocity(sigma=5.0, sigma_speed=0.5)}
+    eastward, northward = (Placing(sensors, {}, ORIGIN, frame) for frame in FRAMES)
+    course = np.array([5.0, 0.3])
+    for message in (
+        Message("fixed", 0.0, np.array([[59.01, 10.02, *course]]), ("latitude", "longitude", "speed", "course")),
+        Message("fixed", 0.0, np.array([[700.0, -80.0, *course]]), ("east", "north", "speed", "course")),
+    ):
+        one, other = (each.returns(message, "fixed") for each in (eastward, northward))
+        np.testing.assert_array_equal(one, other[:, [1, 0, 3, 2]])
+    turned = eastward.returns(plot(0.0), "radar")[0, 1], northward.returns(plot(0.0), "radar")[0, 1]
+    np.testing.assert_allclose([np.cos(turned[0]), np.sin(turned[0])], [np.sin(turned[1]), np.cos(turned[1])])
+    told = evolve(plot(0.0), frame=FRAMES[1])
+    assert northward.returns(told, "radar").shape == (1, 2)
+    with pytest.raises(ValueError, match=r"^frame: "):
+        eastward.returns(told, "radar")
 
 
 def test_returns_are_taken_at_the_times_that_a_message_tells_and_where_that_is_wanted_at_those_of_their_messages() -> None:

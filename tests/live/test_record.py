@@ -27,6 +27,7 @@ from support.services import (
     undisturbed,
     wait_for,
 )
+from vedette.errors import InputError
 from vedette.streams import Arrival
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
@@ -69,7 +70,7 @@ def test_a_record_replays_to_the_last_bit_and_tells_arrivals_and_what_was_left_o
 def test_a_record_that_is_moved_away_is_begun_anew(tmp_path: Path) -> None:
     """Whoever rotated it and deleted the old one lost what came after. What else has its name stays as it is."""
     record, experiment, state = tmp_path / "record.jsonl", vedette.load(TRACKER), undisturbed([])
-    recorder = Recorder.append(str(record), experiment)
+    recorder = Recorder.append(str(record), experiment, {})
 
     def write(time: float) -> None:
         recorder.write(Taken(vedette.Scan(time, "north", vedette.Detections.of([[time, 1.0]])), (), state))
@@ -116,12 +117,27 @@ def test_a_service_killed_after_its_record_was_moved_away_records_no_scan_twice(
     assert [scan.time for scans in records for scan in scans] == [1.5 * k for k in range(80)]
 
 
+def test_a_record_says_where_x_points_and_one_of_before_goes_on_but_none_of_another_frame(tmp_path: Path) -> None:
+    experiment, notes = vedette.load(TRACKER), {"origin": "59, 10", "frame": "x north, y east"}
+
+    def begun(name: str, notes: dict[str, str]) -> str:
+        recorder = Recorder.append(str(tmp_path / name), experiment, notes)
+        recorder.flush()
+        recorder.close()
+        return (tmp_path / name).read_text()
+
+    assert json.loads(begun("new", notes))["notes"] == notes
+    assert begun("old", {}) == begun("old", notes)
+    with pytest.raises(InputError, match=r"^service.record: "):
+        begun("new", {**notes, "frame": "x east, y north"})
+
+
 def test_a_record_that_ends_in_a_part_of_a_line_goes_on_after_the_last_whole_one(tmp_path: Path) -> None:
     record = tmp_path / "record.jsonl"
     experiment, state = vedette.load(TRACKER), undisturbed([])
 
     def record_scan(time: float) -> list[bytes]:
-        recorder = Recorder.append(str(record), experiment)
+        recorder = Recorder.append(str(record), experiment, {})
         scan = vedette.Scan(time, "north", vedette.Detections.of([[time, 1.0]]))
         recorder.write(Taken(scan, (), state))
         recorder.flush()

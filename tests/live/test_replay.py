@@ -10,13 +10,16 @@ from time import sleep
 import numpy as np
 import pytest
 
-from support.services import PATIENCE
+import vedette
+from support.services import PATIENCE, TRACKER, feed, ran
 from vedette import Detections, Recording, Scan
 from vedette.cli import main
-from vedette_files import code, write_recording
+from vedette.streams import Arrival
+from vedette_files import NORTH_EAST, Terms, code, write_recording
 from vedette_live.formats.json_lines import JsonLines
 from vedette_live.grouping import Grouper, Grouping
 from vedette_live.placing import Placing
+from vedette_live.reports import report_of
 from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
@@ -45,6 +48,35 @@ def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_pat
         reader.join(PATIENCE)
     assert len(came) == scans
     assert b'"n": 299' in came[-1]
+
+
+def test_a_recording_whose_x_points_north_is_at_the_same_place_in_a_run_and_served(
+    tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """It was served mirrored: a replay did not tell where x points, and a service could not be told."""
+    notes = {"origin": "59.0, 10.0", "frame": NORTH_EAST}
+    scans = tuple(Scan(1.5 * k, "north", Detections.of([[3000.0 + k, 400.0]])) for k in range(9))
+    spaces = {"north": vedette.build(TRACKER).sensors["north"].measurement}
+    write_recording(tmp_path / "r.jsonl", Recording(scans, notes=notes), spaces)
+    assert main(["replay", str(tmp_path / "r.jsonl"), "--speed", "max"]) == 0
+    sent, told = capfdbinary.readouterr()
+    assert told == b""
+    service = {"origin": {"latitude": 59.0, "longitude": 10.0}}
+    config = {**TRACKER, "inputs": [feed()]}
+    running = ran({**config, "service": {**service, "frame": NORTH_EAST}}, [Arrival(sent, 1e6)])
+    result = vedette.load({**TRACKER, "source": {"kind": "jsonl", "path": str(tmp_path / "r.jsonl")}}).run()
+    place = Terms.of(result.recording.notes).values(result.tracks[0])
+    assert running.state is not None
+    report = report_of(running.service, running.state)
+    assert report.geodetic is not None
+    served = [float(one[0]) for one in report.geodetic(report.mean)[:2]]
+    assert served == [place["latitude"][-1], place["longitude"][-1]]
+    assert ran({**config, "service": service}, [Arrival(sent, 1e6)]).counters.counts["messages_refused_total"] == 9
+    write_recording(tmp_path / "r.jsonl", Recording(scans), spaces)
+    assert main(["replay", str(tmp_path / "r.jsonl"), "--speed", "max"]) == 0
+    sent, told = capfdbinary.readouterr()
+    assert b"frame" not in sent
+    assert b"x and y point" in told
 
 
 def test_what_a_recording_says_of_returns_is_taken_as_it_was(

@@ -6,6 +6,7 @@ import json
 import logging
 import resource
 import socket
+import sys
 import urllib.error
 import urllib.request
 from collections.abc import Iterator, Mapping
@@ -46,6 +47,8 @@ from vedette_live.keeping import TOGETHER
 from vedette_live.running import Running
 from vedette_live.window import Window
 from vedette_standard.lifecycles.existence import Existence
+
+LINES = {"kind": "csv_lines", "columns": ["time", "x", "y"]}
 
 
 def test_a_file_through_a_service_gives_the_tracks_of_the_library_and_a_record_that_replays(tmp_path: Path) -> None:
@@ -445,6 +448,9 @@ def decoded(running: Running, of: list[bytes]) -> list[Any]:
         ({"service": {"horizon": -1}}, "service.horizon"),
         ({"retroactive": True}, "retroactive"),
         ({"colour": 3}, "colour"),
+        ({"inputs": [feed(format=LINES)]}, "inputs[0]"),
+        ({"inputs": [feed(format={"kind": "nmea"})]}, "inputs[0]"),
+        ({"inputs": [feed(format=LINES, sensor="west")]}, "inputs[0].sensor"),
     ],
 )
 def test_what_cannot_be_served_is_told_with_its_place(changed: Mapping[str, Any], place: str) -> None:
@@ -452,6 +458,20 @@ def test_what_cannot_be_served_is_told_with_its_place(changed: Mapping[str, Any]
     with pytest.raises(ConfigError) as refused:
         load_service({**TRACKER, **usual, **changed})
     assert any(problem.place.startswith(place) for problem in refused.value.problems), refused.value
+
+
+def test_messages_that_name_no_sensor_are_of_the_one_that_the_input_names() -> None:
+    came = [Arrival(b"1.5,100,200\n2.5,101,201\n", 1e6)]
+    running = ran({**TRACKER, "inputs": [feed(format=LINES, sensor="south")]}, came)
+    assert running.counters.counts["scans_taken_total"] == 2
+
+
+def test_a_format_that_can_read_nothing_is_told_when_the_config_is_tried(monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was said to be able to be served."""
+    monkeypatch.setitem(sys.modules, "pyais", None)
+    with pytest.raises(ConfigError) as refused:
+        load_service({**TRACKER, "inputs": [feed(format={"kind": "nmea"}, sensor="north")]})
+    assert [problem.place for problem in refused.value.problems] == ["inputs[0].format"]
 
 
 def test_a_state_that_no_store_can_keep_is_refused_when_the_service_is_built(

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.errors import ConfigError
-from vedette_files import read_recording, scan_line
+from vedette_files import FRAMES, read_recording, scan_line
 from vedette_live.inputs.tcp import PIECE
 from vedette_report.watching.real_time import Pace, read_speed
 
@@ -25,10 +25,13 @@ def run(arguments: Namespace) -> int:
     """Send all scans; return 130 if Ctrl-C ended it early."""
     speed = options.read("--speed", arguments.speed, read_speed) or 1.0
     recording, spaces = read_recording(Path(arguments.file))
+    told = {name: note for name, note in recording.notes.items() if name == "frame" and note in FRAMES}
+    if not told:
+        print(f"{arguments.file}: does not say where x and y point: whoever takes it must know", file=sys.stderr)
     try:
         with _sender(arguments.to) as send:
             for number, scan in enumerate(Pace(speed)(recording.scans, "sending")):
-                send((json.dumps({**json.loads(scan_line(scan, spaces)), "n": number}) + "\n").encode())
+                send((json.dumps({**json.loads(scan_line(scan, spaces)), **told, "n": number}) + "\n").encode())
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE

@@ -51,7 +51,7 @@ _PLACES: dict[int, tuple[tuple[str, str, str], ...]] = {
 _ADDRESSES = {20: "220", 21: "080", 48: "220"}
 _AXES = {
     "RHO": ("range", "azimuth"),
-    "X": ("x", "y"),
+    "X": ("east", "north"),
     "LAT": ("latitude", "longitude"),
 }
 _SI = {"NM": 1852.0, "m": 1.0, "s": 1.0, "m/s": 1.0}
@@ -129,14 +129,16 @@ class Asterix(Format):
                 "070": (round(report.time % DAY * TICKS) / TICKS % DAY, "s"),
                 "080": ((("MON", 0), ("SPI", 0), ("MRH", 0), ("SRC", 0), ("CNF", int(not report.confirmed[i])), None),),
             }
-            if max(abs(mean[where[name]]) for name in ("x", "y")) < FARTHEST:
-                items["100"] = (("X", (mean[where["x"]], "m")), ("Y", (mean[where["y"]], "m")))
+            east, north = (mean[where[name]] for name in report.ground)
+            if max(abs(east), abs(north)) < FARTHEST:
+                items["100"] = (("X", (east, "m")), ("Y", (north, "m")))
             elif latitudes is None:
                 continue
             if latitudes is not None and longitudes is not None:
                 items["105"] = (("LAT", (float(latitudes[i]), "°")), ("LON", (float(longitudes[i]), "°")))
-            if "vx" in where and "vy" in where and max(abs(mean[where[name]]) for name in ("vx", "vy")) < FASTEST:
-                items["185"] = (("VX", (mean[where["vx"]], "m/s")), ("VY", (mean[where["vy"]], "m/s")))
+            velocity = [mean[where[f"v{name}"]] for name in report.ground if f"v{name}" in where]
+            if len(velocity) == 2 and max(map(abs, velocity)) < FASTEST:
+                items["185"] = (("VX", (velocity[0], "m/s")), ("VY", (velocity[1], "m/s")))
             records.append(cat.cv_record.create(items))
         blocks = [records[i : i + _TRACKS] for i in range(0, len(records), _TRACKS)]
         return b"".join(cat.create(block).unparse().to_bytes() for block in blocks)

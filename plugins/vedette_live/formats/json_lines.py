@@ -12,11 +12,11 @@ from attrs import frozen
 from vedette.space import Array, Indices
 from vedette.streams import Decoded, Format, Message, TrackReport
 from vedette.types import Pose
-from vedette_files import identity_code
+from vedette_files import FRAMES, identity_code
 from vedette_files.json_values import number, parse, short, vector
 from vedette_live.formats.text import Rest, decoded, ended
 
-FIELDS = ("time", "sensor", "z", "axes", "times", "evidence", "noise", "identity", "pose", "marker", "angle", "n")
+FIELDS = ("time", "sensor", "z", "axes", "times", "evidence", "noise", "identity", "pose", "marker", "angle", "n", "frame")
 POSE = ("position", "velocity", "heading")
 MARKERS = ("north", "sector")
 
@@ -122,7 +122,14 @@ def _told(given: dict[str, Any], sensor: str, count: int | None, *, plain: bool)
         marker,
         None if given.get("angle") is None else number(given["angle"], "angle"),
         number=count,
+        frame=_frame(given.get("frame")),
     )
+
+
+def _frame(given: Any) -> str:
+    if given is not None and given not in FRAMES:
+        raise ValueError(f"frame must be one of {', '.join(map(repr, FRAMES))}, got {short(given)}")
+    return given or ""
 
 
 def _with_gaps(given: Any) -> Any:

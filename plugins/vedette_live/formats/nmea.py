@@ -107,9 +107,9 @@ class Nmea(Format):
 
     def _ttm(self, report: TrackReport) -> list[str]:
         where = {axis.name: k for k, axis in enumerate(report.space.axes)}
-        x, y = report.mean[:, where["x"]], report.mean[:, where["y"]]
+        x, y = (report.mean[:, where[name]] for name in report.ground)
         moving = "vx" in where and "vy" in where
-        vx, vy = (report.mean[:, where[name]] if moving else np.zeros(len(x)) for name in ("vx", "vy"))
+        vx, vy = (report.mean[:, where[f"v{name}"]] if moving else np.zeros(len(x)) for name in report.ground)
         bearing, course = (np.rad2deg(np.arctan2(e, n)) % 360.0 for e, n in ((x, y), (vx, vy)))
         columns = (report.ids, np.hypot(x, y) / 1852.0, bearing, np.hypot(vx, vy) / KNOT, course, report.confirmed)
         return [

@@ -15,11 +15,11 @@ from vedette.roles import Sensor
 from vedette.streams import Format
 from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan
-from vedette_files import Origin
+from vedette_files import FRAMES, Origin
 from vedette_files.input_files import check_regular
 from vedette_files.readers import find
 from vedette_live.grouping import Grouper, Grouping
-from vedette_live.placing import Placing
+from vedette_live.placing import Placing, named, placed
 
 PIECE = 2**16
 """Bytes that are read at once."""
@@ -42,13 +42,16 @@ class StreamSource(Source):
     path: str = fields.text("the file", default="")
     scans: Grouping = fields.part("how messages become scans", default=Grouping())
     sensors: dict[str, str] = fields.names('in the stream to those of the tracker, as { "2/17" = "north" }')
-    origin: Origin | None = fields.part("where x and y are 0, east and north from there", default=None)
+    sensor: str = fields.text("the tracker's sensor of messages that name none", default="")
+    origin: Origin | None = fields.part("where x and y are 0", default=None)
+    frame: str = fields.choice("where x and y point", FRAMES, default=FRAMES[0])
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return the scans in time order; InputError if the file is missing or holds none for the tracker's sensors."""
         path = find(self.path, f"a recorded stream. Format: {self.format.kind}")
         check_regular(path)
-        grouper, memory = Grouper(self.scans, Placing(sensors, self.sensors, self.origin)), self.format.start()
+        placing = Placing(sensors, named(self.sensors, self.sensor), self.origin, self.frame)
+        grouper, memory = Grouper(self.scans, placing), self.format.start()
         scans, refused, count, bad = list[Scan](), list[Problem](), 0, 0
         try:
             for data in (*_pieces(path), None):
@@ -71,7 +74,7 @@ class StreamSource(Source):
             raise InputError(f"{path}: holds no scan of {', '.join(map(repr, sensors))}{first}")
         scans.sort(key=lambda scan: (scan.time, scan.sensor))
         rows = {"messages": Rows(count, count - bad, bad)}
-        notes = {} if self.origin is None else {"origin": str(self.origin)}
+        notes = placed(self.origin, self.frame)
         return Recording(tuple(scans), refused=tuple(refused), notes=notes, rows=rows)
 
 

@@ -113,7 +113,7 @@ class Run:
         unit[1] *= sense  # eigenvectors may be a mirror image
         spots = (vectors * np.sqrt(CHI_SQUARE_95 * np.maximum(values, 0.0))) @ unit
         at = dict(zip(track.space.names, track.mean[i], strict=True))
-        east, north = ("y", "x") if self.terms.north_east else ("x", "y")
+        east, north = self.terms.ground
         if self.terms.origin is None:
             return None
         latitude, longitude, _ = self.terms.origin.from_plane(at[east] + spots[0], at[north] + spots[1], None)
@@ -122,7 +122,7 @@ class Run:
 
     def _ground(self, track: Track) -> Array:
         """Return the covariances (s, 2, 2) of a track's place, east first."""
-        where = [track.space.names.index(name) for name in (("y", "x") if self.terms.north_east else ("x", "y"))]
+        where = [track.space.names.index(name) for name in self.terms.ground]
         cov: Array = track.cov[:, where][:, :, where]
         return np.where(np.isfinite(cov).all(axis=(1, 2), keepdims=True), cov, 0.0)
 
