@@ -46,6 +46,14 @@ class Terms:
         """The axes that point east and north."""
         return east_north(NORTH_EAST if self.north_east else "")
 
+    def when(self, time: float) -> str:
+        """Return a time in words: a date where times are dates.
+
+        >>> Terms().when(12.5), Terms().when(1796018400.728)
+        ('12.5 s', '1796018400.728 s')
+        """
+        return utc(time) if self.dated else f"{f'{time:.3f}'.rstrip('0').rstrip('.')} s"
+
     def columns(self, space: Space) -> tuple[str, ...]:
         """Return the titles of the columns that tracks over `space` have in these terms."""
         placed = self.origin is not None and "x" in space and "y" in space

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import resource
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -70,7 +71,9 @@ def expected(name: str, data: bytes) -> int | None:
         return len(lines)
     if name == "csv":
         texts = [line.decode(errors="replace").strip("\r\n") for line in lines]
-        return sum(bool(text.strip()) and [cell.strip() for cell in text.split(",")] != COLUMNS for text in texts)
+        rows = [[cell.strip() for cell in text.split(",")] for text in texts if text.strip()]
+        words = [len(row) == len(COLUMNS) and all(re.match(r"(?!nan$)[^\W\d_]", cell) for cell in row) for row in rows[:1]]
+        return sum(row != COLUMNS for row in rows) - sum(words) + (rows[:1] == [COLUMNS])
     return None
 
 

@@ -13,7 +13,7 @@ from vedette import fields
 from vedette.streams import Decoded, Format, Message
 from vedette.units import in_unit
 from vedette_files.input_files import shown
-from vedette_files.tables.numbers import LARGEST, LEAST, Number, Row, is_number
+from vedette_files.tables.numbers import LARGEST, LEAST, Number, Row
 from vedette_files.tables.rows import BETWEEN, UNCLOSED, Dialect
 from vedette_files.tables.times import DAY, EXAMPLES, NUMBER, OF_DAY, ZONED, check_pattern, stamp
 from vedette_live.formats.text import Rest, decoded
@@ -100,9 +100,7 @@ class CsvLines(Format):
             raise ValueError(f"is no line of values: it has {UNCLOSED}")
         if len(cells) != len(self.columns):
             raise ValueError(f"must have {len(self.columns)} values, {', '.join(self.columns)}, got {len(cells)}")
-        if cells == list(self.columns) or (
-            first and not any(not cell or cell[:1].isdigit() or is_number(cell) for cell in cells)
-        ):
+        if cells == list(self.columns) or (first and all(map(_is_word, cells))):
             return None
         row = dict(zip(self.columns, cells, strict=True))
         time, period = self._time(row) if row.get("time") else (None, None)
@@ -123,6 +121,11 @@ class CsvLines(Format):
     def _number(self, row: dict[str, str], name: str) -> float:
         factor = (_factor(self.units[name]) or 1.0) if name in self.units else 1.0
         return Number(name, name, factor, LARGEST.get(name), LEAST.get(name, -math.inf)).of(Row("", row))
+
+
+def _is_word(cell: str) -> bool:
+    """Return whether a cell may be a title."""
+    return cell[:1].isalpha() and cell.lower() not in ("nan", "inf", "infinity")
 
 
 @lru_cache(1024)

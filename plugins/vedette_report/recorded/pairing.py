@@ -10,7 +10,7 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics import NONE, RunningJudge, space_of
 from vedette.space import Array, Indices, Mask
 from vedette.types import Track
-from vedette.units import say
+from vedette_files import PLAIN, Terms
 
 
 @frozen(eq=False)
@@ -18,13 +18,14 @@ class Followed:
     """One object: the tracks that covered it in turn, by when each first did, and when each of them lost it.
 
     `scans`: of each track, those (s,) at which it followed this object; `ended`: the time in s of the last scan at which it
-    covered it, before another track did or for good; None if it did to the end.
+    covered it, before another track did or for good; None if it did to the end. `terms`: what times are.
     """
 
     truth: str
     tracks: tuple[Track, ...]
     scans: tuple[Mask, ...]
     ended: tuple[float | None, ...]
+    terms: Terms = PLAIN
 
     @property
     def lost(self) -> tuple[float, ...]:
@@ -38,7 +39,7 @@ class Followed:
     @property
     def hint(self) -> str:
         """When the object was lost, in words; "" if it never was."""
-        *before, last = [say(time, "s") for time in self.lost] or [""]
+        *before, last = [self.terms.when(time) for time in self.lost] or [""]
         if not last:
             return ""
         count = f"{len(self.tracks)} tracks one after the other" if len(self.tracks) > 1 else "1 track"
@@ -62,6 +63,7 @@ def followed(experiment: Experiment, result: Result) -> tuple[Followed, ...]:
     ends = np.cumsum([len(block.found.scans) for block in blocks])
     for rows, block in zip(np.split(np.arange(len(times)), ends), blocks, strict=False):
         cover[rows[:, None], block.which], alive[rows[:, None], block.which] = block.found.cover, block.found.truth.alive
+    terms = Terms.of(result.recording.notes)
     confirmed, objects = [track for track in result.tracks if track.confirmed.any()], list[Followed]()
     for j, path in enumerate(truth):
         held = cover[:, j]
@@ -72,7 +74,7 @@ def followed(experiment: Experiment, result: Result) -> tuple[Followed, ...]:
         ended = tuple(time if time < end or good else None for time in last)
         tracks = tuple(confirmed[i] for i in turns)
         scans = tuple(_followed_at(track, times, cover == i) == j for track, i in zip(tracks, turns, strict=True))
-        objects.append(Followed(path.name, tracks, scans, ended))
+        objects.append(Followed(path.name, tracks, scans, ended, terms))
     return tuple(objects)
 
 

@@ -18,7 +18,6 @@ from vedette.progress import Progress, silent
 from vedette.space import Array, Mask, Space
 from vedette.tracking import Tracker
 from vedette.types import Track, Trajectory
-from vedette.units import say
 from vedette_report.detector_errors.in_tracks import Told, in_tracks
 from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault
@@ -66,6 +65,10 @@ class Recorded:
         """When it lost its object, in s; None if it did not."""
         return None if self.target is None else self.target.lost_by(self.track)
 
+    def _lost_at(self) -> str:
+        """Return it in words, "" if it did not."""
+        return "" if self.target is None or self.lost is None else self.target.terms.when(self.lost)
+
     @property
     def text(self) -> str:
         """One line of figures, and one on what innovations say of Q and R if they say anything."""
@@ -78,7 +81,7 @@ class Recorded:
         parts += [] if self.hits is None else [f"detected {self.hits:.2f} times as often as declared"]
         if self.credibility is not None:
             parts += [f"noncredibility {self.credibility.index:.1f} dB (inclination {self.credibility.inclination:+.1f} dB)"]
-        parts += [] if self.lost is None else [f"lost it at {say(self.lost, 's')}"]
+        parts += [f"lost it at {lost}"] if (lost := self._lost_at()) else []
         line = ", ".join(parts)
         line = line if self.truth is None else f"{self.truth}: {line}"
         return line + (f"\n  {self.hint}" if self.hint else "")
@@ -139,11 +142,10 @@ class Recorded:
         """Its figures for a table."""
         index = None if self.credibility is None else self.credibility.index
         inclination = None if self.credibility is None else self.credibility.inclination
-        lost = "-" if self.lost is None else say(self.lost, "s")
         figures = (self.anees, self.nis, self.whiteness, self.hits)
         decibels = ("-" if value is None else f"{value:{sign}.1f}" for value, sign in ((index, ""), (inclination, "+")))
         told = ("-" if value is None else f"{value:.2f}" for value in figures)
-        return (self.truth or "-", f"{self.track}", f"{self.scans:,}", *told, *decibels, lost)
+        return (self.truth or "-", f"{self.track}", f"{self.scans:,}", *told, *decibels, self._lost_at() or "-")
 
     def _repr_html_(self) -> str:
         return figures_html("Consistency of a track", {name: value or None for name, value in self.data().items()})

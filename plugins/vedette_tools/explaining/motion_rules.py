@@ -11,6 +11,7 @@ from vedette.roles import Estimator, MotionModel
 from vedette.space import Array, Axis
 from vedette.tracking import parts
 from vedette.units import say
+from vedette_files import Terms
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.manoeuvres import Manoeuvre, strongest
 from vedette_tools.explaining.parameters import square
@@ -70,11 +71,12 @@ def slow_to_turn(it: Situation) -> Iterator[Finding]:
         turns.append((seen, reach, turn))
     if turns:
         seen, reach, turn = min(turns, key=lambda each: each[2].lag)
+        when = Terms.of(it.opened.recording.notes if it.opened.recording is not None else {}).when
         most = f"the gate, which reaches {reach:.2g}, loses the target" if np.isfinite(reach) else "no gate would keep it"
         text = (
             f"true object {turn.name!r} accelerates by {say(_short(turn.acceleration), 'm/s^2')}, in speed or course, "
             f"{say(_short(turn.acceleration * dt), 'm/s')} in a scan interval{_allowed(it, seen, dt)}: the predictions of a "
-            f"settled track of sensor {seen.name!r} lag by {say(_short(turn.off), 'm')} at {say(turn.time, 's')}, "
+            f"settled track of sensor {seen.name!r} lag by {say(_short(turn.off), 'm')} at {when(turn.time)}, "
             f"{turn.lag:.2g} of their own standard deviations, scans in a row, and {most}"
         )
         yield Finding(it.motions[0][0] if len(it.motions) == 1 else "estimator", text, f"below {LAG:g} standard deviations")

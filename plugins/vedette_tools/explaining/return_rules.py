@@ -9,7 +9,9 @@ import numpy as np
 
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
+from vedette.types import Pose
 from vedette.units import say
+from vedette_standard import stands
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.situation import Seen, Situation
 from vedette_tools.explaining.steady_state import ring
@@ -147,13 +149,19 @@ def long_reach(it: Situation) -> Iterator[Finding]:
         where = [i for i, axis in enumerate(seen.sensor.measurement.axes) if axis.unit == "m"]
         if seen.far is None or len(seen.came.returns) < 20 or not where:
             continue
+        own = stands(seen.sensor)
         farthest = max(
-            float(np.linalg.norm(z[where] - (0.0 if len(where) == 1 or pose is None else pose.position[: len(where)])))
+            float(np.linalg.norm(z[where] - _from(own if pose is None else pose, len(where))))
             for z, pose in zip(seen.came.returns, seen.came.poses, strict=True)
         )
         if seen.far > 30 * farthest:
             text = f"reaches {say(seen.far, 'm')}, and no return comes from farther than {say(farthest, 'm')}"
             yield Finding(seen.place, text, "the range scale of the sensor")
+
+
+def _from(pose: Pose | None, axes: int) -> Array | float:
+    """Return the place that positions over so many axes are counted from; one axis is a range already."""
+    return 0.0 if axes == 1 or pose is None else pose.position[:axes]
 
 
 def coarse_sensor(it: Situation) -> Iterator[Finding]:

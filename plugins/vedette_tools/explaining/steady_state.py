@@ -15,6 +15,7 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Tracker
 from vedette.types import Detections, Gaussian, Pose, Recording
+from vedette_standard import stands
 
 SCANS = 60
 """After this many scans a filter has settled, or will hardly do so."""
@@ -71,12 +72,13 @@ def _sees(sensor: Sensor, r: float) -> bool:
 
 
 def ring(sensor: Sensor, r: float) -> Array:
-    """Return points (8, n) over what the sensor observes, at the distance r around the origin."""
+    """Return points (8, n) over what the sensor observes, at the distance r around where it stands, or the origin."""
     axes = [i for i, axis in enumerate(sensor.observes.axes) if axis.unit in ("m", "px")][:2]
     x = np.zeros((8, len(sensor.observes)))
-    turn = np.pi / 8 + np.arange(8) * np.pi / 4
-    for i, part in zip(axes, (np.cos(turn), np.sin(turn)), strict=False):
-        x[:, i] = r * part
+    turn, pose = np.pi / 8 + np.arange(8) * np.pi / 4, stands(sensor)
+    middle = np.zeros(2) if pose is None else pose.position[:2]
+    for i, part, own in zip(axes, (np.cos(turn), np.sin(turn)), middle, strict=False):
+        x[:, i] = own + r * part
     return x
 
 

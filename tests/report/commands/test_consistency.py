@@ -11,9 +11,10 @@ from attrs import evolve
 from vedette.cli import main
 from vedette.config import load
 from vedette.types import Detections, Recording
-from vedette_files import write_recording
+from vedette_files import Terms, write_recording
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH
 from vedette_report.recorded import pooled, recorded_consistency, table
+from vedette_report.recorded.pairing import Followed
 
 SCENE = """
 title = "One boat"
@@ -313,6 +314,13 @@ def test_a_scan_that_two_tracks_followed_counts_once():
     ]
     (one,) = pooled(told, 1.0)
     assert one.scans == 4
+
+
+def test_times_that_are_dates_are_told_as_dates():
+    """Times since 1970 were told to six digits, all alike."""
+    given = Followed("a", (), (), (1796018400.5,), Terms(dated=True))
+    assert given.hint.split(" lost at ")[1].startswith("2026-11-30T06:00:00.5")
+    assert "1796018400.5 s" in evolve(given, terms=Terms()).hint
 
 
 def test_a_target_lost_for_good_is_told(losing, capsys):

@@ -45,8 +45,9 @@ def test_shares_of_confirmed_tracks_follow_the_binomial_law():
 
 
 @pytest.mark.parametrize("limit", [40.0, 3000.0, 123456.0])
-def test_the_reach_is_what_the_sensor_says(limit):
-    sensor = {"kind": "polar_position", "sigma_range": 5, "sigma_bearing": 0.01, "max_range": limit}
+@pytest.mark.parametrize("place", [{}, {"x": 20_000.0, "y": -2500.0}])
+def test_the_reach_is_what_the_sensor_says_wherever_it_stands(limit, place):
+    sensor = {"kind": "polar_position", "sigma_range": 5, "sigma_bearing": 0.01, "max_range": limit, **place}
     config = alone() | {"sensors": {"radar": sensor}}
     assert reach(load(config).tracker.sensors["radar"])[1] == pytest.approx(limit, rel=5e-3)
 

@@ -27,13 +27,9 @@ DEVIATION = "standard deviation"
 
 def power(unit: str, words: tuple[str, ...]) -> float:
     """Return the power of lengths, of angles or of times in a unit: -2 of lengths in "1/m^2"."""
-    found, sign = 0.0, 1.0
-    for part in unit.partition(" mod ")[0].replace("kn", "NM/h").split("/"):
-        match = _PART.match(part)
-        if match and match[1] in words:
-            found += sign * float(match[2] or 1.0)
-        sign = -1.0
-    return found
+    parts = map(_PART.match, unit.partition(" mod ")[0].replace("kn", "NM/h").split("/"))
+    over, *under = (float(part[2] or 1.0) if part and part[1] in words else 0.0 for part in parts)
+    return over - sum(under)
 
 
 def _noise(component: Any, drawn: Moves | Looks, pace: float = 1.0) -> tuple[Space, Space, Noise]:
