@@ -102,7 +102,8 @@ def same(
     place = f"{what}[{', '.join(map(str, worst))}]" if worst else what
     allowed = np.broadcast_to(tolerance * np.asarray(scale), off.shape)[worst]
     near = f" to within {allowed:.2g}" if allowed > 1e-9 * abs(got[worst] - wanted[worst]) else ""
-    told = f"{place}: must be {wanted[worst]:.9g}{near}, got {got[worst]:.9g}"
+    digits = 9 if f"{wanted[worst]:.9g}" != f"{got[worst]:.9g}" else 17  # enough to differ
+    told = f"{place}: must be {wanted[worst]:.{digits}g}{near}, got {got[worst]:.{digits}g}"
     demand(off[worst] <= tolerance, told)
 
 
