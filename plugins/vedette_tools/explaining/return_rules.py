@@ -7,20 +7,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vedette.metrics import nees
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
-from vedette.types import Pose
+from vedette.types import Pose, Trajectory
 from vedette.units import say
 from vedette_standard import stands
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.situation import Seen, Situation
-from vedette_tools.explaining.steady_state import ring
+from vedette_tools.explaining.steady_state import ball, ring
 
 MOST_IN_NEW_GATE, MOST_IN_GATE = 3.0, 1.5
 LEAST_GATE, LEAST_DETECTION = 0.8, 0.3
 FACTOR = 10.0
 RAREST = 1e-6
 """Fewer false returns in a scan are as good as none: by hand."""
+
+LOOKS, DETECTS, SIGMAS = 100, 0.1, 5.0
+"""Of so many looks at true objects a share of detections is told that is off by so much, and so many deviations: by hand."""
+NEAR, CROWDED = 25.0, 0.1
+"""A return so near to a true object, in squared deviations, is its own, where fewer false ones lie there: by hand."""
 
 
 def odd_input(it: Situation) -> Iterator[Finding]:
@@ -90,6 +96,40 @@ def clutter_against_data(it: Situation) -> Iterator[Finding]:
             beside = f" beside {targets} true objects" if targets else ""
             text = f"states {expected:.2g} false returns a scan where returns are, and {came:.3g} returns come{beside}"
             yield Finding(seen.place, text, "as many as come and are no target's")
+
+
+def detection_against_truth(it: Situation) -> Iterator[Finding]:
+    """Compare the stated detection probability with how often a return lies where a true object is measured."""
+    recording = it.opened.recording
+    for seen in it.sensors:
+        looks = np.array([look for path in (recording.truth if recording else ()) for look in _looks(seen, path)])
+        if len(looks) < LOOKS:
+            continue
+        stated, found = np.mean(looks, axis=0).tolist()
+        if abs(found - stated) > max(DETECTS, SIGMAS * np.sqrt(found * (1.0 - found) / len(looks))):
+            text = (
+                f"states that {stated:.2g} of the looks at true objects detect them, and in {found:.2g} of {len(looks):,} a "
+                f"return lies within {math.sqrt(NEAR):.0f} deviations"
+            )
+            yield Finding(seen.place, text, "the share that is found, if returns do not lie beside the truth")
+
+
+def _looks(seen: Seen, path: Trajectory) -> Iterator[tuple[float, bool]]:
+    """Yield of each scan how probably a return is to lie near where an object is measured, a false one too, and does."""
+    sensor = seen.sensor
+    if isinstance(sensor, ImagingSensor) or not set(sensor.observes.names) <= set(path.space.names):
+        return
+    for scan in seen.came.scans:
+        x, z = path.at(scan.time), scan.detections.z[scan.detections.valid]
+        if x is None or scan.detections.missing is not None or scan.detections.time is not None:
+            continue
+        placed, x = sensor.placed(scan.pose), x[path.space.locate(sensor.observes)]
+        there, R = placed.measure(x), placed.noise(x)
+        false = float(np.max(placed.clutter(there[None]))) * ball(len(there), NEAR) * math.sqrt(np.linalg.det(R))
+        if false < CROWDED:
+            p = float(placed.detects(x))
+            near = nees(placed.measurement.difference(z, there), R) < NEAR
+            yield p + (1.0 - p) * false, bool(np.any(near))
 
 
 def rarely_detects(it: Situation) -> Iterator[Finding]:
@@ -220,6 +260,6 @@ def open_gate(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    odd_input, crowded_gate, no_clutter, clutter_against_data, rarely_detects, never_misses, out_of_view, long_reach,
-    coarse_sensor, gate_against_target, open_gate,
+    odd_input, crowded_gate, no_clutter, clutter_against_data, detection_against_truth, rarely_detects, never_misses,
+    out_of_view, long_reach, coarse_sensor, gate_against_target, open_gate,
 )  # fmt: skip

@@ -26,6 +26,11 @@ TRIED = tuple(10.0 ** (0.25 * k) for k in range(29))
 FAR = TRIED[-1]
 
 
+def ball(m: int, threshold: float) -> float:
+    """Return the volume of a ball in m dimensions, of a squared radius."""
+    return math.exp(0.5 * m * math.log(math.pi * threshold) - math.lgamma(m / 2 + 1))
+
+
 @frozen(eq=False)
 class Settled:
     """One sensor and one track over SCANS scans: the prior of its start, and what it comes to.
@@ -48,9 +53,7 @@ class Settled:
 
     def gate_volumes(self, threshold: float) -> Array:
         """Return the volume of the gate at each scan (s,), in the measurement's units."""
-        m = self.R.shape[-1]
-        ball = math.exp(0.5 * m * math.log(math.pi * threshold) - math.lgamma(m / 2 + 1))
-        volumes: Array = ball * np.sqrt(np.maximum(np.linalg.det(self.S), 0.0))
+        volumes: Array = ball(self.R.shape[-1], threshold) * np.sqrt(np.maximum(np.linalg.det(self.S), 0.0))
         return volumes
 
 

@@ -123,6 +123,10 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
         "birth", "into the first gate of a new track",
         ["birth.spread={vx=150.0,vy=150.0,turn_rate=0.03}", "sensors.radar.clutter_density=1e-5"],
     ),
+    "detected otherwise than stated": (
+        "sensors.radar", "of the looks at true objects",
+        [SCENE, "source.duration=120", "sensors.radar.detection_probability=0.6"],
+    ),
     "no clutter": ("sensors.radar", "states no clutter", ["sensors.radar.clutter_density=0"]),
     "hardly any clutter": ("sensors.radar", "the first one proves", [SCENE, "sensors.radar.clutter_density=1e-15"]),
     "a detection probability of 0.9 %": (
