@@ -138,7 +138,8 @@ def test_commands_to_type_name_a_path_with_blanks_as_a_shell_reads_it(tmp_path, 
     assert main(["new", "config", "my lake.csv"]) == 2
     assert "; tail -n +1 'my lake.csv')" in capsys.readouterr().err
     Path("my run/.run-1").mkdir(parents=True)
-    Path("my run/.run-1/recording.jsonl").touch()
+    for name in ("recording.jsonl", ".checkpoint.json"):
+        (Path("my run/.run-1") / name).touch()
     assert main(["report", "my run"]) == 2
     assert "--resume 'my run'`" in capsys.readouterr().err
 
