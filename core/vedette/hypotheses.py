@@ -230,7 +230,7 @@ class HypothesisAssociator(Associator):
         """
 
     def branch_close(self, hypotheses: Any, scores: LeafScores, begins: Mask, close: Any) -> Branching:
-        """Return what `branch` does where leaves may give one return with another, by the `close` of `meet_close`'s part."""
+        """Return what `branch` does where leaves may give one return with another, by the `close` of `meet_close`."""
         raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
     def merge(self, hypotheses: Any, estimate: Gaussian, existence: Array, state: Space) -> Merging:

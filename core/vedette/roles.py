@@ -258,8 +258,8 @@ class Associator(Component):
         """Return the meeting, a `vedette.tracking.Part`, of rows that may give one return with another; None: none may."""
         raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
-    def associate_close(self, expected: Any, pairs: Any, part: Any, places: Any) -> Any:
-        """Return what `vedette.tracking.by_cluster` does, of `pairs` of which those at `places` are the part's."""
+    def associate_close(self, expected: Any, pairs: Any, meeting: Any, places: Any) -> Any:
+        """Return what `vedette.tracking.by_cluster` does, of `pairs` of which those at `places` are the meeting's."""
         raise NotImplementedError(f"{self.kind!r} takes no merged returns")
 
 

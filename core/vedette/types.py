@@ -56,6 +56,15 @@ class Detections:
             values = values.reshape(0, axes or 0)
         return cls(values, np.ones(values.shape[:-1], dtype=bool))
 
+    @property
+    def complete(self) -> Mask:
+        """Which returns are valid and lack no component (*b, k)."""
+        return self.valid if self.missing is None else self.valid & ~np.any(self.missing, axis=-1)
+
+    def noise_of(self, returns: Any) -> Array | None:
+        """Return the own covariances of some returns of one run; None if none has its own."""
+        return None if self.noise is None else self.noise[returns]
+
 
 def _as_detections(value: Any) -> Detections:
     """Return the returns that a list or an array of them holds."""

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Indices, Mask, fields
-from vedette_boxes.rows import Rows, overlap
+from vedette_boxes.rows import BoxRows, overlap
 
 INNERMOST = 1e-6
 """Scores are taken as at least this far from 0 and 1."""
@@ -55,7 +55,7 @@ def fitted(score: Array, target: Mask) -> Calibration:
     return Calibration(slope=float(w[0]), offset=float(w[1] - np.log(targets / others)))
 
 
-def of_targets(found: Rows, truth: Rows, least: float = 0.5) -> Indices:
+def of_targets(found: BoxRows, truth: BoxRows, least: float = 0.5) -> Indices:
     """Return the row of the true box that each detection (n,) overlaps by `least`, -1 for none; each is found once, the best
     overlaps first.
     """

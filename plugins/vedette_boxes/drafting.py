@@ -15,7 +15,7 @@ from vedette import InputError, load
 from vedette.space import Array, Indices
 from vedette_boxes.calibration import confused, fitted, of_targets
 from vedette_boxes.fitting import Guess, likeliest
-from vedette_boxes.rows import Rows, numbers_of, overlap, read_rows
+from vedette_boxes.rows import BoxRows, numbers_of, overlap, read_rows
 from vedette_boxes.sources.mot import sequence_info
 from vedette_files.input_files import lines
 
@@ -146,7 +146,7 @@ def _number(info: Mapping[str, str], name: str) -> float | None:
     return value if 0 < value < 1e6 else None
 
 
-def _noise(rows: Rows) -> tuple[float, float]:
+def _noise(rows: BoxRows) -> tuple[float, float]:
     """Return the errors of middle and sides, as parts of the sides, by second differences of boxes that overlap.
 
     A second difference of three errors has 6 times their variance; motion adds to it, little from frame to frame.
@@ -167,7 +167,7 @@ def _noise(rows: Rows) -> tuple[float, float]:
     return float(np.clip(most[:2].mean(), 0.005, 0.5)), float(np.clip(most[2:].mean(), 0.005, 0.5))
 
 
-def _facts(rows: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
+def _facts(rows: BoxRows, true: BoxRows | None, frames: int) -> dict[str, Any]:
     """Return P_D, false boxes and calibration, by the first half of the true boxes if there are any."""
     if true is None:
         guess = "without true boxes by the likelihood, too, as is the number of false ones"
@@ -192,7 +192,7 @@ def _facts(rows: Rows, true: Rows | None, frames: int) -> dict[str, Any]:
     }
 
 
-def _classes(rows: Rows, real: Rows, which: Indices) -> dict[str, str]:
+def _classes(rows: BoxRows, real: BoxRows, which: Indices) -> dict[str, str]:
     """Return what classes the detector names and confuses; nothing if it names one or none."""
     classes = int(np.max(rows.kind, initial=0))
     target = which >= 0

@@ -12,7 +12,7 @@ from attrs import field, frozen
 from vedette import Gaussian
 from vedette.metrics import Figure
 from vedette.space import Array, Indices
-from vedette_boxes.rows import Rows, overlap
+from vedette_boxes.rows import BoxRows, overlap
 from vedette_boxes.sensors.box import BOX
 from vedette_boxes.shown import shown
 from vedette_standard.whole_tracks import hota, idf1
@@ -40,7 +40,7 @@ class Frames:
         self.alike.append(overlap(boxes, estimates))
 
 
-def of_files(truth: Rows, results: Rows) -> Frames:
+def of_files(truth: BoxRows, results: BoxRows) -> Frames:
     """Return the frames of a file of true boxes and of one of results."""
     frames = Frames()
     for number in np.union1d(truth.frame, results.frame):

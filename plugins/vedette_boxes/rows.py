@@ -17,7 +17,7 @@ FEWEST, MOST = 6, 12
 
 
 @frozen(eq=False)
-class Rows:
+class BoxRows:
     """Boxes (n,) by frame: frame and id (n,), box (n, 4) as middle and sides in px, score (n,), kind (n,), -1 for none."""
 
     frame: Indices
@@ -27,9 +27,9 @@ class Rows:
     kind: Indices
     refused: tuple[Problem, ...] = ()
 
-    def of(self, keep: Mask) -> Rows:
+    def of(self, keep: Mask) -> BoxRows:
         """Return some of them."""
-        return Rows(self.frame[keep], self.id[keep], self.box[keep], self.score[keep], self.kind[keep], self.refused)
+        return BoxRows(self.frame[keep], self.id[keep], self.box[keep], self.score[keep], self.kind[keep], self.refused)
 
 
 def numbers_of(line: str) -> list[float]:
@@ -47,7 +47,7 @@ def numbers_of(line: str) -> list[float]:
     return values
 
 
-def read_rows(path: Path) -> Rows:
+def read_rows(path: Path) -> BoxRows:
     """Read detections, true boxes or results; lines that are no boxes are refused. InputError if none is one."""
     found, refused = list[list[float]](), list[Problem]()
     for number, line in lines(path):
@@ -61,7 +61,7 @@ def read_rows(path: Path) -> Rows:
     values = np.array([(row + [-1.0, -1.0])[:8] for row in found])
     values = values[np.argsort(values[:, 0], kind="stable")]
     box = np.concatenate([values[:, 2:4] + 0.5 * values[:, 4:6], values[:, 4:6]], axis=1)
-    return Rows(
+    return BoxRows(
         values[:, 0].astype(int), values[:, 1].astype(int), box, values[:, 6], values[:, 7].astype(int), tuple(refused)
     )
 

@@ -43,7 +43,7 @@ from vedette_files.tables.columnar import PARQUET as PARQUET
 from vedette_files.tables.source import CsvSource as CsvSource
 from vedette_files.tables.times import DATED as DATED
 from vedette_files.tracks.kept import SCHEMA as SCHEMA
-from vedette_files.tracks.kept import Part as Part
+from vedette_files.tracks.kept import Wanted as Wanted
 from vedette_files.tracks.kept import is_database as is_database
 from vedette_files.tracks.kept import keep_facts as keep_facts
 from vedette_files.tracks.kept import keep_tracks as keep_tracks

@@ -177,6 +177,19 @@ def whole_file(path: Path) -> Iterator[TextIO]:
         yield file
 
 
+def write_text(path: Path, text: str) -> None:
+    """Write a text as a file, whole or not at all."""
+    with whole_file(path) as file:
+        file.write(text)
+
+
+def write_texts(folder: Path, texts: Mapping[str, str]) -> list[str]:
+    """Write each text as the file of its name; return the names."""
+    for name, text in texts.items():
+        write_text(folder / name, text)
+    return list(texts)
+
+
 @contextmanager
 def whole_bytes(path: Path) -> Iterator[BinaryIO]:
     """Open a file for bytes, as `whole_file` does for text."""

@@ -13,7 +13,7 @@ import attrs
 from vedette.errors import ConfigError, InputError
 from vedette_files.archives import open_arrays
 from vedette_files.json_values import read_table
-from vedette_files.writing import whole_file, write_arrays
+from vedette_files.writing import write_arrays, write_text
 
 R = TypeVar("R")
 FOLDER, ABOUT = "parts", "study.json"
@@ -43,8 +43,7 @@ class Parts:
         made = make()
         if not (self._folder / ABOUT).exists():
             self._folder.mkdir(parents=True, exist_ok=True)
-            with whole_file(self._folder / ABOUT) as file:
-                file.write(json.dumps(self._about) + "\n")
+            write_text(self._folder / ABOUT, json.dumps(self._about) + "\n")
         _write(path, name, made)
         return made
 

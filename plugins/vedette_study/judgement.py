@@ -18,7 +18,7 @@ from attrs import evolve, frozen
 
 from vedette.errors import ConfigError, InputError
 from vedette.space import Array
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 from vedette_study.averages import averaged_plan
 from vedette_study.chunk import study_figures
 from vedette_study.outcome import Outcome
@@ -89,8 +89,7 @@ def write_judgement(path: Path, kept: Mapping[str, Any]) -> None:
     """Write a judgement: a line for each point, so that a difference can be read."""
     points = ",\n".join(json.dumps(point) for point in kept["points"])
     head = {name: value for name, value in kept.items() if name != "points"}
-    with whole_file(path) as file:
-        file.write(f'{json.dumps(head, indent=1)[:-2]},\n "points": [\n{points}\n]}}\n')
+    write_text(path, f'{json.dumps(head, indent=1)[:-2]},\n "points": [\n{points}\n]}}\n')
 
 
 def read_judgement(path: Path) -> dict[str, Any]:

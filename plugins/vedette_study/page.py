@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from vedette.space import Array
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 from vedette_report.drawing import canvas
 from vedette_report.findings import Curve, Panel, Table
 from vedette_report.page import page
@@ -35,8 +35,7 @@ def write_study_page(folder: Path, outcome: Outcome, target: Path) -> None:
         **_worst(folder, outcome, target),
     }
     title = outcome.plan.title or folder.resolve().name
-    with whole_file(target) as file:
-        file.write(page(title, facts, SCRIPTS, skeleton="study.html"))
+    write_text(target, page(title, facts, SCRIPTS, skeleton="study.html"))
 
 
 def _worst(folder: Path, outcome: Outcome, target: Path) -> dict[str, Any]:

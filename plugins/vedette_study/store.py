@@ -17,7 +17,7 @@ from vedette.errors import ConfigError, InputError, Problem, VedetteError
 from vedette_files.archives import open_arrays
 from vedette_files.files_read import contents
 from vedette_files.json_values import read_table
-from vedette_files.writing import whole_file, write_arrays
+from vedette_files.writing import write_arrays, write_text
 from vedette_report.identity import Code, check, tell
 from vedette_study.chunk import Chunk
 from vedette_study.plan import Plan
@@ -93,15 +93,14 @@ def open_store(folder: Path, plan: Plan, code: Code, *, resume: bool) -> Store:
         texts = check(own if isinstance(own, dict) else {}, code.made, str(path), accept=code.accept)
         tell(texts)
         if texts and code.accept and code.made not in (others := list(there.get("also", []))):
-            with told(folder), whole_file(path) as file:
-                file.write(json.dumps(there | {"also": [*others, dict(code.made)]}, indent=2) + "\n")
+            with told(folder):
+                write_text(path, json.dumps(there | {"also": [*others, dict(code.made)]}, indent=2) + "\n")
         for left in (folder / CHUNKS).glob(".*.part"):
             left.unlink(missing_ok=True)
     with told(folder):
         (folder / CHUNKS).mkdir(parents=True, exist_ok=True)
         if not path.exists():
-            with whole_file(path) as file:
-                file.write(json.dumps(wanted, indent=2) + "\n")
+            write_text(path, json.dumps(wanted, indent=2) + "\n")
     return Store(folder, code)
 
 

@@ -12,9 +12,8 @@ import numpy as np
 from attrs import evolve
 
 from vedette.space import Array
-from vedette_files.writing import whole_file
+from vedette_files.writing import whole_file, write_texts
 from vedette_report.findings import Cell, Chart, Curve, Panel, Table
-from vedette_report.running.files import write_texts
 from vedette_study.chunk import study_figures
 from vedette_study.grid import short_names, spaced_evenly_in_log, told, unit_at
 from vedette_study.outcome import Outcome, numeric_axes

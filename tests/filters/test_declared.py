@@ -8,7 +8,7 @@ from vedette import Detections, Gaussian, MotionModel, PluginError, Registry, Sp
 from vedette.filters import GaussianFilter, contradiction, predicted
 from vedette.testing import laws_of
 from vedette.testing.comparisons import Misuse
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette_flir.estimators.monitored import ResidualMonitored
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_standard.associators.nearest import Nearest

@@ -11,7 +11,7 @@ from vedette import InputError, Space
 from vedette.errors import PluginError
 from vedette.metrics import FIGURES, Figure, Judge, RunningJudge, judge, tally
 from vedette.metrics import running as judging_module
-from vedette.metrics.coverage import Held
+from vedette.metrics.coverage import LastCover
 from vedette.metrics.tally import Fate, Total
 from vedette.types import Gaussian
 
@@ -192,7 +192,7 @@ def test_what_is_known_of_tracks_that_ended_is_forgotten(run, monkeypatch):
 
 
 def no_memory(self, scans, entries, gates):
-    self._held = Held(len(self._truth))
+    self._held = LastCover(len(self._truth))
     return usual_judged(self, scans, entries, gates)
 
 

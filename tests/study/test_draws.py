@@ -6,7 +6,7 @@ import pytest
 import vedette
 from vedette.metrics import judge
 from vedette.sampling import follow, psd_root
-from vedette.sampling.generators import NotInLockStep
+from vedette.sampling.seeds import NotInLockStep
 from vedette_study.chunk import goes_together, run_chunk
 from vedette_study.seeds import RunSeeds, sequence
 

@@ -7,7 +7,7 @@ import vedette
 from support.leaves import FILTERS, KINDS, MOTION, RADAR, composed, path_to, scans, states_of
 from vedette import Detections, Gaussian, Mixtures, Scan
 from vedette.filters import merged
-from vedette.sampling.generators import NO_DRAWS, NotInLockStep
+from vedette.sampling.seeds import NO_DRAWS, NotInLockStep
 from vedette.tracking import take
 
 

@@ -6,8 +6,7 @@ from attrs import frozen
 
 import vedette
 from vedette import Detections, Estimator, Gaussian, Scan
-from vedette.sampling.generators import NO_DRAWS
-from vedette.sampling.seeds import Seed
+from vedette.sampling.seeds import NO_DRAWS, Seed
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_study.lockstep import run_together

@@ -11,7 +11,7 @@ from vedette import Axis, Detections, Scan, ScanRefused, Space
 from vedette.experiment import Experiment
 from vedette.tracking import memory_limits
 from vedette.tracking.history import History
-from vedette.tracking.position_spread import check_spread
+from vedette.tracking.plan import check_places
 
 KALMAN = {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 1.0}}
 ESTIMATORS = {
@@ -125,9 +125,9 @@ def test_leaves_count_where_a_tracker_keeps_hypotheses(monkeypatch):
 
 def test_a_spread_in_metres_needs_a_position_in_metres():
     life = tracker(1).lifecycle
-    check_spread(life, Space((Axis("u", "px"),)))
+    check_places(life, Space((Axis("u", "px"),)))
     with pytest.raises(ValueError, match=r"^lifecycle: .* as no axis"):
-        check_spread(evolve(life, max_spread=30.0), Space((Axis("u", "px"),)))
+        check_places(evolve(life, max_spread=30.0), Space((Axis("u", "px"),)))
 
 
 def test_histories_hold_the_rows_of_confirmed_tracks_alone():

@@ -8,7 +8,7 @@ from attrs import evolve
 
 from support.leaves import FILTERS, KINDS, composed, path_to, scans, states_of
 from vedette import Detections, smooth, smoothed
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import NO_DRAWS
 from vedette.tracking import retelling, take
 from vedette.tracking.smoothing import check_smoothing
 from vedette.tracking.state import next_state

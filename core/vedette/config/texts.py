@@ -70,7 +70,7 @@ def yaml_text(text: str) -> Any:
         loader = reader(text)
         try:
             node = loader.get_single_node()
-            _Merged(yaml.MappingNode, limit).check(node)
+            _MergedTables(yaml.MappingNode, limit).check(node)
             return None if node is None else loader.construct_document(node)
         finally:
             loader.dispose()
@@ -84,7 +84,7 @@ def yaml_text(text: str) -> Any:
         raise ValueError(f"a value cannot be read: {' '.join(str(error).split()) or type(error).__name__}") from None
 
 
-class _Merged:
+class _MergedTables:
     """What `<<` makes of tables, counted before it is made: merged tables that merge others double with each line."""
 
     def __init__(self, mapping: Any, limit: int) -> None:

@@ -9,7 +9,6 @@ from vedette.kernels import association as _association
 from vedette.kernels import backward as _backward
 from vedette.kernels import boxes as _boxes
 from vedette.kernels import clusters as _clusters
-from vedette.kernels import hypotheses as _hypotheses
 from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
 from vedette.kernels import random_numbers as _random_numbers
@@ -87,7 +86,7 @@ one_hot = _fastest(_association.one_hot)
 sample_density = _fastest(_association.sample_density)
 softmax = _fastest(_association.softmax)
 
-best_joint = _fastest(_hypotheses.best_joint, _results.JointBest)
+best_joint = _fastest(_assignment.best_joint, _results.JointBest)
 grow = _fastest(_clusters.grow, _results.Grown)
 shed = _fastest(_clusters.shed, _results.Shed)
 target_existence = _fastest(_clusters.target_existence)

@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vedette.kernels.assignment import FARTHEST, best_joint
 from vedette.kernels.boxes import linked_clusters
-from vedette.kernels.hypotheses import FARTHEST, best_joint
 from vedette.kernels.reference import log_sum
 from vedette.kernels.results import Grown, Shed
 from vedette.space import Array, Indices, Mask
@@ -20,7 +20,7 @@ from vedette.space import Array, Indices, Mask
 MOST_OPERATIONS = 4096
 """Operations that the sum over all associations of one hypothesis may take; where it takes more, it is bounded instead."""
 
-Held = list[tuple[float, tuple[int, ...]]]
+Alternatives = list[tuple[float, tuple[int, ...]]]
 
 
 def grow(
@@ -46,7 +46,7 @@ def grow(
     Reid, An Algorithm for Tracking Multiple Targets, IEEE Trans. Automatic Control 24, 1979.
     """
     k, table = len(begins), _Table(miss, ends, returns, scores, len(begins))
-    clusters: list[tuple[Held, float]] = []
+    clusters: list[tuple[Alternatives, float]] = []
     touched = np.zeros(k, dtype=bool)
     for group in _joined(cluster, weights, starts, leaves, table):
         before, kept = _product(group, most, least)
@@ -116,14 +116,14 @@ class _Table:
         return table, used
 
 
-def _of_clusters(cluster: Indices, weights: Array, starts: Indices, leaves: Indices) -> Iterator[Held]:
+def _of_clusters(cluster: Indices, weights: Array, starts: Indices, leaves: Indices) -> Iterator[Alternatives]:
     """Yield the hypotheses of each cluster, as weight and leaves."""
     rows = [tuple(leaves[i:j].tolist()) for i, j in zip(starts[:-1].tolist(), starts[1:].tolist(), strict=True)]
     for number in range(int(cluster.max(initial=-1)) + 1):
         yield [(float(weights[h]), rows[h]) for h in np.flatnonzero(cluster == number).tolist()]
 
 
-def _joined(cluster: Indices, weights: Array, starts: Indices, leaves: Indices, table: _Table) -> list[list[Held]]:
+def _joined(cluster: Indices, weights: Array, starts: Indices, leaves: Indices, table: _Table) -> list[list[Alternatives]]:
     """Return the clusters that share returns together, in the order of their first ones."""
     every = list(_of_clusters(cluster, weights, starts, leaves))
     pairs = [(c, r) for c, held in enumerate(every) for _, rows in held for leaf in rows for r in table.of(leaf)[0].tolist()]
@@ -139,7 +139,7 @@ def _heaviest(weights: Array, most: int, least: float) -> Indices:
     return rows
 
 
-def _product(group: list[Held], most: int, least: float) -> tuple[Held, float]:
+def _product(group: list[Alternatives], most: int, least: float) -> tuple[Alternatives, float]:
     """Return the heaviest products of the hypotheses of clusters, and the share of all weight that they have."""
     product, kept = group[0], 1.0
     for held in group[1:]:
@@ -151,7 +151,7 @@ def _product(group: list[Held], most: int, least: float) -> tuple[Held, float]:
     return [(weight, tuple(sorted(rows_of))) for weight, rows_of in product], kept
 
 
-def _associated(before: Held, table: _Table, most: int, least: float) -> tuple[list[tuple[float, Indices]], float]:
+def _associated(before: Alternatives, table: _Table, most: int, least: float) -> tuple[list[tuple[float, Indices]], float]:
     """Return the weight and codes of the best associations of hypotheses, and the share of all weight that they have."""
     logs, codes, totals = [], [], []
     for weight, leaves in before:
@@ -192,7 +192,7 @@ def _log_total(scores: Array) -> float:
     return float(np.sum(top) + np.log(np.sum(sums)))
 
 
-def _begun(after: list[tuple[float, Indices]], may: Indices, count: int, columns: int) -> Held:
+def _begun(after: list[tuple[float, Indices]], may: Indices, count: int, columns: int) -> Alternatives:
     """Return the hypotheses with the tracks that begin at returns which they leave free."""
     held = []
     for weight, codes in after:
@@ -201,7 +201,7 @@ def _begun(after: list[tuple[float, Indices]], may: Indices, count: int, columns
     return held
 
 
-def _merged(held: Held) -> Held:
+def _merged(held: Alternatives) -> Alternatives:
     """Return hypotheses without repetitions, heaviest first."""
     total: dict[tuple[int, ...], float] = {}
     for weight, leaves in held:
@@ -211,7 +211,7 @@ def _merged(held: Held) -> Held:
     return [(weight, leaves) for leaves, weight in sorted(total.items(), key=lambda one: -one[1])]
 
 
-def _factors(held: Held, track: Indices, tolerance: float) -> list[Held]:
+def _factors(held: Alternatives, track: Indices, tolerance: float) -> list[Alternatives]:
     """Return the independent parts of a cluster, in the order of their first leaves."""
     tracks = sorted({int(track[leaf]) for _, leaves in held for leaf in leaves})
     weights, place = np.array([weight for weight, _ in held]), {one: i for i, one in enumerate(tracks)}
@@ -233,7 +233,7 @@ def _factors(held: Held, track: Indices, tolerance: float) -> list[Held]:
     return [_merged_part(table[:, part], weights) for part in parts]
 
 
-def _merged_part(table: Indices, weights: Array) -> Held:
+def _merged_part(table: Indices, weights: Array) -> Alternatives:
     """Return the hypotheses over some of a cluster's tracks."""
     rows = [tuple(leaf for leaf in row if leaf >= 0) for row in table.tolist()]
     return _merged(list(zip(weights.tolist(), rows, strict=True)))
@@ -251,7 +251,7 @@ def _beyond(parts: list[Indices], weights: Array) -> float:
     return float(np.sum(np.maximum(joint - product[first], 0.0)))
 
 
-def _flat(clusters: list[Held]) -> Shed:
+def _flat(clusters: list[Alternatives]) -> Shed:
     """Return the hypotheses of clusters in flat arrays, their leaves by rows, and what each row stands for."""
     every = [(number, weight, leaves) for number, held in enumerate(clusters) for weight, leaves in held]
     sizes = np.array([len(leaves) for *_, leaves in every], dtype=np.int64)

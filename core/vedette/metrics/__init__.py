@@ -1,6 +1,5 @@
 """How good tracks are: errors, coverage, losses, identity switches, set distances. docs/metrics.md defines the figures."""
 
-from vedette.metrics.bound import Bound
 from vedette.metrics.consistency import chi_square_band, free_axes, gate_truncation, nees, within_gate
 from vedette.metrics.coverage import NONE, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
@@ -9,4 +8,4 @@ from vedette.metrics.judging import judge, space_of
 from vedette.metrics.matching import Match, MatchedPairs
 from vedette.metrics.near_pairs import Near, near, one_to_one
 from vedette.metrics.running import ENTRIES, SCANS, Block, RunningJudge, gate_of
-from vedette.metrics.score import FIGURES, OF_OBJECTS, Figure, Judge, Score, TruthScore
+from vedette.metrics.score import FIGURES, OF_OBJECTS, Bound, Figure, Judge, Score, TruthScore

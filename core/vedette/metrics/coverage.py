@@ -15,7 +15,7 @@ NONE = -1
 
 
 @final
-class Held:
+class LastCover:
     """What the matching of scans hands to that of later ones: who covered each true object last, and whom each track did."""
 
     def __init__(self, truths: int) -> None:
@@ -27,7 +27,7 @@ def covering(
     distance: Sequence[Array | Near],
     present: Sequence[Indices],
     radius: float,
-    held: Held | None = None,
+    held: LastCover | None = None,
     which: Indices | None = None,
 ) -> Indices:
     """Return the track that covers each true object at each scan, (s, j), NONE where none does.
@@ -40,7 +40,7 @@ def covering(
     the CLEAR measures: Bernardin, Stiefelhagen, Evaluating Multiple Object Tracking Performance, EURASIP J. Image and Video
     Processing, 2008.
     """
-    held = Held(distance[0].shape[0] if distance else 0) if held is None else held
+    held = LastCover(distance[0].shape[0] if distance else 0) if held is None else held
     every = np.arange(len(held.last)) if which is None else which
     last, owner = held.last[every], held.owner
     cover = np.full((len(distance), len(every)), NONE)

@@ -6,7 +6,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.metrics.consistency import nees
-from vedette.metrics.coverage import NONE, Held, covering
+from vedette.metrics.coverage import NONE, LastCover, covering
 from vedette.metrics.histories import Entries, Truth, positions
 from vedette.metrics.near_pairs import Near, near_points
 from vedette.metrics.score import Judge
@@ -68,7 +68,7 @@ def nees_or_nan(error: Array, cov: Array) -> Array:
         return np.full(len(error), np.nan)
 
 
-def matched(entries: Entries, truth: Truth, judged: Indices, options: Judge, held: Held, which: Indices) -> Match:
+def matched(entries: Entries, truth: Truth, judged: Indices, options: Judge, held: LastCover, which: Indices) -> Match:
     """Match the entries of confirmed tracks with the truth at the scans `judged`, the known offset removed.
 
     `held` says which matches there were before; `which` of its true objects are those of `truth`.

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import PluginError
-from vedette.metrics.coverage import Held, covering
+from vedette.metrics.coverage import LastCover, covering
 from vedette.metrics.histories import Entries, Truth, confirmed_entries, truth_at
 from vedette.metrics.matching import Match, MatchedPairs, matched
 from vedette.metrics.score import Collected, Figure, Judge, Score
@@ -89,7 +89,7 @@ class RunningJudge:
         self._seen: dict[int, int] = {}
         self._most = _REMEMBERED
         self._rows: list[dict[str, Any]] = []
-        self._held, self._held_longer = Held(len(truth)), Held(len(truth))
+        self._held, self._held_longer = LastCover(len(truth)), LastCover(len(truth))
         self._sets, self._later, self._errors, self._nis = Total(), Total(), Errors(), Nis()
         self._fates = [Fate() for _ in truth]
         self._further: dict[str, Collected] = {one.name: one.start() for one in figures if one.start is not None}

@@ -10,13 +10,41 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import fields
-from vedette.metrics.bound import Bound
 from vedette.names import look_up
+from vedette.roles import MotionModel
 from vedette.space import Array
 
 
 def _two(values: Array) -> str | None:
     return None if len(values) == 2 else f"must be [x, y], got {len(values)} numbers"
+
+
+@final
+@frozen
+class Bound:
+    """What the truth is drawn from, for the posterior Cramer-Rao bound of the position."""
+
+    motion: MotionModel = fields.part("how the objects move")
+    start: dict[str, float] = fields.table(
+        "axis to the standard deviation with which a state is known before its first scan"
+    )
+    method: str = fields.choice(
+        "how failed detections enter: the information of each scan times its detection probability, or sequences of them",
+        ("information_reduction", "enumeration"),
+        default="information_reduction",
+    )
+
+    def __attrs_post_init__(self) -> None:
+        space = self.motion.state
+        if sorted(self.start) != sorted(space.names):
+            raise ValueError(f"start: must give the axes {', '.join(space.names)}, got {', '.join(self.start) or 'none'}")
+        if wrong := [name for name, deviation in self.start.items() if deviation < 0]:
+            raise ValueError(f"start: {wrong[0]}: the standard deviation must be >= 0, got {self.start[wrong[0]]:g}")
+
+    @property
+    def covariance(self) -> Array:
+        """The covariance (n, n) at an object's first scan, before it."""
+        return np.diag([self.start[name] ** 2 for name in self.motion.state.names])
 
 
 @final

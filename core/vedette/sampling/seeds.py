@@ -1,13 +1,14 @@
-"""Seeds: values that give the same generator at every request, for one run or for many."""
+"""Seeds, which give the same generator at every request, for one run or for many; and the generator that refuses to draw."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol, final, runtime_checkable
+from typing import Any, Protocol, final, runtime_checkable
 
 import numpy as np
 from attrs import frozen
 
+from vedette.errors import VedetteError
 from vedette.units import short
 from vedette.values import maker
 
@@ -49,3 +50,28 @@ class Seed:
 
 
 new_seed = maker(Seed)
+
+_ALL = {name for name in dir(np.random.Generator) if name[0] != "_"}
+
+
+class NotInLockStep(VedetteError):
+    """A draw that is not possible for each run from its own stream."""
+
+
+@final
+class _NoDraws(np.random.Generator):
+    """What components get that do not declare that they draw: TypeError for any draw."""
+
+    def __getattribute__(self, name: str) -> Any:
+        if name in _ALL:
+            raise TypeError(f"rng.{name}: this component draws random numbers but does not declare `Traits(draws=True)`")
+        return super().__getattribute__(name)
+
+    def __str__(self) -> str:
+        return "no draws"
+
+    __repr__ = __str__
+
+
+NO_DRAWS = _NoDraws(np.random.PCG64(0))
+"""The generator for components that draw nothing: it costs nothing, and refuses."""

@@ -15,7 +15,7 @@ from vedette.tracking import births
 from vedette.tracking.branching import Branched, branched
 from vedette.tracking.clusters import Pairs, Taken, by_cluster
 from vedette.tracking.expected import Expected
-from vedette.tracking.meeting import Met, Part
+from vedette.tracking.meeting import Meeting, Met
 from vedette.types import Detections, Frame
 from vedette.values import maker
 
@@ -27,7 +27,7 @@ class Associated:
     """What associating a scan's meetings gave.
 
     weights (*b, t, 1+w), squared distances (*b, t, w) and returns (t, w) or None are as a `State` keeps them
-    parts     of each part of the meeting, its weights (g, 1, 1+w); None where all rows met all returns
+    of_few    of each meeting with few returns, its weights (g, 1, 1+w); None where all rows met all returns
     seen      of each track: the probability of having been detected, its existence, and P_D, of leaves that of
               those that met the scan; None where tracks are permanent
     claims    (k,) the probability that a return is from an existing track
@@ -39,7 +39,7 @@ class Associated:
     weights: Array
     distances: Array
     returns: Indices | None
-    parts: Sequence[Array] | None
+    of_few: Sequence[Array] | None
     seen: tuple[Array, Array, Array] | None
     claims: Array
     approximated: int
@@ -52,11 +52,11 @@ new_associated = maker(Associated)
 
 def associate(it: Expected, met: Met) -> Associated:
     """Return which row took which return; tracks that meet all returns at once, pairs in clusters, leaves as hypotheses."""
-    plan, (innovation, scores, parts) = it.plan, met
+    plan, (innovation, scores, meetings) = it.plan, met
     if plan.keeps_hypotheses:
         return _of_leaves(it, met)
-    if parts is not None:
-        return _of_pairs(it, parts)
+    if meetings is not None:
+        return _of_pairs(it, meetings)
     framed = not it.gate.axes
     plain = not framed and it.observed.evidence is None
     asked = kernels.if_existing(scores, innovation.loglik[..., 0], it.existence) if plan.decides else scores
@@ -84,20 +84,20 @@ def _weighed(it: Expected, scores: Array) -> Array:
 
 def _of_leaves(it: Expected, met: Met) -> Associated:
     """Return the leaves after a scan: each has taken one return, or none, for certain."""
-    innovation, table, parts = met
-    if parts is None:
+    innovation, table, meetings = met
+    if meetings is None:
         scores, loglik = LeafScores.of(table), innovation.loglik[:, 0]
     else:
         assert isinstance(it.observed, Detections)
-        pairs, places = _within_gates(parts, len(it.existence), len(it.observed.z))
-        if parts and parts[0].close is not None:
+        pairs, places = _within_gates(meetings, len(it.existence), len(it.observed.z))
+        if meetings and meetings[0].close is not None:
             there, (_, column) = places[0]
-            pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= parts[0].close.alone]))
+            pairs = pairs.only(np.delete(np.arange(len(pairs.tracks)), there[column >= meetings[0].close.alone]))
         scores, loglik = pairs.by_leaf(), pairs.loglik
-    after = branched(it, scores, parts)
+    after = branched(it, scores, meetings)
     parent, choice, returns = after.parent, after.choice, None
     hit = (choice > 0).astype(float)
-    if parts is None:
+    if meetings is None:
         weights = np.zeros((len(parent), table.shape[-1]))
         weights[range(len(parent)), choice] = 1.0
         distances = innovation.distance[parent]
@@ -106,8 +106,8 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
         took, key = after.branching.alone[: len(parent)], pairs.tracks * pairs.k + pairs.returns
         if (merged := after.branching.merged) is not None:
             both = (merged := merged[: len(parent)]) > 0
-            at = np.searchsorted(parts[0].rows, parent[both])
-            distances[both, 0] = parts[0].innovation.nis[at, 0, merged[both] - 1]
+            at = np.searchsorted(meetings[0].rows, parent[both])
+            distances[both, 0] = meetings[0].innovation.nis[at, 0, merged[both] - 1]
         distances[took, 0] = pairs.distances[np.searchsorted(key, parent[took] * pairs.k + choice[took] - 1)]
     prior = it.existence[parent]
     missed = prior * np.exp(loglik[parent])
@@ -117,7 +117,7 @@ def _of_leaves(it: Expected, met: Met) -> Associated:
     return Associated(weights, distances, returns, None, seen, after.claims, after.approximated, after, None)
 
 
-def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
+def _of_pairs(it: Expected, met: Sequence[Meeting]) -> Associated:
     """Return the weights of pairs within gates, clusters of tracks that share returns being associated as a batch."""
     plan, observed = it.plan, it.observed
     assert isinstance(observed, Detections)
@@ -130,9 +130,9 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     else:
         weights, misses, seen, approximated = plan.associator.associate_close(it, pairs, met[0], places[0])
     used = []
-    for part, (pair, place) in zip(met, places, strict=True):
-        table: Array = np.zeros(part.scores.shape)
-        table[:, 0, 0] = misses[part.rows]
+    for meeting, (pair, place) in zip(met, places, strict=True):
+        table: Array = np.zeros(meeting.scores.shape)
+        table[:, 0, 0] = misses[meeting.rows]
         table[:, 0, 1:][place] = weights[pair]
         used.append(table)
 
@@ -141,24 +141,24 @@ def _of_pairs(it: Expected, met: Sequence[Part]) -> Associated:
     return Associated(misses[:, None], np.zeros((t, 0)), None, used, seen, claims, approximated, None, taken)
 
 
-def _within_gates(met: Sequence[Part], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
+def _within_gates(met: Sequence[Meeting], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
     """Return the pairs within gates by tracks, and where in `Pairs` and in each meeting those of the meeting are."""
-    inside: list[Any] = [np.nonzero(np.isfinite(part.scores[:, 0, 1:])) for part in met]
-    rows: list[Any] = [part.rows for part in met]
+    inside: list[Any] = [np.nonzero(np.isfinite(meeting.scores[:, 0, 1:])) for meeting in met]
+    rows: list[Any] = [meeting.rows for meeting in met]
     tracks = np.concatenate([row[at] for row, (at, _) in zip(rows, inside, strict=True)])
     order = np.argsort(tracks, kind="stable")
     there = np.empty_like(order)
     there[order] = np.arange(len(order))
     edges = np.cumsum([0, *(len(at) for at, _ in inside)])
     miss, loglik = np.zeros(t), np.zeros(t)
-    for part in met:
-        miss[part.rows], loglik[part.rows] = part.scores[:, 0, 0], part.innovation.loglik[:, 0, 0]
+    for meeting in met:
+        miss[meeting.rows], loglik[meeting.rows] = meeting.scores[:, 0, 0], meeting.innovation.loglik[:, 0, 0]
 
     def gathered(tables: Sequence[Any]) -> Any:
         return np.concatenate([table[at] for table, at in zip(tables, inside, strict=True)])[order]
 
-    scores, distances = [part.scores[:, 0, 1:] for part in met], [part.innovation.nis[:, 0] for part in met]
+    scores, distances = [meeting.scores[:, 0, 1:] for meeting in met], [meeting.innovation.nis[:, 0] for meeting in met]
     pairs = Pairs(
-        tracks[order], gathered([part.returns for part in met]), gathered(scores), gathered(distances), miss, loglik, k
+        tracks[order], gathered([meeting.returns for meeting in met]), gathered(scores), gathered(distances), miss, loglik, k
     )
     return pairs, [(there[i:j], at) for i, j, at in zip(edges, edges[1:], inside, strict=False)]

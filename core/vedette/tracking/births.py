@@ -14,7 +14,7 @@ from vedette.tracking.expected import Expected
 from vedette.tracking.identity import begun, without_second
 from vedette.tracking.memory_limits import LEAST_PAIRS, LEAST_STARTED, check_births, check_started
 from vedette.tracking.own_times import at_the_scan, moments_of
-from vedette.tracking.rows import Rows, compact
+from vedette.tracking.rows import TrackRows, compact
 from vedette.types import Detections, Newborn
 
 
@@ -73,7 +73,7 @@ def recycled(it: Expected, unseen: Any, belief: Any, ended: Mask, mass: Array) -
     return plan.birth.recycle(unseen, plan.estimator, plan.estimator.moments(pytrees.take(belief, ended, 0)), mass[ended])
 
 
-def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
+def with_newborn(it: Expected, rows: TrackRows, begin: Newborn) -> TrackRows:
     """Return tracks with those that begin, which come last; ScanRefused if they are more than fit into memory."""
     plan, count = it.plan, len(begin.returns)
     if count >= LEAST_STARTED:  # one is started by a copy of the generator, which stays as it is
@@ -83,7 +83,9 @@ def with_newborn(it: Expected, rows: Rows, begin: Newborn) -> Rows:
     return joined(it, rows, begin, it.state.born + np.arange(count), existence)
 
 
-def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Array, of_track: Array | None = None) -> Rows:
+def joined(
+    it: Expected, rows: TrackRows, begin: Newborn, ids: Indices, existence: Array, of_track: Array | None = None
+) -> TrackRows:
     """Return rows, then one for each of those that begin, each with its return for certain.
 
     of_track: the existence by which the lifecycle knows them, where that is less than their own.
@@ -106,5 +108,5 @@ def joined(it: Expected, rows: Rows, begin: Newborn, ids: Indices, existence: Ar
     memory = plan.lifecycle.start(existence if of_track is None else of_track)
     unconfirmed = np.zeros(count, dtype=bool)
     names = None if rows.names is None else begun(plan.identity, it.observed, begin.returns)
-    new = Rows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns, names)
+    new = TrackRows(belief, memory, ids, existence, unconfirmed, weights, np.zeros((count, k)), returns, names)
     return pytrees.join(rows, new, 0)

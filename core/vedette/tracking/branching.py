@@ -13,13 +13,13 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.hypotheses import LOST, MIXED, ROUNDING, Branching, HypothesisAssociator, LeafScores, firsts
-from vedette.sampling.generators import NotInLockStep
+from vedette.sampling.seeds import NotInLockStep
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import Names
-from vedette.tracking.meeting import Part
-from vedette.tracking.rows import Rows, judged
+from vedette.tracking.meeting import Meeting
+from vedette.tracking.rows import TrackRows, judged
 from vedette.types import Mixtures, Newborn
 
 MOST_RETURNS = 2**32
@@ -123,15 +123,15 @@ def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, s
     )  # fmt: skip
 
 
-def branched(it: Expected, scores: LeafScores, parts: Sequence[Part] | None) -> Branched:
-    """Return how the leaves branch, by their log scores; `parts`: they met few returns each, in these meetings."""
+def branched(it: Expected, scores: LeafScores, meetings: Sequence[Meeting] | None) -> Branched:
+    """Return how the leaves branch, by their log scores; `meetings`: they met few returns each, in these meetings."""
     associator, k = hypothesis_associator(it), scores.k
     inside = np.zeros(k, dtype=bool)
     inside[scores.returns] = True
     newborn = births.newborn(it, np.zeros(k), inside)
     begins = np.zeros(k, dtype=bool)
     begins[newborn.returns] = True
-    if not parts or (close := parts[0].close) is None:
+    if not meetings or (close := meetings[0].close) is None:
         branching = associator.branch(it.state.leaves.hypotheses, scores, begins)
     else:
         branching = associator.branch_close(it.state.leaves.hypotheses, scores, begins, close)
@@ -146,11 +146,11 @@ def branched(it: Expected, scores: LeafScores, parts: Sequence[Part] | None) -> 
         approximated, total = int(np.count_nonzero(worst > LOST)), float(np.sum(worst[worst > LOST]))
     if branching.inexact is not None:
         approximated = len(np.unique(it.state.leaves.ids[parent[branching.inexact[continues]]]))
-    gated = None if parts is None else _gated(scores)
+    gated = None if meetings is None else _gated(scores)
     return Branched(branching, parent, branching.choice[continues], newborn, claims, gated, approximated, total)
 
 
-def branch_out(it: Expected, by: Branched, rows: Rows, p_detect: Array) -> tuple[Rows, Any, Leaves, int]:
+def branch_out(it: Expected, by: Branched, rows: TrackRows, p_detect: Array) -> tuple[TrackRows, Any, Leaves, int]:
     """Return the tracks that are shown after a scan, the birth's memory, the leaves that stay, and how many tracks begin.
 
     rows: the leaves that continue others, updated; p_detect: P_D of the leaves before the scan.
@@ -237,19 +237,19 @@ def _last(it: Expected, branching: Branching) -> Indices:
 
 
 @frozen(eq=False)
-class Merged:
+class MergedLeaves:
     """Leaves merged into fewer: how they branch, their rows, the probability of having been detected, the row of the leaf
     whose past each has, and the share of those that took the same return.
     """
 
     branching: Branching
-    rows: Rows
+    rows: TrackRows
     hit: Array
     own: Indices
     share: Array
 
 
-def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> Merged:
+def _merged(it: Expected, branching: Branching, rows: TrackRows, hit: Array) -> MergedLeaves:
     """Return the leaves merged into fewer, each with the moments of its mixture and the past of one of them."""
     plan, estimate = it.plan, it.plan.estimator.moments(rows.belief)
     merging = hypothesis_associator(it).merge(branching.hypotheses, estimate, rows.existence, plan.state)
@@ -266,7 +266,7 @@ def _merged(it: Expected, branching: Branching, rows: Rows, hit: Array) -> Merge
     share: Array = np.bincount(into, shares * alike, count).astype(float)
     both = None if branching.merged is None else branching.merged[past]
     fewer = Branching(branching.parent[past], branching.choice[past], merging.hypotheses, merged=both)
-    return Merged(fewer, after, seen, past, share)
+    return MergedLeaves(fewer, after, seen, past, share)
 
 
 def _sure(it: Expected, branching: Branching, share: Array) -> Array:
@@ -280,8 +280,8 @@ def _sure(it: Expected, branching: Branching, share: Array) -> Array:
 
 
 def _reviewed(
-    it: Expected, rows: Rows, of_target: Array, shown: Array, parent: Indices, hit: Array, p_detect: Array
-) -> tuple[Rows, Mask]:
+    it: Expected, rows: TrackRows, of_target: Array, shown: Array, parent: Indices, hit: Array, p_detect: Array
+) -> tuple[TrackRows, Mask]:
     """Return the leaves judged by the lifecycle, and which of them go on; those that have just begun do.
 
     of_target (l,): the existence of each leaf's target, by which it is confirmed and ends. It also ends where it would by

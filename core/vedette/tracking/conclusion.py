@@ -17,10 +17,10 @@ from vedette.tracking.branching import Branched, Leaves, branch_out, hypothesis_
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import after_scan
 from vedette.tracking.lineage import Gates, new_gates
-from vedette.tracking.meeting import Met, Part
+from vedette.tracking.meeting import Meeting, Met
 from vedette.tracking.own_times import updated
 from vedette.tracking.registration import LINKS, Offsets
-from vedette.tracking.rows import Rows, judged, new_rows
+from vedette.tracking.rows import TrackRows, judged, new_track_rows
 from vedette.tracking.state import State, next_state
 from vedette.types import Detections, Gaussian
 
@@ -29,11 +29,11 @@ NONE: Indices = np.zeros(0, dtype=np.int64)
 
 def conclude(it: Expected, met: Met, by: Associated) -> State:
     """Return the state after a scan."""
-    plan, state, weights, (innovation, scores, parts) = it.plan, it.state, by.weights, met
+    plan, state, weights, (innovation, scores, meetings) = it.plan, it.state, by.weights, met
     if by.branched is not None:
         belief = _of_branches(it, met, by.branched, weights)
-    elif parts is not None and by.parts is not None:
-        belief = _of_parts(it, parts, by.parts)
+    elif meetings is not None and by.of_few is not None:
+        belief = _of_meetings(it, meetings, by.of_few)
     else:
         if not plan.lifecycle.certain:
             weights = kernels.given_existence(weights, scores, innovation.loglik, it.existence)
@@ -124,41 +124,41 @@ def _gates(it: Expected, scores: Array | None, by: Associated) -> Gates | None:
 def _of_branches(it: Expected, met: Met, by: Branched, weights: Array) -> Any:
     """Return the belief after the scan of leaves that branched."""
     # Each leaf has its return for certain: there is no existence to condition on.
-    estimator, parent, (innovation, _, parts) = it.plan.estimator, by.parent, met
-    if parts is None:
+    estimator, parent, (innovation, _, meetings) = it.plan.estimator, by.parent, met
+    if meetings is None:
         return updated(estimator, pytrees.take(it.belief, parent, 0), pytrees.take(innovation, parent, 0), weights)
-    part_of, place = np.zeros(len(it.existence), dtype=np.int64), np.zeros(len(it.existence), dtype=np.int64)
-    for number, part in enumerate(parts):
-        part_of[part.rows], place[part.rows] = number, np.arange(len(part.rows))
+    meeting_of, place = np.zeros(len(it.existence), dtype=np.int64), np.zeros(len(it.existence), dtype=np.int64)
+    for number, meeting in enumerate(meetings):
+        meeting_of[meeting.rows], place[meeting.rows] = number, np.arange(len(meeting.rows))
     rows, after = [], []
-    for number, part in enumerate(parts):
-        whole = np.flatnonzero(part_of[parent] == number)
+    for number, meeting in enumerate(meetings):
+        whole = np.flatnonzero(meeting_of[parent] == number)
         # Leaves meet the same returns as the one before: copied for all at once, they would take gigabytes.
-        for leaves in np.array_split(whole, 1 + len(whole) * part.returns.shape[1] // MOST_AT_ONCE):
+        for leaves in np.array_split(whole, 1 + len(whole) * meeting.returns.shape[1] // MOST_AT_ONCE):
             at, taken = place[parent[leaves]], by.choice[leaves, None]
             rows.append(leaves)
-            if part.close is not None:
-                after.append(part.close.updated(it, part, at, taken, by.branching.merged, leaves))
+            if meeting.close is not None:
+                after.append(meeting.close.updated(it, meeting, at, taken, by.branching.merged, leaves))
                 continue
-            taking = (part.returns[at] == taken - 1) & (taken > 0)
+            taking = (meeting.returns[at] == taken - 1) & (taken > 0)
             sure = np.concatenate([taken == 0, taking], axis=1)[:, None].astype(float)
-            after.append(estimator.update(pytrees.take(part.belief, at, 0), pytrees.take(part.innovation, at, 0), sure))
+            after.append(estimator.update(*pytrees.take((meeting.belief, meeting.innovation), at, 0), sure))
     return pytrees.take(pytrees.in_order(after, rows), 0, 1)
 
 
-def _of_parts(it: Expected, parts: Sequence[Part], weights_of: Sequence[Array]) -> Any:
-    """Return the belief after the scan of tracks that met returns in parts, in their order."""
+def _of_meetings(it: Expected, meetings: Sequence[Meeting], weights_of: Sequence[Array]) -> Any:
+    """Return the belief after the scan of tracks that met few returns each, in their order."""
     estimator = it.plan.estimator
     after = []
-    for part, weights in zip(parts, weights_of, strict=True):
+    for meeting, weights in zip(meetings, weights_of, strict=True):
         if not it.plan.lifecycle.certain:
-            prior = it.existence[part.rows, None]
-            weights = kernels.given_existence(weights, part.scores, part.innovation.loglik, prior)
-        after.append(estimator.update(part.belief, part.innovation, weights))
-    return pytrees.take(pytrees.in_order(after, [part.rows for part in parts]), 0, 1)
+            prior = it.existence[meeting.rows, None]
+            weights = kernels.given_existence(weights, meeting.scores, meeting.innovation.loglik, prior)
+        after.append(estimator.update(meeting.belief, meeting.innovation, weights))
+    return pytrees.take(pytrees.in_order(after, [meeting.rows for meeting in meetings]), 0, 1)
 
 
-def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Leaves, int]:
+def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[TrackRows, Any, Leaves, int]:
     """Return the tracks that are shown, the birth's memory, the leaves that stay, and how many tracks begin."""
     assert by.branched is not None
     assert by.seen is not None
@@ -167,11 +167,11 @@ def _of_leaves(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, Le
     names = after_scan(
         it.plan.identity, pytrees.take(leaves.names, by.branched.parent, 0), it.observed, by.weights, by.returns, by.claims
     )
-    rows = Rows(belief, memory, ids, existence, confirmed, by.weights, by.distances, by.returns, names)
+    rows = TrackRows(belief, memory, ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     return branch_out(it, by.branched, rows, p_detect)
 
 
-def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, None, int]:
+def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[TrackRows, Any, None, int]:
     """Return the tracks that go on and those that begin, the birth's memory, no leaves, and how many begin."""
     plan, state, unseen = it.plan, it.state, it.memory
     memory, existence, confirmed, alive = state.memory, it.existence, state.confirmed, None
@@ -180,7 +180,7 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[Rows, Any, No
         memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
     weights, _, returns = (by.weights, None, None) if it.observed.identity is None else _tables(by)
     names = after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims)
-    rows = new_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
+    rows = new_track_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)
     if alive is not None and np.count_nonzero(alive) < alive.size:
         if alive.ndim > 1:
             told = "runs in lock-step keep their tracks; use one that ends none, such as 'single_target'"

@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 from vedette.filters.linear import expected_return
 from vedette.filters.motion import predicted
 from vedette.roles import Sensor
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import NO_DRAWS
 from vedette.space import Array, Mask
 from vedette.tracking import pytrees
 from vedette.tracking.gate import SensorGate

@@ -15,7 +15,7 @@ from attrs import define, evolve, field, fields
 from vedette.errors import InputError, Problem
 from vedette.roles import Sensor
 from vedette.space import Array
-from vedette.tracking import plain
+from vedette.tracking import state_data
 from vedette.tracking.identity import strayed
 from vedette.tracking.state import State
 from vedette.types import Scan
@@ -91,7 +91,7 @@ class Came:
         seen = scan.detections
         placed = sensor.placed(scan.pose)
         try:
-            spot = placed.invert(seen.z[seen.valid], None if seen.noise is None else seen.noise[seen.valid]).mean
+            spot = placed.invert(seen.z[seen.valid], seen.noise_of(seen.valid)).mean
         except NotImplementedError:
             self._looks = _LOOKED
             return
@@ -156,13 +156,13 @@ class Intake:
     def to_data(self) -> Any:
         """Return the counts as plain data."""
         first: Any = tuple(self.refused.first)
-        return plain.to_data(evolve(self, sensors={}, refused=evolve(self.refused, first=first)))
+        return state_data.to_data(evolve(self, sensors={}, refused=evolve(self.refused, first=first)))
 
     def restore(self, data: Any) -> None:
         """Take the counts that `to_data` wrote in place of one's own; InputError if they are none."""
-        known = {plain.name_of(cls): cls for cls in (Intake, Refused, Came, Problem)}
+        known = {state_data.name_of(cls): cls for cls in (Intake, Refused, Came, Problem)}
         try:
-            counts = plain.from_data(data, known, "intake")
+            counts = state_data.from_data(data, known, "intake")
             refused = evolve(counts.refused, first=list(counts.refused.first))
             if not all(isinstance(part, Came) for part in counts.came.values()) or not isinstance(counts.scans + 0, int):
                 raise TypeError("counts are whole numbers")

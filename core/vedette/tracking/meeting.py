@@ -25,7 +25,7 @@ from vedette.types import Detections, Innovation
 
 
 @frozen(eq=False)
-class Part:
+class Meeting:
     """Rows (g,) that met `returns` (g, w) of their own, -1 for none, each as a run of one row: scores (g, 1, 1+w).
 
     close: of rows that an associator which takes merged returns met by itself, what it needs to weigh them.
@@ -39,8 +39,8 @@ class Part:
     close: Any = None
 
 
-Met: TypeAlias = tuple[Any, Any, tuple[Part, ...] | None]
-"""How rows met returns: innovation of their belief, log scores (*b, t, 1+k) with the miss in column 0, no parts, if all
+Met: TypeAlias = tuple[Any, Any, tuple[Meeting, ...] | None]
+"""How rows met returns: innovation of their belief, log scores (*b, t, 1+k) with the miss in column 0, and None, if all
 rows met all returns. Or each row met few: None, None, and the meetings of rows with as many returns each.
 
 A plain tuple, as a value of its own would cost a step 2 % of its time.
@@ -65,7 +65,7 @@ def meet(it: Expected) -> Met:
     return innovation, scores, None
 
 
-def _met_by_others(it: Expected, observed: Detections, rows: Indices) -> list[Part]:
+def _met_by_others(it: Expected, observed: Detections, rows: Indices) -> list[Meeting]:
     """Return the meetings of all rows but some."""
     others, k = np.setdiff1d(np.arange(len(it.existence)), rows), len(observed.z)
     if not is_sparse(it.plan, it.state, it.scan):
@@ -90,12 +90,11 @@ def _candidates(it: Expected, observed: Detections) -> list[tuple[Indices, Indic
     return [(rows, returns[np.where(there, at, -1)]) for rows, at, there in by_width(np.bincount(tracks, minlength=t))]
 
 
-def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Part:
+def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices) -> Meeting:
     """Return the meeting of tracks, as runs of one track each, with returns of their own."""
     belief = pytrees.take(it.belief, rows[:, None], 0)
     evidence = None if observed.evidence is None else observed.evidence[returns]
-    noise = None if observed.noise is None else observed.noise[returns]
-    detections = Detections(observed.z[returns], returns >= 0, evidence, noise)
+    detections = Detections(observed.z[returns], returns >= 0, evidence, observed.noise_of(returns))
     innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
     rate = None if it.rate is None else it.rate[returns][:, None, :]
     scores = it.plan.gate.scores(
@@ -104,4 +103,4 @@ def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices)
     if observed.identity is not None:
         codes = np.where(returns >= 0, observed.identity[returns], -1)
         scores = weighed(it.plan.identity, pytrees.take(it.names, rows[:, None], 0), codes, scores)
-    return Part(rows, returns, belief, innovation, scores)
+    return Meeting(rows, returns, belief, innovation, scores)

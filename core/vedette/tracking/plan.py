@@ -12,16 +12,16 @@ from attrs import frozen
 from vedette.filters.declared import has_current_scan_step
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import NO_DRAWS
 from vedette.space import Space
 from vedette.supporting import Birth, ImagingSensor, Lifecycle
 from vedette.tracking.gate import Gate, SensorGate
 from vedette.tracking.identity import Identity
-from vedette.tracking.position_spread import check_spread
 from vedette.tracking.registration import Offsets, Registration, shared
 from vedette.tracking.validation import check_forwarding, check_sensors
 from vedette.types import Detections, Mixtures, Newborn
 
+PLANE = Space.of(x="m", y="m")
 _MERGE = "'kalman', 'ekf' and an 'imm' of them"
 
 
@@ -72,7 +72,7 @@ def planned(
     check_forwarding(estimator)
     check_sensors(sensors, estimator, gate)
     _check_existence(birth, lifecycle)
-    check_spread(lifecycle, estimator.state)
+    check_places(lifecycle, estimator.state)
     starting = frozenset(_starters(birth, sensors, estimator))
     keeps_hypotheses = isinstance(associator, HypothesisAssociator)
     if isinstance(associator, HypothesisAssociator):
@@ -136,6 +136,15 @@ def _check_existence(birth: Birth | None, lifecycle: Lifecycle) -> None:
     first = None if birth is None or lifecycle.certain else birth.initial_existence
     if first is not None and first < (least := lifecycle.least_existence):
         raise ValueError(f"birth: must begin tracks with an existence of at least {least:g}, where they end, got {first:g}")
+
+
+def check_places(lifecycle: Lifecycle, state: Space) -> None:
+    """Raise ValueError, with its place, if a lifecycle asks for positions that the state does not have."""
+    if lifecycle.needs_place and not {*PLANE.axes} <= {*state.axes}:
+        raise ValueError("lifecycle: must not ask where a track is, as the state has no x and y in m")
+    if lifecycle.needs_spread and not any(axis.unit == "m" for axis in state.axes):
+        units = ", ".join(f"{axis.name} [{axis.unit}]" for axis in state.axes)
+        raise ValueError(f"lifecycle: must not limit the position's spread, in m, as no axis of the state is in m: {units}")
 
 
 def _starters(birth: Birth | None, sensors: Mapping[str, Sensor], estimator: Estimator[Any]) -> Iterator[str]:

@@ -131,10 +131,9 @@ def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str
 
 def _whole(scan: Scan) -> Scan:
     """Return the scan as a preprocessor sees it: a return that lacks a component is padding."""
-    detections = scan.detections
+    detections, valid = scan.detections, scan.detections.complete
     if detections.missing is None:
         return scan
-    valid = detections.valid & ~np.any(detections.missing, axis=-1)
     whole = evolve(detections, z=np.where(valid[..., None], detections.z, 0.0), valid=valid, missing=None)
     return evolve(scan, detections=whole)
 

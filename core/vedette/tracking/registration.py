@@ -15,7 +15,7 @@ from attrs import evolve, frozen
 from vedette import fields, kernels
 from vedette.filters.motion import predicted
 from vedette.roles import Estimator, Sensor
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import NO_DRAWS
 from vedette.space import Array, Indices, Space
 from vedette.supporting import Birth
 from vedette.tracking import pytrees

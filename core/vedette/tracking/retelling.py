@@ -14,8 +14,7 @@ from attrs import evolve, frozen
 
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
-from vedette.sampling.generators import NO_DRAWS
-from vedette.sampling.seeds import Seed, Seeds
+from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
 from vedette.space import Array, Indices, Mask
 from vedette.supporting import Lifecycle
 from vedette.tracking import pytrees

@@ -7,17 +7,16 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.space import Array, Indices, Mask
+from vedette.space import Array, Indices, Mask, Space
 from vedette.tracking.clusters import places
 from vedette.tracking.identity import Names
-from vedette.tracking.plan import Plan
-from vedette.tracking.position_spread import PLANE, largest_deviation
-from vedette.types import new_review
+from vedette.tracking.plan import PLANE, Plan
+from vedette.types import Gaussian, new_review
 from vedette.values import maker
 
 
 @frozen(eq=False)
-class Rows:
+class TrackRows:
     """Tracks or leaves (*b, t) after a scan: belief, the lifecycle's memory, ids (t,), and the rest as in a `State`."""
 
     belief: Any
@@ -31,7 +30,7 @@ class Rows:
     names: Names | None = None
 
 
-new_rows = maker(Rows)
+new_track_rows = maker(TrackRows)
 
 
 def judged(
@@ -43,13 +42,20 @@ def judged(
     """
     lifecycle = plan.lifecycle
     estimate: Any = plan.estimator.moments(belief) if lifecycle.needs_spread or lifecycle.needs_place else None
-    spread = largest_deviation(estimate, plan.state) if lifecycle.needs_spread else None
+    spread = _largest_deviation(estimate, plan.state) if lifecycle.needs_spread else None
     place = estimate.mean[..., plan.state.locate(PLANE)] if lifecycle.needs_place else None
     memory, confirmed, alive = lifecycle.review(memory, new_review(dt, existence, hit, p_detect, spread, place))
     return memory, confirmed, alive if np.count_nonzero(alive) == alive.size else alive | np.isnan(existence)
 
 
-def compact(rows: Rows) -> Rows:
+def _largest_deviation(estimate: Gaussian, state: Space) -> Array:
+    """Return the largest standard deviation of each position, over the axes of `state` in m: (*b, t)."""
+    position = [i for i, axis in enumerate(state.axes) if axis.unit == "m"]
+    deviation: Array = np.sqrt(np.linalg.eigvalsh(estimate.cov[..., position, :][..., position])[..., -1])
+    return deviation
+
+
+def compact(rows: TrackRows) -> TrackRows:
     """Return the tracks of one run with the columns of returns that have a weight, and one at least."""
     tracks, returns = np.nonzero(rows.weights[:, 1:])
     column = places(tracks, len(rows.ids))

@@ -16,8 +16,7 @@ import numpy as np
 from vedette.errors import ConfigError
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
-from vedette.sampling.generators import NO_DRAWS
-from vedette.sampling.seeds import Seed, Seeds
+from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
 from vedette.tracking import pytrees
 from vedette.tracking.history import History
 from vedette.tracking.plan import of_no_track

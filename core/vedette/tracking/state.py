@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Indices, Mask
-from vedette.tracking import plain
+from vedette.tracking import state_data
 from vedette.tracking.identity import Names
 from vedette.tracking.lineage import Gates, Lineage, lineage
 from vedette.types import Gaussian
@@ -60,7 +60,7 @@ class State:
         ------
         TypeError : a part of the tracker keeps something else than attrs values, tuples, tables and arrays
         """
-        return plain.written(self)
+        return state_data.written(self)
 
     @property
     def rows(self) -> Any:

@@ -14,11 +14,10 @@ from vedette.errors import InputError, PluginError
 from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
-from vedette.sampling.generators import NO_DRAWS
-from vedette.sampling.seeds import Seed, Seeds
+from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
 from vedette.space import Space
 from vedette.supporting import Birth, Lifecycle
-from vedette.tracking import plain
+from vedette.tracking import state_data
 from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.association import associate
 from vedette.tracking.branching import initial_leaves
@@ -158,7 +157,7 @@ class Tracker:
 
     def state_from(self, data: Any) -> State:
         """Return the state that `State.to_data` wrote; InputError with the place if it is none of this tracker."""
-        state = plain.read(data, self.start())
+        state = state_data.read(data, self.start())
         try:
             estimate = self.estimate(state)
             if estimate.mean.shape != (*state.existence.shape, len(self.state)) or len(state.ids) != estimate.mean.shape[-2]:

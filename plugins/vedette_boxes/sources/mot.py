@@ -11,9 +11,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import ConfigError, Detections, InputError, Recording, Scan, Sensor, Source, Trajectory, fields
-from vedette.types import Rows as Counted
+from vedette.types import Rows
 from vedette_boxes.calibration import Calibration
-from vedette_boxes.rows import Rows, read_rows
+from vedette_boxes.rows import BoxRows, read_rows
 from vedette_boxes.sensors.box import BOX
 from vedette_files.input_files import whole_text
 from vedette_files.readers import find
@@ -69,18 +69,18 @@ class MotSource(Source):
             truth=() if true is None else self._trajectories(true),
             refused=(*found.refused, *(() if true is None else true.refused)),
             rows={
-                "lines": Counted(
+                "lines": Rows(
                     total, int(edges[-1] - edges[0]), len(found.refused), len(found.frame) - int(edges[-1] - edges[0])
                 )
             },
         )
 
-    def _detections(self, rows: Rows, part: slice) -> Detections:
+    def _detections(self, rows: BoxRows, part: slice) -> Detections:
         evidence = None if self.calibration is None else self.calibration.evidence(rows.score[part])
         named = np.maximum(rows.kind[part] - 1, -1) if self.classes else None
         return Detections(rows.box[part], np.ones(len(rows.box[part]), dtype=bool), evidence=evidence, identity=named)
 
-    def _trajectories(self, rows: Rows) -> tuple[Trajectory, ...]:
+    def _trajectories(self, rows: BoxRows) -> tuple[Trajectory, ...]:
         counted = rows.of(rows.score != 0)
         return tuple(
             Trajectory(str(number), BOX, counted.frame[own] / self.rate, counted.box[own])

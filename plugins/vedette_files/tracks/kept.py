@@ -35,7 +35,7 @@ _INSERT = f"INSERT OR REPLACE INTO tracks ({_COLUMNS}) VALUES (?,?,?,?,?,?,?,?,?
 
 
 @frozen
-class Part:
+class Wanted:
     """Which of the tracks are asked for: from and until a time in s, in a box (x from, y from, x to, y to) in m."""
 
     since: float | None = None
@@ -86,13 +86,13 @@ def keep_facts(into: sqlite3.Connection, space: Space, notes: Mapping[str, str])
     into.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", facts.items())
 
 
-def read_kept(path: Path, part: Part) -> tuple[tuple[Track, ...], Space, dict[str, str]]:
+def read_kept(path: Path, wanted: Wanted) -> tuple[tuple[Track, ...], Space, dict[str, str]]:
     """Return the tracks of a database that are asked for, their space, and notes; InputError if it holds none."""
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)) as there:
             there.execute("PRAGMA trusted_schema = OFF")
             facts = dict(there.execute("SELECT name, value FROM facts").fetchall())
-            condition, values = part.where()
+            condition, values = wanted.where()
             columns = "id, time, existence, confirmed, mean, cov"
             rows = there.execute(f"SELECT {columns} FROM tracks WHERE {condition} ORDER BY id, time", values).fetchall()
         space = Space.of(**dict(json.loads(facts["axes"])))

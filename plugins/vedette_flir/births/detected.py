@@ -59,13 +59,12 @@ class Detected(Birth):
         self, seen: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
     ) -> Newborn:
         """Return a track at each box that no track claims."""
-        whole = detections.valid if detections.missing is None else detections.valid & ~detections.missing.any(axis=-1)
-        returns = np.flatnonzero(whole & (claimed < self.claimed))
+        returns = np.flatnonzero(detections.complete & (claimed < self.claimed))
         names, count = estimator.state.names, len(returns)
         lacking = [axis for axis in names if axis not in sensor.observes and axis not in self.spread]
         if lacking:
             raise ValueError(f"spread: must state the standard deviation of {', '.join(map(repr, lacking))} in new tracks")
-        spot = sensor.invert(detections.z[returns], None if detections.noise is None else detections.noise[returns])
+        spot = sensor.invert(detections.z[returns], detections.noise_of(returns))
         located = estimator.state.locate(sensor.observes)
         mean, cov = np.zeros((count, len(names))), np.zeros((count, len(names), len(names)))
         cov[:, range(len(names)), range(len(names))] = [self.spread.get(axis, 0.0) ** 2 for axis in names]

@@ -6,7 +6,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette import Array
-from vedette_flir.estimators.seen_before import SCENE, Part, shown
+from vedette_flir.estimators.seen_before import SCENE, ShownAgain, shown
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.evidence import DIM
 from vedette_flir.newcomers import PLACE
@@ -115,7 +115,7 @@ def leaving(
     return evolve(appearance, since=np.asarray(np.nan if gone else since + 1.0)), None
 
 
-def _change(appearance: TemplateAppearance, part: Part, step: float) -> Array:
+def _change(appearance: TemplateAppearance, part: ShownAgain, step: float) -> Array:
     """Return what a part of a frame shows (48, 48) less what it showed as it was marked; NaN where that is not known."""
     return part.now - sample(appearance.marked, 0.5 * (SCENE.cells - 1) + part.off / step, 1.0, SCENE.cells)
 

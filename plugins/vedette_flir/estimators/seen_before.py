@@ -45,7 +45,7 @@ hand, on drawn pairs.
 
 
 @frozen(eq=False)
-class Part:
+class ShownAgain:
     """A part of a frame (48, 48) that shows again what was seen before: how far a target's place is from the middle of it,
     and from the middle of what was seen (2,), in px; the standard deviation, in count, of their difference away from the
     target; whether both axes tell where it is.
@@ -108,7 +108,7 @@ def remembered(
     return evolve(appearance, before=before, went=went, seen_size=sizes, rate=rate, last=place, path=path), new, changed
 
 
-def _again(before: Array, pixels: Array, place: Array, ways: tuple[Array, Array], size: Array) -> Part:
+def _again(before: Array, pixels: Array, place: Array, ways: tuple[Array, Array], size: Array) -> ShownAgain:
     """Return the part of a frame that shows what was seen `before` again, around a target at a place.
 
     The target has gone `ways[0]` (2,) in the scene if the camera has stood still since the last frame, and `ways[1]` if the
@@ -123,21 +123,21 @@ def _again(before: Array, pixels: Array, place: Array, ways: tuple[Array, Array]
     return turned if turned.rest < BETTER * still.rest else still
 
 
-def shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, size: Array) -> Part:
+def shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, size: Array) -> ShownAgain:
     """Return a part of a frame, in which a target is `at` (2,) px from the middle, beside what was seen before."""
     change, step = now - before, SCENE.step(size)
     seen = known & np.isfinite(change) & SCENE.others(at, size)
     if seen.sum() < FEWEST:
-        return Part(now, at, at, np.inf, False)
+        return ShownAgain(now, at, at, np.inf, False)
     more = by_slopes(slopes[:, seen], change[seen], step)
     told = np.isfinite(more.deviation)
     if np.any(told & (np.abs(more.along) >= WIDE * step)):
-        return Part(now, at, at, np.inf, False)
+        return ShownAgain(now, at, at, np.inf, False)
     off = at + more.axes @ np.where(told, more.along, 0.0)
-    return Part(now, at, off, float(np.sqrt(more.rest)), bool(np.all(more.deviation < SURE)))
+    return ShownAgain(now, at, off, float(np.sqrt(more.rest)), bool(np.all(more.deviation < SURE)))
 
 
-def new_in(by: Matcher, look: Look, before: Array, part: Part, step: float, *, apart: bool = False) -> float:
+def new_in(by: Matcher, look: Look, before: Array, part: ShownAgain, step: float, *, apart: bool = False) -> float:
     """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before.
 
     A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it: if it is

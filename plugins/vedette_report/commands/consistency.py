@@ -10,7 +10,7 @@ from pathlib import Path
 from vedette.commands import DONE, options
 from vedette.config import load, to_config, warnings_of
 from vedette_files.files_read import Inputs
-from vedette_files.writing import check_folder, locked, whole_file
+from vedette_files.writing import check_folder, locked, write_texts
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
@@ -75,11 +75,8 @@ def _write(
     folder: Path, title: str, told: Sequence[Recorded], text: str, figures: dict[str, object], pictures: Drawing
 ) -> list[str]:
     folder.mkdir(parents=True, exist_ok=True)
-    written = []
-    for name, content in (("consistency.txt", text), ("consistency.json", json.dumps(figures, indent=2))):
-        with whole_file(folder / name) as file:
-            file.write(content + "\n")
-        written.append(name)
+    texts = {"consistency.txt": text + "\n", "consistency.json": json.dumps(figures, indent=2) + "\n"}
+    written = write_texts(folder, texts)
     if pictures.possible():
         written.append(pictures.look.file("consistency"))
         titled = f"Consistency: {title}" if title else "Consistency"

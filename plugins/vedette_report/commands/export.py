@@ -13,7 +13,7 @@ from attrs import evolve
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError
 from vedette.units import in_unit
-from vedette_files import Part, is_database, read_series
+from vedette_files import Wanted, is_database, read_series
 from vedette_files.files_read import Inputs
 from vedette_files.results import finished
 from vedette_report.exporting.geojson import write_geojson
@@ -84,7 +84,7 @@ def _kept(path: Path, target: Path, arguments: Namespace) -> Run:
         raise ConfigError.at("--smoothed", "is for a run's folder: a service tells tracks as they are known")
     Inputs.of(path).check(target, "--to")
     since, until = (options.read(f"--{name}", getattr(arguments, name), _moment) for name in ("from", "until"))
-    part = Part(since, until, options.read("--box", arguments.box, _box))
+    part = Wanted(since, until, options.read("--box", arguments.box, _box))
     origin = options.read("--origin", arguments.origin, read_origin)
     return Run.kept(path, part, origin, options.read("--epoch", arguments.epoch, read_epoch))
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vedette.errors import ConfigError
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette_files import Origin, Part, Terms, read_about, read_kept, read_tracks, utc
+from vedette_files import Origin, Terms, Wanted, read_about, read_kept, read_tracks, utc
 
 CHI_SQUARE_95 = -2.0 * np.log(0.05)
 """Squared distance that holds 95 % of a Gaussian in the plane."""
@@ -44,7 +44,7 @@ class Run:
         return cls._of(folder, read_about(folder / "series.npz"), read_tracks(folder / tracks), origin, epoch)
 
     @classmethod
-    def kept(cls, path: Path, part: Part, origin: Origin | None, epoch: float | None) -> Run:
+    def kept(cls, path: Path, part: Wanted, origin: Origin | None, epoch: float | None) -> Run:
         """Read the tracks of a service from its database, those of a time and a place."""
         tracks, space, notes = read_kept(path, part)
         about = {"title": "", "axes": {axis.name: axis.unit for axis in space.axes}, "notes": notes, "objects": []}

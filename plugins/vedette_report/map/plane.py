@@ -94,7 +94,7 @@ def _spots(scan: Scan, sensor: Sensor, plane: Plane) -> Array:
     """Return where the valid returns of a scan are (k, 2), NaN where that depends on a component that one lacks."""
     placed = sensor.placed(scan.pose)
     seen, valid = scan.detections, scan.detections.valid
-    noise = None if seen.noise is None else seen.noise[valid]
+    noise = seen.noise_of(valid)
     if seen.missing is None:
         return plane.points(sensor.observes, placed.invert(seen.z[valid], noise).mean)
     lacking = seen.missing[valid]

@@ -10,7 +10,7 @@ import numpy as np
 
 from vedette.errors import ConfigError, InputError
 from vedette_files import Origin
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 from vedette_report.page.metrics import metrics
 from vedette_report.page.run import Shown
 from vedette_report.page.skeleton import UPLOT, page
@@ -40,9 +40,7 @@ def write_page(run: Path, target: Path, underlay: Path | None = None, origin: Or
     shown = Shown.read(run)
     facts, packed = shown.facts(underlay, origin)
     facts["metrics"] = _metrics([shown])
-    text = page(shown.series.about["title"] or shown.name, facts, (*DRAWING, "start.js"), [packed])
-    with whole_file(target) as file:
-        file.write(text)
+    write_text(target, page(shown.series.about["title"] or shown.name, facts, (*DRAWING, "start.js"), [packed]))
 
 
 def write_comparison(runs: Sequence[Path], target: Path, underlay: Path | None = None, origin: Origin | None = None) -> None:
@@ -74,8 +72,7 @@ def write_comparison(runs: Sequence[Path], target: Path, underlay: Path | None =
         "metrics": _metrics(shown),
     }
     title = f"{', '.join(names[:-1])} and {names[-1]}"
-    with whole_file(target) as file:
-        file.write(page(title, compared, (*DRAWING, "compare.js"), columns))
+    write_text(target, page(title, compared, (*DRAWING, "compare.js"), columns))
 
 
 def _same(first: Shown, other: Shown) -> bool:

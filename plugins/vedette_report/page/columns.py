@@ -7,14 +7,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette_files import Series
 from vedette_report.page.packing import EXACT, Packed, pack, single
 
 MOST, LEAST = 4, 0.01
 """The page holds of each track after each scan the largest so many weights, of those above so much."""
 
-Rows = NDArray[np.intp]
 Named = tuple[str, NDArray[Any]]
 
 
@@ -82,7 +81,7 @@ def _rays(series: Series) -> Array | None:
     return rays if np.isfinite(rays).any() else None
 
 
-def _entries(series: Series, order: Rows, centre: Array) -> list[Named]:
+def _entries(series: Series, order: Indices, centre: Array) -> list[Named]:
     entries = {name: values[order] for name, values in series["entries"].items()}
     ids, first, count = np.unique(entries["track"], return_index=True, return_counts=True)
     gap = np.diff(entries["scan"], prepend=0)
@@ -122,7 +121,7 @@ def _three(name: str, values: Array) -> list[Named]:
     return [(f"entries.{name}{part}", column) for part, column in zip(("XX", "XY", "YY"), single(values).T, strict=True)]
 
 
-def _weights(series: Series, order: Rows) -> list[Named]:
+def _weights(series: Series, order: Indices) -> list[Named]:
     """Return the largest weights of each entry, the largest first, and how many each has."""
     weights, place = series["weights"], np.empty(len(order), dtype=np.intp)
     place[order] = np.arange(len(order))

@@ -12,7 +12,7 @@ from vedette.errors import Problem, VedetteError
 from vedette.experiment import Experiment, Result
 from vedette.types import Recording
 from vedette_files import Terms, write_recording
-from vedette_files.writing import whole_bytes, whole_file
+from vedette_files.writing import whole_bytes, write_text, write_texts
 from vedette_report.running.track_files import TrackFiles
 from vedette_report.series.recorder import Recorded
 
@@ -48,24 +48,12 @@ def write_files(
 def write_summaries(folder: Path, experiment: Experiment, figures: Mapping[str, Any], text: str) -> list[str]:
     """Write the config, the figures and the summary in words; return the names of the files."""
     write_config(folder, experiment)
-    texts = {
-        "summary.json": json.dumps(figures, indent=2) + "\n",
-        "summary.txt": text,
-    }
-    return ["config.json", *write_texts(folder, texts)]
+    return ["config.json", *write_texts(folder, {"summary.json": json.dumps(figures, indent=2) + "\n", "summary.txt": text})]
 
 
 def write_config(folder: Path, experiment: Experiment) -> None:
     """Write the config, by which an unfinished run is known."""
-    write_texts(folder, {"config.json": json.dumps(to_config(experiment), indent=2) + "\n"})
-
-
-def write_texts(folder: Path, texts: Mapping[str, str]) -> list[str]:
-    """Write each text as the file of its name, whole or not at all; return the names."""
-    for name, content in texts.items():
-        with whole_file(folder / name) as file:
-            file.write(content)
-    return list(texts)
+    write_text(folder / "config.json", json.dumps(to_config(experiment), indent=2) + "\n")
 
 
 def write_of_plugins(

@@ -28,7 +28,7 @@ from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
 from vedette_files.json_values import parse, read_table
 from vedette_files.results import CHECKPOINT, unfinished_runs
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 from vedette_report.identity import Code, check, tell
 from vedette_report.running.files import SERIES
 from vedette_report.running.lagging import SMOOTHED_SERIES, SmoothedFiles
@@ -38,7 +38,7 @@ FORMAT, VERSION = "vedette checkpoint", 1
 
 RECORDING = "recording.jsonl"
 
-Rows = dict[str, dict[str, Any]]
+ScanTables = dict[str, dict[str, Any]]
 """Tables of one scan."""
 
 
@@ -64,8 +64,7 @@ class Checkpoints:
             self._refused, told = True, {"refused": str(error)}
         content = json.dumps(told)
         head = {"format": FORMAT, "version": VERSION, "sha256": sha256(content.encode()).hexdigest()}
-        with whole_file(self._path) as file:
-            file.write(f"{json.dumps(head)}\n{content}\n")
+        write_text(self._path, f"{json.dumps(head)}\n{content}\n")
 
 
 @final
@@ -119,7 +118,7 @@ class Former:
 
     def play(
         self, steps: Steps, head: Iterable[str], spaces: Mapping[str, Space], none: Tables
-    ) -> Iterator[tuple[Scan, Rows]]:
+    ) -> Iterator[tuple[Scan, ScanTables]]:
         """Yield the scans that were taken, each with its rows of the tables `none`, and then let `steps` go on after them.
 
         `head`: the lines of the recording before its scans. InputError if the series or the recording are damaged, or if the
@@ -148,7 +147,7 @@ class Former:
             self._check_line("", line)
         steps.go_on(self.state, self.intake, self.seconds)
 
-    def smoothed_rows(self, none: Tables) -> Iterator[Rows]:
+    def smoothed_rows(self, none: Tables) -> Iterator[ScanTables]:
         """Yield the rows of the tables `none` of each scan that it smoothed."""
         if self.drawn:
             with open_series(self.place / SMOOTHED_SERIES) as series:
@@ -213,7 +212,7 @@ def _whole(scan: Scan) -> tuple[Scan, list[Problem]]:
     return scan, []
 
 
-def _by_scan(blocks: Iterable[Tables], none: Tables) -> Iterator[Rows]:
+def _by_scan(blocks: Iterable[Tables], none: Tables) -> Iterator[ScanTables]:
     """Yield the rows of each scan, of the tables and columns that `none` has, counted from the scan's own begin.
 
     ValueError if they have other columns.

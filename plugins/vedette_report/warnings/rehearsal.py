@@ -99,12 +99,10 @@ def _chosen(name: str, scans: Sequence[Scan]) -> tuple[list[Scan], float]:
 
 def _whole(scan: Scan) -> Scan:
     """Return a scan without returns that lack a component."""
-    seen = scan.detections
+    seen, whole = scan.detections, scan.detections.complete
     if seen.missing is None:
         return scan
-    whole = seen.valid & ~seen.missing.any(axis=-1)
-    noise = None if seen.noise is None else seen.noise[whole]
-    return evolve(scan, detections=Detections(seen.z[whole], seen.valid[whole], noise=noise))
+    return evolve(scan, detections=Detections(seen.z[whole], seen.valid[whole], noise=seen.noise_of(whole)))
 
 
 def _played(tracker: Tracker, scan: Scan, dt: float, z: np.ndarray) -> list[State]:

@@ -9,7 +9,7 @@ from attrs import evolve
 
 from vedette import Array, Branching, Gaussian, HypothesisAssociator, Indices, Mask, Merging, Space
 from vedette.hypotheses import LOST, JointHypotheses, LeafScores, firsts
-from vedette.tracking import Expected, Part
+from vedette.tracking import Expected, Meeting
 from vedette_standard.associators.marginals import marginals_of_table
 from vedette_standard.associators.parting import grown_apart
 from vedette_standard.associators.recombined import merged_by_track
@@ -55,7 +55,7 @@ class Growing(HypothesisAssociator):
         lost = dropped if after.lost is None else 1.0 - (1.0 - after.lost) * (1.0 - dropped)
         return evolve(after, lost=lost if np.max(lost, initial=0.0) > LOST else None)
 
-    def meet_close(self, expected: Expected) -> Part | None:
+    def meet_close(self, expected: Expected) -> Meeting | None:
         """Return the meeting of leaves that may give one return with another one; None: none may."""
         return of_hypotheses(expected, expected.state.leaves.hypotheses)
 

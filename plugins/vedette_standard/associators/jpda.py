@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Associator, Indices, Mask, fields, kernels
-from vedette.tracking import Expected, Pairs, Part
+from vedette.tracking import Expected, Meeting, Pairs
 from vedette_standard.associators.of_pairs import MOST_MESSAGES, marginals_of_pairs, propagated
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
@@ -88,10 +88,10 @@ class Jpda(Associator):
     def _propagated(self, tracks: Indices, returns: Indices, scores: Array, miss: Array, k: int) -> tuple[Array, Array]:
         return propagated(tracks, returns, scores, miss, k, self.tolerance, float(self.sweeps), float(MOST_MESSAGES))
 
-    def meet_close(self, expected: Expected) -> Part | None:
+    def meet_close(self, expected: Expected) -> Meeting | None:
         """Return the meeting of rows that may give one return with another one; None: none may."""
         return meet_close(expected)
 
-    def associate_close(self, expected: Expected, pairs: Pairs, part: Part, places: Any) -> Any:
+    def associate_close(self, expected: Expected, pairs: Pairs, meeting: Meeting, places: Any) -> Any:
         """Return the weights of pairs where two rows may give one return, by the sum over all joint events."""
-        return associate_close(expected, pairs, part, places)
+        return associate_close(expected, pairs, meeting, places)

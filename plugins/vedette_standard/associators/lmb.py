@@ -9,7 +9,7 @@ from attrs import frozen
 
 from vedette import Array, Branching, HypothesisAssociator, Indices, Mask, fields, kernels
 from vedette.hypotheses import LeafScores
-from vedette.tracking import Expected, Part
+from vedette.tracking import Expected, Meeting
 from vedette_standard.associators.marginals import joint_marginals, marginals_of_table
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.meeting import meet_close
@@ -93,7 +93,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         """Return the leaves after a scan in which leaves may give one return with those of another track."""
         return self._branch(hypotheses, scores, begins, close)
 
-    def meet_close(self, expected: Expected) -> Part | None:
+    def meet_close(self, expected: Expected) -> Meeting | None:
         """Return the meeting of leaves that may give one return with one of another track; None: none may."""
         return meet_close(expected, expected.state.leaves.hypotheses.track)
 

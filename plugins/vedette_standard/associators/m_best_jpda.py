@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 from attrs import frozen
 
 from vedette import Array, Associator, Mask, fields
-from vedette.tracking import Expected, Pairs, Part
+from vedette.tracking import Expected, Meeting, Pairs
 from vedette_standard.associators.marginals import left_out, marginals_of_table, of_each_pair
 from vedette_standard.unresolved.clusters import associate_close
 from vedette_standard.unresolved.meeting import meet_close
@@ -57,10 +57,10 @@ class MBestJpda(Associator):
         """Return the weights of pairs (p,) and misses (t,), and the tracks (t,) of which too much is left out."""
         return of_each_pair(pairs, self.m)
 
-    def meet_close(self, expected: Expected) -> Part | None:
+    def meet_close(self, expected: Expected) -> Meeting | None:
         """Return the meeting of rows that may give one return with another one; None: none may."""
         return meet_close(expected)
 
-    def associate_close(self, expected: Expected, pairs: Pairs, part: Part, places: Any) -> Any:
+    def associate_close(self, expected: Expected, pairs: Pairs, meeting: Meeting, places: Any) -> Any:
         """Return the weights of pairs where two rows may give one return, by the `m` best joint events."""
-        return associate_close(expected, pairs, part, places, self.m)
+        return associate_close(expected, pairs, meeting, places, self.m)

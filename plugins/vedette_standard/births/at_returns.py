@@ -9,7 +9,6 @@ from attrs import frozen
 
 from vedette import Array, Detections, Gaussian, Indices, Sensor, Space, kernels
 from vedette.filters import embedded
-from vedette_standard.births.one_point import complete
 
 PLACES = 64
 """Points of a Gaussian, all equally likely, by which a look thins it; about so many, whatever the number of axes."""
@@ -32,10 +31,10 @@ def at_returns(prior: Gaussian, state: Space, sensor: Sensor, detections: Detect
     a Gauss-Newton step from there. A filter linearises at the Gaussian's mean, which a radar in its midst sees in no
     direction; and takes P_D there, which a return beyond the edge of a view does not have.
     """
-    returns, own = complete(detections), state.locate(sensor.observes)
+    returns, own = np.flatnonzero(detections.complete), state.locate(sensor.observes)
     if not len(returns) or (sensor.linear and np.ndim(sensor.detects(prior.mean[:, own])) == 0):
         return None  # P_D is one number
-    z, noise = detections.z[returns], None if detections.noise is None else detections.noise[returns]
+    z, noise = detections.z[returns], detections.noise_of(returns)
     try:
         spot = sensor.invert(z, noise)
     except NotImplementedError:

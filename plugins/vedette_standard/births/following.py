@@ -85,7 +85,7 @@ def seen(sensor: Sensor, spots: Array) -> Mask:
 def spots(sensor: Sensor, detections: Detections, rows: Indices) -> Gaussian:
     """Return the positions (k, d) that some returns give."""
     own = sensor.observes.locate(position_of(sensor))
-    given = sensor.invert(detections.z[rows], None if detections.noise is None else detections.noise[rows])
+    given = sensor.invert(detections.z[rows], detections.noise_of(rows))
     return Gaussian(given.mean[:, own], given.cov[:, own][..., own])
 
 

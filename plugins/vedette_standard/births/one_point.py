@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from vedette import Array, Detections, Gaussian, Indices, Mask, Newborn, Sensor, Space
+from vedette import Array, Detections, Gaussian, Indices, Newborn, Sensor, Space
 from vedette_standard.regions import PLANE, Polygon, held
 
 
@@ -17,8 +17,7 @@ def one_point(
 
     ValueError if neither states an axis.
     """
-    noise = None if detections.noise is None else detections.noise[returns]
-    spot = sensor.invert(detections.z[returns], noise)
+    spot = sensor.invert(detections.z[returns], detections.noise_of(returns))
     count, n, seen = len(returns), len(state), state.locate(sensor.observes)
     deviations = [spread.get(name) for name in state.names]
     if lacking := [repr(name) for i, name in enumerate(state.names) if deviations[i] is None and i not in seen]:
@@ -47,10 +46,4 @@ _NONE: Indices = np.zeros(0, dtype=np.intp)
 def unclaimed(detections: Detections, claimed: Array, least: float) -> Indices:
     """Return the complete returns that no track claims with a probability (k,) of `least` or more."""
     free = claimed < least
-    return complete(detections, free) if np.count_nonzero(free) else _NONE
-
-
-def complete(detections: Detections, among: Mask | bool = True) -> Indices:
-    """Return the returns that are valid and lack no component, of those `among` (k,)."""
-    whole = detections.valid & among
-    return np.flatnonzero(whole if detections.missing is None else whole & ~detections.missing.any(axis=-1))
+    return np.flatnonzero(detections.complete & free) if np.count_nonzero(free) else _NONE

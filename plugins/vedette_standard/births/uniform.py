@@ -12,7 +12,7 @@ from attrs import frozen
 from vedette import Array, Birth, Detections, Estimator, Mask, Newborn, Sensor, fields
 from vedette.sampling import Bounds
 from vedette_standard.births.anywhere import over_places
-from vedette_standard.births.one_point import complete, one_point
+from vedette_standard.births.one_point import one_point
 from vedette_standard.births.places import present
 from vedette_standard.regions import PLANE, Polygon, held
 
@@ -102,15 +102,15 @@ class Uniform(Birth):
         """
         if not self._places(sensor):
             return None, None
-        rate, whole = np.zeros(detections.z.shape[0]), complete(detections)
+        rate, whole = np.zeros(detections.z.shape[0]), detections.complete
         low, high, places = self._box(sensor)
-        noise = None if detections.noise is None else detections.noise[whole]
-        spot = sensor.invert(detections.z[whole], noise)
+        z, noise = detections.z[whole], detections.noise_of(whole)
+        spot = sensor.invert(z, noise)
         own = [axis in self.view for axis in sensor.observes.names]
         place = spot.mean[:, own]
         inside = np.all((place >= low) & (place <= high), axis=-1) & self._appearing(sensor, spot.mean)
         volume = np.prod(high - low) * len(places) / PLACES ** len(low)
-        stretch = over_places(sensor, spot, detections.z[whole], noise, own, self.spread)
+        stretch = over_places(sensor, spot, z, noise, own, self.spread)
         rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / volume, 0.0)
         return rate, rate
 
@@ -128,7 +128,7 @@ class Uniform(Birth):
             return memory
         _, _, places = self._box(sensor)
         count = np.count_nonzero(detections.valid)
-        whole = len(complete(detections)) / count if count else 1.0
+        whole = np.count_nonzero(detections.complete) / count if count else 1.0
         return np.asarray(memory * (1.0 - whole * p_gate * np.mean(sensor.detects(places))))
 
     def begin(

@@ -10,7 +10,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Indices, Mask, Space
-from vedette.tracking import Expected, Part, take
+from vedette.tracking import Expected, Meeting, take
 from vedette_standard.unresolved.neighbours import around, within
 
 LIKELY = 1e-3
@@ -84,19 +84,19 @@ class Close:
         return at
 
     def updated(
-        self, it: Expected, part: Part, at: Indices, choice: Indices, merged: Indices | None, leaves: Indices
+        self, it: Expected, meeting: Meeting, at: Indices, choice: Indices, merged: Indices | None, leaves: Indices
     ) -> Any:
-        """Return the belief of `leaves` that continue rows `at` of the part, by what each took: `choice` (l, 1), alone or as
-        the column `merged` of the row, both from 1.
+        """Return the belief of `leaves` that continue rows `at` of the meeting, by what each took: `choice` (l, 1), alone or
+        as the column `merged` of the row, both from 1.
 
         The one return is met again: of all that a row met, moments of the belief would be copied for each leaf.
         """
         assert self.met_z is not None
         assert self.met_noise is not None
-        column = np.argmax(part.returns[at, : self.alone] == choice - 1, axis=1) if self.alone else np.zeros_like(at)
+        column = np.argmax(meeting.returns[at, : self.alone] == choice - 1, axis=1) if self.alone else np.zeros_like(at)
         if merged is not None:
             column = np.where(merged[leaves] > 0, merged[leaves] - 1, column)
-        belief, hit = take(part.belief, at, 0), choice > 0
+        belief, hit = take(meeting.belief, at, 0), choice > 0
         seen = Detections(self.met_z[at, column][:, None], hit, None, self.met_noise[at, column][:, None])
         innovation = it.plan.estimator.evaluate(belief, it.sensor, seen, it.plan.p_gate)
         sure = np.concatenate([~hit, hit], axis=1)[:, None].astype(float)

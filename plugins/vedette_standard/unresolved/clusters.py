@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vedette import Array, Indices, kernels
-from vedette.tracking import Expected, Pairs, Part, by_cluster
+from vedette.tracking import Expected, Meeting, Pairs, by_cluster
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.events import Events
 
@@ -14,18 +14,18 @@ MOST_TRACKS, MOST_RETURNS = 6, 10
 
 
 def associate_close(
-    it: Expected, pairs: Pairs, part: Part, places: tuple[Indices, tuple[Indices, Indices]], most: int | None = None
+    it: Expected, pairs: Pairs, meeting: Meeting, places: tuple[Indices, tuple[Indices, Indices]], most: int | None = None
 ) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
-    """Return what `by_cluster` does, of pairs among which those at `places` are the part's, some with partners.
+    """Return what `by_cluster` does, of pairs among which those at `places` are the meeting's, some with partners.
 
     most: how many events of a cluster count, the likeliest; None: all.
     """
-    close: Close = part.close
+    close: Close = meeting.close
     plan, prior, t = it.plan, it.existence, len(it.existence)
-    index = np.full(part.returns.shape, -1)
+    index = np.full(meeting.returns.shape, -1)
     index[places[1]] = places[0]
     row_of = np.full(t, -1)
-    row_of[part.rows] = np.arange(len(part.rows))
+    row_of[meeting.rows] = np.arange(len(meeting.rows))
     together = np.zeros(len(pairs.tracks), dtype=bool)
     together[index[:, close.alone :][index[:, close.alone :] >= 0]] = True
     labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, pairs.k)[:t]

@@ -17,7 +17,7 @@ from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
 from vedette_standard.unresolved.decided import RARER, Decided, counted, of_several, of_single, returns_of
 
-Held = list[tuple[float, tuple[int, ...]]]
+Alternatives = list[tuple[float, tuple[int, ...]]]
 """The hypotheses of a cluster: weights and leaves."""
 
 
@@ -171,9 +171,9 @@ def _joined(hypotheses: JointHypotheses, close: Close, most: int, least: float) 
     return cluster, weights, np.cumsum([0, *size]), leaves
 
 
-def _products(hypotheses: JointHypotheses, close: Close, most: int, least: float) -> Iterator[Held]:
+def _products(hypotheses: JointHypotheses, close: Close, most: int, least: float) -> Iterator[Alternatives]:
     count = int(hypotheses.cluster.max(initial=-1)) + 1
-    every: list[Held] = [[] for _ in range(count)]
+    every: list[Alternatives] = [[] for _ in range(count)]
     edges = zip(hypotheses.starts.tolist(), hypotheses.starts[1:].tolist(), strict=False)
     for number, weight, (i, j) in zip(hypotheses.cluster.tolist(), hypotheses.weights.tolist(), edges, strict=True):
         every[number].append((weight, tuple(hypotheses.leaves[i:j].tolist())))

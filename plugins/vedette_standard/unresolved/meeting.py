@@ -7,11 +7,11 @@ from attrs import evolve
 
 from vedette import Detections, Indices, Innovation, kernels
 from vedette.hypotheses import JointHypotheses
-from vedette.tracking import Expected, Part, take, weighed
+from vedette.tracking import Expected, Meeting, take, weighed
 from vedette_standard.unresolved.close import close_rows
 
 
-def of_hypotheses(it: Expected, hypotheses: JointHypotheses) -> Part | None:
+def of_hypotheses(it: Expected, hypotheses: JointHypotheses) -> Meeting | None:
     """Return the meeting of leaves that may give one return with another one of their hypothesis, or of another cluster."""
     from scipy.sparse import csr_array
 
@@ -25,7 +25,7 @@ def of_hypotheses(it: Expected, hypotheses: JointHypotheses) -> Part | None:
     return meet_close(it, hypotheses.cluster_of, known[known[:, 0] < known[:, 1]])
 
 
-def meet_close(it: Expected, group: Indices | None = None, known: Indices | None = None) -> Part | None:
+def meet_close(it: Expected, group: Indices | None = None, known: Indices | None = None) -> Meeting | None:
     """Return the meeting of rows that may give one return with another one; None: none may.
 
     group, known: as in `close_rows`.
@@ -87,7 +87,7 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
         met_z=z,
         met_noise=noise,
     )
-    return Part(rows, returns, belief, innovation, scores, close)
+    return Meeting(rows, returns, belief, innovation, scores, close)
 
 
 def _singles(it: Expected, observed: Detections, rows: Indices) -> tuple[Indices, int]:

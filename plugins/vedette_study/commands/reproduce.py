@@ -14,13 +14,12 @@ from vedette.commands import options
 from vedette.config import Registry
 from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
-from vedette_files.writing import check_folder, locked
+from vedette_files.writing import check_folder, locked, write_texts
 from vedette_report.drawing.brought import drawing
 from vedette_report.drawing.canvas import Look
 from vedette_report.findings import Findings, afresh
 from vedette_report.output import write_charts
 from vedette_report.progress import on_terminal
-from vedette_report.running.files import write_texts
 from vedette_study.checkpoint import Parts
 from vedette_study.reproduction import data, text
 from vedette_study.survey import survey

@@ -10,7 +10,7 @@ from shlex import quote
 from vedette.commands import DONE, UNFIT
 from vedette.config import draft_of, load
 from vedette.errors import ConfigError, InputError
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 from vedette_report.progress import on_terminal
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
@@ -47,8 +47,7 @@ def _config(arguments: Namespace) -> int:
             draft = drafted(data, arguments.identity, wanted, progress)
         text, failure = draft.text, draft.failure
     path.parent.mkdir(parents=True, exist_ok=True)
-    with whole_file(path) as file:
-        file.write(text)
+    write_text(path, text)
     load(path)
     print(text)
     print(f"written to {path}; run it: vedette run {quote(str(path))}")

@@ -10,11 +10,10 @@ from vedette.commands import DONE, options
 from vedette.config import read_file
 from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
-from vedette_files.writing import check_folder, locked
+from vedette_files.writing import check_folder, locked, write_texts
 from vedette_report.drawing.brought import drawing
 from vedette_report.drawing.canvas import Look
 from vedette_report.output import can_draw
-from vedette_report.running.files import write_texts
 from vedette_study.grid import short_names
 from vedette_tools.tuning import by_place_text
 from vedette_tools.tuning.by_place import COLUMNS, ROWS, tune_detection

@@ -14,7 +14,7 @@ from pathlib import Path
 from string import Template
 
 from vedette.errors import ConfigError
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 
 USES = {
     "motion": 'motion = { kind = "${short}_motion", sigma_accel = 0.5 }',
@@ -70,11 +70,9 @@ def draft_package(name: str, folder: Path, role: str = "motion") -> list[Path]:
         for path, template in written.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             text = (templates / template).read_text(encoding="utf-8")
-            with whole_file(path) as file:
-                file.write(Template(text).substitute(names))
+            write_text(path, Template(text).substitute(names))
         if listed:
-            with whole_file(init) as file:
-                file.write(listed)
+            write_text(init, listed)
     return [*written, *([init] if listed else [])]
 
 

@@ -84,7 +84,7 @@ def _placed(seen: Seen) -> Placed | None:
 
 def _inverted(sensor: Sensor, scan: Scan) -> Gaussian:
     seen = scan.detections
-    return sensor.invert(seen.z[seen.valid], None if seen.noise is None else seen.noise[seen.valid])
+    return sensor.invert(seen.z[seen.valid], seen.noise_of(seen.valid))
 
 
 def _deviations(prior: Gaussian, axes: list[int]) -> Array:

@@ -91,8 +91,7 @@ def _came(times: list[float], scans: list[Scan], axes: int) -> Came:
     for scan in scans:
         seen = scan.detections
         if seen.z.shape[-1] == axes:  # bad returns are the run's to refuse
-            whole = seen.valid & np.all(np.isfinite(seen.z), axis=-1)
-            whole &= True if seen.missing is None else ~np.any(seen.missing, axis=-1)
+            whole = seen.complete & np.all(np.isfinite(seen.z), axis=-1)
             returns += list(seen.z[whole])
             poses += [scan.pose] * int(np.sum(whole))
     return Came(

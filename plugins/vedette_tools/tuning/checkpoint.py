@@ -11,7 +11,7 @@ import numpy as np
 
 from vedette.errors import ConfigError, VedetteError
 from vedette.space import Array
-from vedette_files.writing import whole_file
+from vedette_files.writing import write_text
 
 ABOUT, EVALUATIONS = "tuning.json", "evaluations.jsonl"
 
@@ -37,8 +37,7 @@ class Kept:
         else:
             folder.mkdir(parents=True, exist_ok=True)
             (folder / EVALUATIONS).unlink(missing_ok=True)
-            with whole_file(folder / ABOUT) as file:
-                file.write(json.dumps(dict(about), indent=2) + "\n")
+            write_text(folder / ABOUT, json.dumps(dict(about), indent=2) + "\n")
 
     @property
     def then(self) -> str:
@@ -97,5 +96,4 @@ class Kept:
             self._found[values] = None if found is None else np.array(found, dtype=float)
             whole.append(line)
         self.resumed = len(whole)
-        with whole_file(path) as file:
-            file.write("".join(f"{line}\n" for line in whole))
+        write_text(path, "".join(f"{line}\n" for line in whole))

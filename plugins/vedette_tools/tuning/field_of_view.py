@@ -82,8 +82,7 @@ def views(sensors: Mapping[str, Sensor], scans: Sequence[Scan], of: Sequence[Mas
         sensor, seen = sensors[scan.sensor], scan.detections
         if isinstance(sensor, ImagingSensor):
             continue
-        whole = seen.valid if seen.missing is None else seen.valid & ~np.any(seen.missing, axis=-1)
-        whole = whole if of is None else whole & of[i]
+        whole = seen.complete if of is None else seen.complete & of[i]
         moves = _moves(sensor, scan.pose)
         z = seen.z[whole] - scan.pose.position if moves and scan.pose is not None else seen.z[whole]
         returns.setdefault(scan.sensor, []).append(z)

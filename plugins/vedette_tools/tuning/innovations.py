@@ -138,8 +138,7 @@ class Gathering:
             return
         returns = used if state.returns is None else state.returns[row, used]
         share, seen = weights[used] / np.sum(weights[used]), scan.detections
-        noise = None if seen.noise is None else seen.noise[returns[np.argmax(share)]]
-        expected, S, _ = it.returns_of(prior, noise)
+        expected, S, _ = it.returns_of(prior, seen.noise_of(returns[np.argmax(share)]))
         residual = space.difference(seen.z[returns], expected) / np.sqrt(np.diagonal(S))
         known = np.ones(residual.shape, bool) if seen.missing is None else ~seen.missing[returns]
         residual = np.where(known, residual, 0.0)

@@ -12,7 +12,7 @@ import vedette
 import vedette_standard as standard
 from mutants.foreign import MUTANTS
 from vedette.testing import assert_consistent
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette_standard.estimators.extended import ExtendedKalman
 from vedette_standard.motion.gauss_markov import GaussMarkov
 from vedette_standard.motion.product import Product

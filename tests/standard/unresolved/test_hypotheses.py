@@ -41,7 +41,7 @@ def shares(tracker, state, z):
     expected = tracker.expect(state, Scan(state.time, "radar", Detections.of(z, 2)))
     by, k = associate(expected, met := meet(expected)), len(z)
     if by.branched is None:
-        part, weights, table = met[2][0], by.parts[0][:, 0], np.zeros((len(state.ids), 1 + 2 * k))
+        part, weights, table = met[2][0], by.of_few[0][:, 0], np.zeros((len(state.ids), 1 + 2 * k))
         table[:, 0] = weights[:, 0]
         row, column = np.nonzero(part.returns >= 0)
         np.add.at(table, (row, 1 + part.returns[row, column] + k * (column >= part.close.alone)), weights[row, 1 + column])

@@ -9,7 +9,7 @@ from scipy.stats import multivariate_normal, poisson
 
 import vedette
 from vedette import Detections, Gaussian, Scan, Space
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.types import Recording
 from vedette_standard.associators.jpda import Jpda
 from vedette_standard.estimators.kalman import Kalman

@@ -8,7 +8,7 @@ from vedette.roles import Associator
 from vedette.space import Array
 from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import apart, hypotheses, merged
+from vedette.testing.laws import hypotheses, trackers
 from vedette.testing.laws.associator_cases import Scores
 from vedette.testing.laws.hypotheses import with_room
 from vedette.testing.limits import TooLong, at_most
@@ -237,5 +237,5 @@ LAWS: tuple[Law, ...] = (
         settles_ties, needs_no_evidence, surely_detected_tracks_are_held, crowds_are_shared,
         every_return_counts, one_track_is_a_softmax, names_tell_pairs_apart,
     )),
-    *hypotheses.LAWS, *apart.OF_ASSOCIATORS, *merged.OF_ASSOCIATORS,
+    *hypotheses.LAWS, *trackers.OF_ASSOCIATORS,
 )  # fmt: skip

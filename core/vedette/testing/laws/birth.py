@@ -9,7 +9,7 @@ from vedette.metrics.consistency import nees
 from vedette.supporting import Birth
 from vedette.testing.comparisons import covariance, demand, same
 from vedette.testing.law import Law
-from vedette.testing.laws import apart, birth_parameters, birth_returns, birth_units
+from vedette.testing.laws import birth_parameters, birth_returns, trackers
 from vedette.testing.laws.birth_cases import Returns, begun, rate_of, unseen, unseen_after_nothing
 from vedette.types import Detections
 
@@ -86,5 +86,5 @@ LAWS: tuple[Law, ...] = (
         tracks_start_near_their_returns,
     )),
     Law(rates_are_densities, needs="models_unseen"),
-    *birth_returns.LAWS, *birth_parameters.LAWS, *birth_units.LAWS, *apart.OF_BIRTHS,
+    *birth_returns.LAWS, *birth_parameters.LAWS, *trackers.OF_BIRTHS,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Laws of how a birth reads a scan and a state: returns row by row, axes by their names, and nothing that is missing."""
+"""Laws of how a birth reads a scan and a state: returns row by row, axes by their names, no unit, and nothing missing."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from vedette.testing.comparisons import (
     Closed,
     closed_by,
     closed_if,
+    covariance,
     demand,
     deviations,
     frozen_copy,
@@ -20,6 +21,7 @@ from vedette.testing.comparisons import (
 )
 from vedette.testing.law import Law
 from vedette.testing.laws.birth_cases import P_GATE, Returns, begun
+from vedette.testing.laws.noise_units import factors, in_half_the_unit
 from vedette.testing.strategies import SENSOR, usual
 from vedette.types import Detections, Gaussian, Newborn
 
@@ -120,7 +122,34 @@ def tracks_are_as_unsure_as_their_returns(birth: Birth, drawn: Returns) -> None:
     demand(values[row, 0] > -1e-6, f"begin: the covariance of {name} {otherwise} {-values[row, 0]:.3g} is lacking")
 
 
+def births_know_no_unit(birth: Birth, drawn: Returns) -> None:
+    """In half the unit of length the same tracks start: parameters, returns and priors are twice as many units, or 1 / 4.
+
+    Where it starts tracks with accelerations, over these, too.
+    """
+    wide = usual("estimator", "kalman")(usual("motion", "constant_acceleration")(0.5))
+    axes = {axis.name: axis.unit for axis in wide.state.axes}
+    z = np.stack(np.meshgrid(*[np.linspace(-300.0, 300.0, 4)] * 2), axis=-1).reshape(-1, 2)
+    for estimator in (wide, drawn.estimator):
+        given = evolve(drawn, estimator=estimator, detections=Detections.of(z, 2), claimed=np.zeros(len(z)))
+        halved = evolve(given, estimator=in_half_the_unit(estimator, axes), sensor=in_half_the_unit(drawn.sensor, axes))
+        try:
+            other = in_half_the_unit(birth, axes)  # which may lie beyond its limits
+            here, there = last(birth, given, z, z, z), last(other, halved, *[2.0 * z] * 3)
+        except ValueError as refusal:
+            told = str(refusal)
+            continue
+        size = factors(estimator.state)
+        covariance("prior of a track that starts in the first scan", begun(birth, given).prior.cov, definite=True)
+        same("returns, in half the unit", there.returns.astype(float), here.returns.astype(float), 0.0)
+        same("existence, in half the unit", there.existence, here.existence, 1e-9, 1.0)
+        same_in_m = Gaussian(there.prior.mean / size, there.prior.cov / (size[:, None] * size))
+        same_moments("in half the unit: ", estimator.state, same_in_m, here.prior, 1e-6)
+        return
+    raise Closed(f"it starts no tracks there: {told}")
+
+
 LAWS = (
-    Law(axes_are_found_by_name, needs="not draws"),
+    *(Law(law, needs="not draws") for law in (axes_are_found_by_name, births_know_no_unit)),
     *map(Law, (each_return_has_its_own_noise, what_is_missing_says_nothing, tracks_are_as_unsure_as_their_returns)),
 )

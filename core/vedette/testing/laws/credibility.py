@@ -16,7 +16,7 @@ from vedette.testing.comparisons import Misuse, closed_by, closed_if, covariance
 from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import Scene
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.testing.states import without_variance
 from vedette.testing.truth import draw_truth, modes_of, motion_of
 from vedette.types import Detections, Gaussian

@@ -9,7 +9,7 @@ from attrs import evolve
 
 from vedette.filters import predicted
 from vedette.roles import Estimator
-from vedette.sampling.generators import NO_DRAWS
+from vedette.sampling.seeds import NO_DRAWS
 from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import Scene, ahead, linear_motion, started

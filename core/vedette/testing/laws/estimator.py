@@ -19,7 +19,6 @@ from vedette.testing.laws import (
     exact,
     frames,
     gaps,
-    missing_components,
     mixture,
     reframing,
     sharp_beliefs,
@@ -27,7 +26,7 @@ from vedette.testing.laws import (
 )
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, innovation_of
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.testing.truth import modes_of
 from vedette.tracking import pytrees
 from vedette.types import Detections, Gaussian
@@ -265,6 +264,6 @@ LAWS: tuple[Law, ...] = (
         return_likelihood_is_a_density,
     )),
     Law(gates_lie_in_their_extent, needs="traits.bounded", share=2),
-    *exact.LAWS, *credibility.LAWS, *mixture.LAWS, *sharp_beliefs.LAWS, *missing_components.LAWS, *reframing.LAWS,
+    *exact.LAWS, *credibility.LAWS, *mixture.LAWS, *sharp_beliefs.LAWS, *reframing.LAWS,
     *frames.LAWS, *gaps.OF_ESTIMATORS, *twins.OF_ESTIMATORS,
 )  # fmt: skip

@@ -13,7 +13,7 @@ from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, frozen_copy, same_moments
 from vedette.testing.law import Profile
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.testing.states import SEEDS, random_covariance, random_gaussian, sizes, without_variance
 from vedette.testing.truth import modes_of, motion_of
 from vedette.types import Detections, Gaussian, Innovation

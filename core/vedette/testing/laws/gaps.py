@@ -13,7 +13,7 @@ from vedette.testing.comparisons import closed_if, covariance, demand, deviation
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, soft, sure
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.types import Detections
 
 GAPS, LONGEST = (-9.0, 6.0), 8.0

@@ -12,7 +12,7 @@ from vedette.space import Array
 from vedette.supporting import Lifecycle
 from vedette.testing.comparisons import Lacking, demand, same, stated
 from vedette.testing.law import Law
-from vedette.testing.laws import apart, lifecycle_limits
+from vedette.testing.laws import lifecycle_limits, trackers
 from vedette.testing.laws.lifecycle_cases import Lives, judged, live
 from vedette.tracking import pytrees
 from vedette.types import Review
@@ -138,5 +138,5 @@ LAWS: tuple[Law, ...] = (
     *(Law(certain_as_declared, needs="certain"), Law(permanent_as_declared, needs="permanent")),
     Law(unseen_tracks_end, needs="not permanent"),
     *lifecycle_limits.LAWS,
-    *apart.OF_LIFECYCLES,
+    *trackers.OF_LIFECYCLES,
 )  # fmt: skip

@@ -14,7 +14,7 @@ from vedette.testing.law import Law
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, alike, innovation_of
 from vedette.testing.truth import chain_of, initial_of, modes_of
-from vedette.types import Gaussian
+from vedette.types import Gaussian, Innovation
 
 
 def _modes(estimator: Estimator[Any]) -> tuple[Estimator[Any], ...]:
@@ -37,16 +37,38 @@ def modes_follow_their_chain(estimator: Estimator[Any], drawn: Scene) -> None:
     same("mode probabilities", np.asarray(found), np.broadcast_to(wanted, (2, 2, len(modes))), 1e-9, 1.0)
 
 
+def _alone(modes: tuple[Estimator[Any], ...], drawn: Scene) -> tuple[list[Any], list[Innovation]]:
+    """Return the prediction of each mode from the prior, and how the scan compares with it."""
+    parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
+    return parts, [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
+
+
+def modes_share_their_innovations(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If a mixture: the distance is the least over modes, the volume the largest, the NIS the modes' given the return."""
+    modes = _like_modes(estimator)
+    belief = ahead(estimator, drawn, drawn.rng())
+    found, (_, each) = innovation_of(estimator, belief, drawn), _alone(modes, drawn)
+    prob = estimator.mode_prob(belief)
+    demand(prob is not None, "mode_prob: must be the probabilities of the modes, got None")
+    distance = np.stack([one.distance for one in each])
+    log = np.stack([one.loglik[..., 1:] for one in each]) + np.log(np.moveaxis(np.asarray(prob), -1, 0))[..., None]
+    share = np.exp(log - log.max(axis=0))
+    nis = np.sum(share * distance, axis=0) / share.sum(axis=0)
+    least = distance.min(axis=0)
+    same("distance", found.distance, least, 1e-6, 1.0 + least)
+    same("log_volume", found.log_volume, np.max([one.log_volume for one in each], axis=0), 1e-6, 1.0)
+    same("nis", found.nis, nis, 1e-6, 1.0 + nis)
+
+
 def first_scan_is_the_exact_mixture(estimator: Estimator[Any], drawn: Scene) -> None:
     """If a mixture: up to the first scan nothing was merged, so modes and moments are Bayes' rule over the modes."""
     modes = _like_modes(estimator)
     belief = ahead(estimator, drawn, drawn.rng())
     c = initial_of(estimator) @ chain_of(estimator, drawn.dt)
-    parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
+    parts, innovations = _alone(modes, drawn)
     c_all = np.broadcast_to(c, (2, 2, len(modes)))
     priors = [mode.moments(part) for mode, part in zip(modes, parts, strict=True)]
     alike(estimator, belief, cases.mixture_moments(estimator.state, c_all, priors), 1e-8, "predicted ")
-    innovations = [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
     likely = np.stack([innovation.loglik[..., 1] for innovation in innovations], axis=-1)
     joint = c * np.exp(likely - likely.max(axis=-1, keepdims=True))
     share = joint / joint.sum(axis=-1, keepdims=True)
@@ -137,6 +159,8 @@ def modes_smooth_as_their_pairs(estimator: Estimator[Any], drawn: Scene) -> None
 
 _WITHOUT_DRAWS = (switching_moves_nothing, modes_remember_every_scan, modes_smooth_as_their_pairs)
 LAWS: tuple[Law, ...] = (
-    *map(Law, (modes_follow_their_chain, first_scan_is_the_exact_mixture, equal_modes_are_one)),
+    *map(
+        Law, (modes_follow_their_chain, modes_share_their_innovations, first_scan_is_the_exact_mixture, equal_modes_are_one)
+    ),
     *(Law(law, needs="not traits.draws") for law in _WITHOUT_DRAWS),
 )

@@ -57,8 +57,7 @@ def made_of(preprocessor: Preprocessor, scans: dict[str, Scan]) -> Detections:
     demand(made.z.shape[-1:] == (m,), f"z: must have {m} axes {preprocessor.measurement}, got shape {made.z.shape}")
     demand(made.valid.shape == made.z.shape[:-1], f"valid: must have shape {made.z.shape[:-1]}, got {made.valid.shape}")
     evidence = None if made.evidence is None else made.evidence[made.valid]
-    noise = None if made.noise is None else made.noise[made.valid]
-    return Detections(made.z[made.valid], made.valid[made.valid], evidence, noise)
+    return Detections(made.z[made.valid], made.valid[made.valid], evidence, made.noise_of(made.valid))
 
 
 @frozen(eq=False)

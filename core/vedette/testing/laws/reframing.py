@@ -17,7 +17,7 @@ from vedette.testing.comparisons import Closed, closed_by, closed_if, demand, fr
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, not_refused, soft
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.linear_sensor import Watch
+from vedette.testing.sensors import Watch
 from vedette.types import Detections, Gaussian
 
 C = TypeVar("C", bound=Component)

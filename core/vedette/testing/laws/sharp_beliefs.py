@@ -28,10 +28,9 @@ from vedette.testing.comparisons import (
 )
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, free_axes, not_refused, soft, started, sure
-from vedette.testing.linear_sensor import Watch
-from vedette.testing.nonlinear_sensor import MEASURED, Bent, Tangent
+from vedette.testing.sensors import MEASURED, Bent, Tangent, Watch
 from vedette.testing.states import random_covariance, sizes
-from vedette.testing.truth import modes_of, motion_of
+from vedette.testing.truth import motion_of
 from vedette.types import Detections, Gaussian, Innovation
 
 SHARP = 1e-5
@@ -194,27 +193,6 @@ def predicts_as_its_motion_linearised(estimator: Estimator[Any], drawn: Scene) -
     same("covariance of a sure state, Q", ends[1].cov, Q + 1e-6 * wanted, 1e-3, np.maximum(least, 1e-300))
 
 
-def modes_share_their_innovations(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If a mixture: the distance is the least over modes, the volume the largest, the NIS the modes' given the return."""
-    modes = modes_of(estimator)
-    if not modes or any(mode.state != estimator.state for mode in modes):
-        raise Closed("it is no mixture of modes with like states")
-    belief = predicted(estimator, started(estimator, drawn, drawn.rng()), drawn.dt, drawn.rng())
-    found = estimator.evaluate(belief, drawn.watch, drawn.seen, P_GATE)
-    prob = estimator.mode_prob(belief)
-    demand(prob is not None, "mode_prob: must be the probabilities of the modes, got None")
-    parts = [predicted(mode, mode.start(drawn.prior, mode.state, drawn.rng()), drawn.dt, drawn.rng()) for mode in modes]
-    each = [mode.evaluate(part, drawn.watch, drawn.seen, P_GATE) for mode, part in zip(modes, parts, strict=True)]
-    distance = np.stack([one.distance for one in each])
-    log = np.stack([one.loglik[..., 1:] for one in each]) + np.log(np.moveaxis(np.asarray(prob), -1, 0))[..., None]
-    share = np.exp(log - log.max(axis=0))
-    nis = np.sum(share * distance, axis=0) / share.sum(axis=0)
-    least = distance.min(axis=0)
-    same("distance", found.distance, least, 1e-6, 1.0 + least)
-    same("log_volume", found.log_volume, np.max([one.log_volume for one in each], axis=0), 1e-6, 1.0)
-    same("nis", found.nis, nis, 1e-6, 1.0 + nis)
-
-
 def smooths_as_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
     """If exact when linear: smoothing equals conditioning the joint Gaussian of a moment and the next."""
     motion = motion_of(estimator)
@@ -246,6 +224,5 @@ LAWS = (
     Law(an_unlike_sensor_is_linearised),
     Law(innovations_are_a_gaussians, needs="traits.exact_when_linear"),
     Law(predicts_as_its_motion_linearised, needs="not traits.draws"),
-    Law(modes_share_their_innovations),
     Law(smooths_as_joint_conditioning, needs="traits.exact_when_linear"),
 )

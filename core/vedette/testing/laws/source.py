@@ -5,13 +5,11 @@ from __future__ import annotations
 from contextlib import suppress
 from functools import cache
 from itertools import pairwise
-from typing import ClassVar, final
 
 import numpy as np
 from attrs import evolve, frozen
 from hypothesis import strategies as st
 
-from vedette import fields
 from vedette.errors import ConfigError, InputError
 from vedette.roles import Sensor
 from vedette.space import Array, Space
@@ -19,10 +17,10 @@ from vedette.supporting import Source
 from vedette.testing.comparisons import Closed, Unlike, closed_if, demand, finite, same, stated
 from vedette.testing.law import Law, Profile
 from vedette.testing.laws.frames import Picture
+from vedette.testing.sensors import Altered
 from vedette.testing.states import SEEDS, speeds_of
 from vedette.testing.strategies import SENSOR, components, usual
 from vedette.types import Recording, Scan
-from vedette.wrapping import WrappedSensor
 
 CAMERA = Picture(Space.of(x="px", y="px"), 0.0)
 OTHER = "kit_other"
@@ -34,26 +32,6 @@ PART = 12
 """Steps of a path after which it is judged whether it moved as its velocities say, as well as at its end."""
 NEAR, FAR = 20.0, 100.0
 """Squared distances, in deviations: a return is a target's within the first, and none that is farther off than the other."""
-
-
-@final
-@frozen
-class Altered(WrappedSensor):
-    """A sensor with another detection probability and another density of false returns, the same everywhere."""
-
-    kind: ClassVar[str] = "kit_altered"
-
-    of: Sensor = fields.part("the sensor")
-    detection: float = fields.probability("detection probability")
-    density: float = fields.quantity("1", "false returns per unit of what is measured", at_least=0)
-
-    def detects(self, x: Array) -> Array:
-        """Return the detection probability."""
-        return np.array(self.detection)
-
-    def clutter(self, z: Array) -> Array:
-        """Return the density."""
-        return np.array(self.density)
 
 
 def told(scan: Scan) -> Array:

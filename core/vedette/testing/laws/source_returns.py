@@ -15,7 +15,8 @@ from vedette.testing.bands import judge_scale
 from vedette.testing.comparisons import Closed, Lacking, Unlike, closed_if, demand, same
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
-from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Altered, Opened
+from vedette.testing.laws.source import FAR, NEAR, OPENINGS, Opened
+from vedette.testing.sensors import Altered
 from vedette.testing.strategies import SENSOR
 from vedette.types import Detections, Recording, Scan, Trajectory
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from typing import Any
 
 import numpy as np
-from attrs import frozen
 
-from vedette import fields, kernels
+from vedette import kernels
 from vedette.filters import predicted
 from vedette.roles import Estimator, MotionModel, Sensor
 from vedette.space import Array, Space
@@ -16,9 +15,9 @@ from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, soft
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks, full
+from vedette.testing.sensors import Untwinned
 from vedette.testing.strategies import usual
 from vedette.types import Detections, Gaussian, Pose
-from vedette.wrapping import WrappedSensor
 
 AGREES = 1e-12
 """Of each row's largest entry, and of half a turn where an axis wraps."""
@@ -103,16 +102,6 @@ def sees_by_a_twin_as_without(estimator: Estimator[Any], drawn: Scene) -> None:
     (one, before), (other, after) = ends
     same("loglik through a twin", one.loglik, other.loglik, 1e-6, 1.0 + np.abs(other.loglik))
     alike(estimator, before, estimator.moments(after), 1e-6, "through a twin: ")
-
-
-@final
-@frozen(eq=False)
-class Untwinned(WrappedSensor):
-    """Another sensor without its compiled twin."""
-
-    kind: ClassVar[str] = "kit_untwinned"
-
-    of: Sensor = fields.part("the sensor")
 
 
 OF_ESTIMATORS = (Law(sees_by_a_twin_as_without, needs="not traits.draws"),)

@@ -1,4 +1,4 @@
-"""A sensor unlike the linear one, over any axes, and what it comes to where a belief is sharp."""
+"""The kit's own sensors: a linear and a bent one over any axes of any state, and what another one is without something."""
 
 from __future__ import annotations
 
@@ -14,6 +14,52 @@ from vedette.space import Array, Space
 from vedette.wrapping import WrappedSensor
 
 MEASURED = Space.of(z0="rad mod 2pi", z1="m", z2="m")
+
+
+@final
+@frozen(eq=False)
+class Watch(Sensor):
+    """z = H x + v over the axes `observes`; v ~ N(0, R) with constant R, P_D and clutter density.
+
+    H is the identity unless `mix` says otherwise; then what is measured has axes z0, z1 ... without a period.
+    """
+
+    kind: ClassVar[str] = "kit_watch"
+    linear: ClassVar[bool] = True
+
+    observes: Space = fields.part("state axes")
+    R: Array = fields.array("1", "measurement noise", ndim=2)
+    probability: float = fields.probability("of detection", default=1.0)
+    density: float = fields.quantity("1", "clutter density", default=0.0, at_least=0)
+    mix: Array | None = fields.array("1", "H", ndim=2, default=None)
+
+    @property
+    def measurement(self) -> Space:
+        return self.observes if self.mix is None else Space.of(**{f"z{i}": "1" for i in range(len(self.mix))})
+
+    @property
+    def optional(self) -> Mapping[str, float]:
+        return {} if self.mix is None else dict.fromkeys(self.measurement.names, 50.0)
+
+    @property
+    def H(self) -> Array:
+        """The matrix (m, n)."""
+        return np.eye(len(self.observes)) if self.mix is None else self.mix
+
+    def measure(self, x: Array) -> Array:
+        return x if self.mix is None else x @ self.mix.T
+
+    def jacobian(self, x: Array) -> Array:
+        return self.H
+
+    def noise(self, x: Array) -> Array:
+        return self.R
+
+    def detects(self, x: Array) -> Array:
+        return np.asarray(self.probability)
+
+    def clutter(self, z: Array) -> Array:
+        return np.asarray(self.density)
 
 
 @final
@@ -83,3 +129,33 @@ class Tangent(WrappedSensor):
 
     def clutter(self, z: Array) -> Array:
         return np.zeros(())
+
+
+@final
+@frozen
+class Altered(WrappedSensor):
+    """A sensor with another detection probability and another density of false returns, the same everywhere."""
+
+    kind: ClassVar[str] = "kit_altered"
+
+    of: Sensor = fields.part("the sensor")
+    detection: float = fields.probability("detection probability")
+    density: float = fields.quantity("1", "false returns per unit of what is measured", at_least=0)
+
+    def detects(self, x: Array) -> Array:
+        """Return the detection probability."""
+        return np.array(self.detection)
+
+    def clutter(self, z: Array) -> Array:
+        """Return the density."""
+        return np.array(self.density)
+
+
+@final
+@frozen(eq=False)
+class Untwinned(WrappedSensor):
+    """Another sensor without its compiled twin."""
+
+    kind: ClassVar[str] = "kit_untwinned"
+
+    of: Sensor = fields.part("the sensor")

@@ -9,7 +9,7 @@ from attrs import evolve
 import vedette
 from vedette import Detections, InputError, Scan
 from vedette.config.registry import Registry
-from vedette.tracking import plain
+from vedette.tracking import state_data
 
 MOTION = {"kind": "constant_velocity", "sigma_accel": 0.5}
 BASE = {
@@ -61,7 +61,7 @@ def through(tracker, state, todo):
 
 def leaves(value):
     """Return all numbers of a state in order, as text that tells apart what differs in one bit."""
-    return json.dumps(plain.to_data(value))
+    return json.dumps(state_data.to_data(value))
 
 
 @pytest.mark.parametrize("changed", CHANGES.values(), ids=CHANGES)
@@ -125,6 +125,6 @@ def test_every_kind_of_estimator_starts_with_a_belief_that_can_be_written():
             tracker = vedette.build({**BASE, "estimator": {"kind": kind, "motion": MOTION}})
         except vedette.ConfigError:
             continue
-        assert plain.read(json.loads(json.dumps(tracker.start().to_data())), tracker.start()).steps == 1
+        assert state_data.read(json.loads(json.dumps(tracker.start().to_data())), tracker.start()).steps == 1
         written += 1
     assert written >= 10
