@@ -186,6 +186,7 @@ class Review:
     existence     after the scan
     hit           probability that a return was the track's
     p_detect      probability with which the sensor should have detected it
+    awaited       greatest such probability of another sensor that is to look again, as it looked last; None: not asked
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
     place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
     """
@@ -196,6 +197,7 @@ class Review:
     p_detect: Array
     spread: Array | None = None
     place: Array | None = None
+    awaited: Array | None = None
 
 
 @frozen(eq=False)

@@ -46,7 +46,7 @@ def registered(result: Result) -> tuple[Registered, ...]:
         refused, deviation = "", float(deviations[i])
         if deviation > OBSERVED * prior:
             others = " and ".join(other for j, other in enumerate(names) if alike[i, j] and j != i)
-            refused = "no confirmed track took returns both of its sensor and of one without offsets"
+            refused = "no confirmed track took returns of sensors that tell it together"
             if deviation < (1.0 - NOTHING) * prior:
                 refused = f"{others} would move the returns alike" if others else "the paths seen say little of it"
         unit = tracker.state.axes[tracker.state.names.index(name)].unit

@@ -7,7 +7,7 @@ from attrs import evolve
 import vedette
 from vedette import Detections, Scan, Track
 from vedette_report.warnings.coalescence import coalesced
-from vedette_report.warnings.rehearsal import rehearsed, unwatched
+from vedette_report.warnings.rehearsal import rehearsed, silenced
 
 MOTION = {"kind": "constant_velocity", "sigma_accel": 0.3}
 RADAR = {"kind": "cartesian_position", "sigma": 5.0, "detection_probability": 0.9, "clutter_density": 1e-6}
@@ -48,23 +48,23 @@ def test_what_cannot_work_is_said_where_it_is(place, parts):
     assert said(**parts) == [place]
 
 
-@pytest.mark.parametrize("life", ["existence", "m_of_n", "score", "coast_limited"])
-@pytest.mark.by_turns
-def test_scans_of_elsewhere_that_end_a_slow_sensors_tracks_are_told(life):
-    """A satellite that looked every two minutes beside a radar that did every second had no track, and nothing was said."""
+def test_named_reports_stated_of_all_targets_that_end_the_tracks_of_others_are_told():
+    """Of a radar's 30 boats the six with AIS were tracked, where its P_D was stated as 1, and nothing was said."""
 
-    def told(every=120.0, low=5000.0, **limits):
-        near, far = ({axis: {"low": at, "high": at + 3000.0} for axis in "xy"} for at in (low, 0.0))
-        sensors = {"sat": {**RADAR, "view": far}, "radar": {**RADAR, "view": near}}
-        made = vedette.build(GOOD | {"sensors": sensors, "lifecycle": {"kind": life, **limits}})
-        rare = [evolve(scan, sensor="sat") for scan in scans(every)]
-        often = [Scan(float(t), "radar", Detections.of([[low + 10.0, low + 10.0]])) for t in range(40)]
-        return [(place, said.split(":")[0]) for place, said, _ in unwatched(made, [*often, *rare])]
+    def told(p=1.0, life=None, named=True, names=(7, 8), alone=False):
+        ais = {**RADAR, "detection_probability": p}
+        made = vedette.build(
+            GOOD
+            | {"sensors": {"ais": ais} if alone else {"radar": RADAR, "ais": ais}}
+            | ({"lifecycle": {"kind": life}} if life else {})
+        )
+        codes = [np.array([names[i % len(names)]]) if named else None for i in range(30)]
+        reports = [Scan(float(i), "ais", Detections([[10.0, 10.0]], [True], identity=code)) for i, code in enumerate(codes)]
+        return [place for place, _, _ in silenced(made, [*([] if alone else scans(2.0)), *reports])]
 
-    assert told() == [("lifecycle", "sat")]
-    assert told(max_out_of_coverage=600.0) == []
-    assert told(every=50.0) == []
-    assert told(low=0.0) == []
+    assert told() == ["sensors.ais"]
+    assert told(alone=True) == ["sensors.ais"]
+    assert told(alone=True, names=(7,)) == told(p=0.5) == told(named=False) == told(life="m_of_n") == []
 
 
 def track(number, y, count=30):

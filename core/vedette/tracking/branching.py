@@ -291,9 +291,9 @@ def _reviewed(
     old, new = slice(count), len(rows.ids) - count
     belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
     seen, before = (hit[old], p_detect[parent[old]]), memory
-    memory, confirmed, alive = judged(it.plan, belief, before, it.dt, of_target[old], *seen)
+    memory, confirmed, alive = judged(it, belief, before, of_target[old], *seen)
     if np.any(shown[old] < it.plan.lifecycle.least_existence):
-        alive = alive & judged(it.plan, belief, before, it.dt, np.minimum(shown, of_target)[old], *seen)[2]
+        alive = alive & judged(it, belief, before, np.minimum(shown, of_target)[old], *seen)[2]
     if new == 0:
         return evolve(rows, memory=memory, confirmed=confirmed), alive
     memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)

@@ -20,7 +20,7 @@ from vedette.tracking.lineage import Gates, new_gates
 from vedette.tracking.meeting import Meeting, Met
 from vedette.tracking.own_times import updated
 from vedette.tracking.registration import LINKS, Offsets
-from vedette.tracking.rows import TrackRows, judged, new_track_rows
+from vedette.tracking.rows import TrackRows, judged, looked, new_track_rows
 from vedette.tracking.state import State, next_state
 from vedette.types import Detections, Gaussian
 
@@ -41,26 +41,21 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
     offsets, linked = it.offsets, state.linked
     if plan.offsets is not None:
         belief, offsets, linked = _agreed(it, plan.offsets, by, belief)
+    scan = {
+        "time": it.scan.time,
+        "steps": state.steps + 1,
+        "approximated": state.approximated + by.approximated,
+        "offsets": offsets,
+        "linked": linked,
+    }
     if plan.keeps_tracks:
         weights, distances, returns = _tables(by)
-        return next_state(
-            state,
-            time=it.scan.time,
-            belief=belief,
-            existence=it.existence,
-            weights=weights,
-            distances=distances,
-            approximated=state.approximated + by.approximated,
-            steps=state.steps + 1,
-            returns=returns,
-            names=after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims),
-            offsets=offsets,
-            linked=linked,
-        )
+        names = after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims)
+        took = {"weights": weights, "distances": distances, "returns": returns, "names": names}
+        return next_state(state, belief=belief, existence=it.existence, **took, **scan)
     rows, unseen, leaves, begun = _of_tracks(it, by, belief) if by.branched is None else _of_leaves(it, by, belief)
     return next_state(
         state,
-        time=it.scan.time,
         belief=rows.belief,
         memory=rows.memory,
         unseen=unseen,
@@ -70,15 +65,13 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
         weights=rows.weights,
         distances=rows.distances,
         born=state.born + begun,
-        approximated=state.approximated + by.approximated,
-        steps=state.steps + 1,
         leaves=leaves,
         returns=rows.returns,
         gates=_gates(it, scores, by),
         names=rows.names,
         lost=state.lost + (0.0 if by.branched is None else by.branched.lost),
-        offsets=offsets,
-        linked=linked,
+        looks=looked(it) if len(plan.gates) > 1 else state.looks,
+        **scan,
     )
 
 
@@ -94,11 +87,9 @@ def _agreed(it: Expected, common: Offsets, by: Associated, belief: Any) -> tuple
         leaves, confirmed = all_leaves.ids[parent], all_leaves.confirmed[parent]
         rows, ids = pytrees.take(rows, parent, 0), leaves
         shares = shares * hypothesis_associator(it).probability(by.branched.branching.hypotheses)[: len(parent)]
-    if common.free(it.sensor):
-        took = ids[np.nonzero((1.0 - by.weights[..., 0]) * shares > LINKS)[-1]]
-        linked = np.union1d(linked, took)
-    linked = np.intersect1d(linked, ids)
-    shares = shares * confirmed * np.isin(ids, linked)
+    took = ids[np.nonzero((1.0 - by.weights[..., 0]) * shares > LINKS)[-1]]
+    linked, tell = common.tell(ids, np.union1d(linked, common.codes(took, it.scan.sensor)))
+    shares = shares * confirmed * tell
     return *common.agree(it.plan.estimator, before, rows, belief, shares, leaves), linked
 
 
@@ -177,7 +168,7 @@ def _of_tracks(it: Expected, by: Associated, belief: Any) -> tuple[TrackRows, An
     memory, existence, confirmed, alive = state.memory, it.existence, state.confirmed, None
     if by.seen is not None:
         hit, existence, p_detect = by.seen
-        memory, confirmed, alive = judged(plan, belief, memory, it.dt, existence, hit, p_detect)
+        memory, confirmed, alive = judged(it, belief, memory, existence, hit, p_detect)
     weights, _, returns = (by.weights, None, None) if it.observed.identity is None else _tables(by)
     names = after_scan(plan.identity, state.names, it.observed, weights, returns, by.claims)
     rows = new_track_rows(belief, memory, state.ids, existence, confirmed, by.weights, by.distances, by.returns, names)

@@ -6,7 +6,8 @@ by its covariance with the offsets: the rows and one p(b) are the joint posterio
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
 from typing import Any, ClassVar, final
 
 import numpy as np
@@ -16,14 +17,24 @@ from vedette import fields, kernels
 from vedette.filters.motion import predicted
 from vedette.roles import Estimator, Sensor
 from vedette.sampling.seeds import NO_DRAWS
-from vedette.space import Array, Indices, Space
+from vedette.space import Array, Indices, Mask, Space
 from vedette.supporting import Birth
 from vedette.tracking import pytrees
 from vedette.tracking.learnt import Information, gained, of_tracks, within
 from vedette.types import Detections, Gaussian, Newborn
+from vedette.wrapping import WrappedSensor
 
 LINKS = 0.5
-"""A track is linked once it took a return of a sensor without offsets by more than this probability."""
+"""A return counts as taken by a track that took it by more than this probability."""
+MOST = 3
+"""Sensors with offsets are tried together up to so many."""
+PLACES = 1000
+"""So many targets are asked whether they tell offsets, at ranges of 10 m to 100 km, evenly by their logarithms."""
+TELLS = 0.1
+"""What a look of each at such a target must tell on average of any mixture of offsets, in that of their prior: by hand.
+
+Two radars 3 km apart, of 8 m and .3 degrees, tell 6 of bearings (.02 rad) and ranges (50 m), at 100 m .2, at 10 m .01.
+"""
 
 
 @frozen
@@ -33,8 +44,9 @@ class Registration:
     Each starts at 0 with its standard deviation in `offsets`, whatever the deviation that births give it. A scan updates
     each track and its own view of the offsets. What linked tracks learn is summed, by existence, and told to all as a return
     of the offsets: linked are confirmed tracks that took returns of a sensor without offsets, such as AIS or a radar that is
-    taken as registered, and those given at the start, such as fixed echoes. For other tracks the offsets turn or shift all
-    that they see, which nothing tells; linearised filters would learn of it by their errors alone.
+    taken as registered, or of sensors that together tell their offsets, such as two radars at different places, and those
+    given at the start, such as fixed echoes. For other tracks the offsets turn or shift all that they see, which nothing
+    tells; linearised filters would learn of it by their errors alone.
     Exact for constant offsets, linear models and certain associations; where offsets drift, what two tracks have in common
     of their past is neglected.
     Schmidt, Application of State-Space Methods to Navigation Problems, Advances in Control Systems 3, 1966; Montemerlo,
@@ -81,21 +93,34 @@ class Agreed(Sensor):
 
 @frozen(eq=False)
 class Offsets:
-    """The shared axes of a tracker: their indices `at` (q,) in the state, their prior over `space`, what tells of them."""
+    """The shared axes of a tracker: their indices `at` (q,) in the state, their prior over `space`, what tells of them.
+
+    slots: the number of each sensor with offsets, from 1; of one without and of given tracks it is 0. sets (c, n): whose
+    returns, by slots, link a track.
+    """
 
     state: Space
     at: Indices
     prior: Gaussian
     agreed: Agreed
+    slots: Mapping[str, int]
+    sets: Mask
 
     @property
     def space(self) -> Space:
         """The axes."""
         return self.agreed.observes
 
-    def free(self, sensor: Sensor) -> bool:
-        """Return whether a sensor has none of the offsets."""
-        return not any(name in sensor.observes for name in self.space.names)
+    def codes(self, ids: Indices, sensor: str | None = None) -> Indices:
+        """Return what `State.linked` holds of tracks that took a return of a sensor; None: that were given."""
+        codes: Indices = ids * self.sets.shape[1] + (0 if sensor is None else self.slots.get(sensor, 0))
+        return codes
+
+    def tell(self, ids: Indices, linked: Indices) -> tuple[Indices, Mask]:
+        """Return the codes of `linked` that are of these tracks, and which of the tracks are linked."""
+        n = self.sets.shape[1]
+        took = np.isin(ids[:, None] * n + np.arange(n), linked)
+        return linked[np.isin(linked // n, ids)], np.any(np.all(took[:, None] | ~self.sets, axis=-1), axis=-1)
 
     def of(self, estimate: Gaussian) -> Gaussian:
         """Return their marginal in estimates (*b, t, n)."""
@@ -181,12 +206,58 @@ def shared(
         return None
     if estimator.traits.draws:
         raise ValueError(f"registration: must not go with an estimator that draws, as {estimator.kind!r} does")
-    starts_none = birth is not None and type(birth).given is Birth.given
-    if starts_none and all(set(registration.offsets) & set(names) for names in observed.values()):
-        told = f"must be told by a sensor without them, or by given tracks; {', '.join(map(repr, sensors))} all have some"
-        raise ValueError(f"registration.offsets: {told}. Without this table each track finds its own, by two places")
     at = np.array([state.names.index(name) for name in registration.offsets])
-    variance = np.square(list(registration.offsets.values()))
-    return Offsets(
-        state, at, Gaussian(np.zeros(len(at)), np.diag(variance)), Agreed(Space(tuple(state.axes[i] for i in at)))
-    )
+    deviations = np.array(list(registration.offsets.values()))
+    off = [name for name, names in observed.items() if set(registration.offsets) & set(names)]
+    sets = np.eye(1, 1 + len(off), dtype=bool)
+    for together in _telling(state, at, deviations, [sensors[name] for name in off]):
+        sets = np.vstack([sets, np.isin(np.arange(1 + len(off)), np.add(together, 1))])
+    starts_none = birth is not None and type(birth).given is Birth.given
+    if starts_none and len(off) == len(sensors) and len(sets) == 1:
+        told = (
+            f"must be told by a sensor without them, by given tracks, or from different places; {', '.join(map(repr, off))}"
+        )
+        raise ValueError(f"registration.offsets: {told} do not: other offsets would move all returns alike, or nearly so")
+    prior, space = Gaussian(np.zeros(len(at)), np.diag(deviations**2)), Space(tuple(state.axes[i] for i in at))
+    return Offsets(state, at, prior, Agreed(space), {name: 1 + i for i, name in enumerate(off)}, sets)
+
+
+def _telling(state: Space, at: Indices, deviations: Array, sensors: Sequence[Sensor]) -> Iterator[tuple[int, ...]]:
+    """Yield the smallest sets of sensors whose returns tell their offsets, wherever they look at targets together."""
+    x = np.concatenate([_seen(state, at, sensor) for sensor in sensors])[:: len(sensors)]
+    rest, every, sees = np.setdiff1d(np.arange(len(state)), at), list[Array](), list[Mask]()
+    for sensor in sensors:
+        own = x[:, state.locate(sensor.observes)]
+        H = np.zeros((len(x), len(sensor.measurement), len(state)))
+        H[..., state.locate(sensor.observes)] = sensor.jacobian(own)
+        every.append(np.swapaxes(H, -1, -2) @ np.linalg.inv(sensor.noise(own)) @ H)
+        sees.append(np.broadcast_to(sensor.detects(own) > 0, len(x)))
+    found = list[tuple[int, ...]]()
+    for some in (one for size in range(1, MOST + 1) for one in combinations(range(len(sensors)), size)):
+        both = np.all([sees[i] for i in some], axis=0)
+        if any(set(one) <= set(some) for one in found) or not both.any():
+            continue
+        off = [i for i, axis in enumerate(at) if any(state.names[axis] in sensors[j].observes for j in some)]
+        total, own = np.sum([every[i][both] for i in some], axis=0), at[off]
+        across = total[:, own][..., rest]
+        hidden = across @ np.linalg.pinv(total[:, rest][..., rest], 1e-12, hermitian=True) @ np.swapaxes(across, -1, -2)
+        told = np.mean(total[:, own][..., own] - hidden, axis=0) * np.outer(deviations[off], deviations[off])
+        if np.linalg.eigvalsh(told)[0] > TELLS:
+            found.append(some)
+            yield some
+
+
+def _seen(state: Space, at: Indices, sensor: Sensor) -> Array:
+    """Return states (p, n) of targets at places that a sensor might see, without offsets."""
+    rng, of = np.random.default_rng(0), sensor
+    while isinstance(of, WrappedSensor):
+        of = of.of
+    far, turn = 10.0 ** rng.uniform(1, 5, (PLACES, 1)), rng.uniform(-0.5, 0.5, (PLACES, len(of.measurement)))
+    axes, x = of.measurement.axes, rng.normal(0.0, 10.0, (PLACES, len(state)))
+    z = np.where([axis.unit == "m" for axis in axes], far, turn * [axis.period or 1.0 for axis in axes])
+    try:
+        x[:, state.locate(of.observes)] += of.invert(z).mean
+    except NotImplementedError:  # one return gives no place
+        x *= far
+    x[:, at] = 0.0
+    return x

@@ -2,18 +2,28 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import Factory, frozen
 
 from vedette.sampling.seeds import Seed, Seeds
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import state_data
 from vedette.tracking.identity import Names
 from vedette.tracking.lineage import Gates, Lineage, lineage
-from vedette.types import Gaussian
+from vedette.types import Gaussian, Pose
 from vedette.values import evolver
+
+
+@frozen(eq=False)
+class Look:
+    """When a sensor looked last, from where, and after how many s it is to look again: infinitely many if it looked once."""
+
+    time: float
+    every: float
+    pose: Pose | None
 
 
 @frozen(eq=False)
@@ -28,8 +38,9 @@ class State:
     steps say what the next step draws: the same, whenever it is taken. Where the associator keeps hypotheses, `leaves` holds
     all that they need, and the tracks are those that are reported; else None. `gates` keeps what `lineage` follows from;
     None where tracks are permanent. `names`: the codes that tracks bear; None where no return named its object.
-    `offsets`: mean (*b, q) and covariance (*b, q, q) of what all tracks share, and `linked`: the ids of tracks that
-    tell of it; None if they share nothing.
+    `offsets`: mean (*b, q) and covariance (*b, q, q) of what all tracks share, and `linked`: codes of whose
+    returns tracks took, by which some tell of it; None if they share nothing. `looks`: the last of each sensor, if there
+    are several and tracks may end.
     """
 
     time: float
@@ -52,6 +63,7 @@ class State:
     lost: float = 0.0
     offsets: Gaussian | None = None
     linked: Indices | None = None
+    looks: Mapping[str, Look] = Factory(dict)
 
     def to_data(self) -> Any:
         """Return the state as plain data, which JSON holds and `Tracker.state_from` reads back to the last bit.

@@ -152,7 +152,7 @@ class Tracker:
             steps=1,
             leaves=leaves,
             offsets=offsets,
-            linked=None if offsets is None else np.arange(shape[-1]),
+            linked=None if common is None else common.codes(np.arange(shape[-1])),
         )
 
     def state_from(self, data: Any) -> State:

@@ -1,17 +1,14 @@
-"""What a tracker makes of a target as its own config describes it: whether its track is begun, confirmed, and kept.
-
-A track is kept, too, from one look of its sensor to the next, while others look elsewhere.
-"""
+"""What a tracker makes of a target as its own config describes it: whether its track is begun, confirmed, and kept."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import takewhile
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from attrs import evolve
 
+from vedette import Sensor
 from vedette.errors import VedetteError
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
@@ -19,8 +16,8 @@ from vedette.types import Detections, Scan
 
 SCANS, PLACES = 20, 10
 """Scans in which a target is played, and returns of the recording in whose places it is."""
-BETWEEN = 50
-"""Scans of other sensors that are played from one look to the next, at most."""
+SURE, MORE = 0.98, 1.1
+"""P_D from which on a sensor is stated to detect all; its scans hold some names only, where there are so many times more."""
 OFTEN = 0.5
 """The probability of a loss, within SCANS, from which on it is told."""
 
@@ -44,46 +41,46 @@ def rehearsed(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, st
             return  # another part of the run says what is wrong
 
 
-def unwatched(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, str, str]]:
-    """Yield each sensor whose tracks end before its next look, as others look elsewhere meanwhile: as `rehearsed` does."""
-    if len(tracker.sensors) < 2 or any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values()):
+def silenced(tracker: Tracker, scans: Sequence[Scan]) -> Iterator[tuple[str, str, str]]:
+    """Yield each sensor of named reports, as AIS, that is stated to hear all targets, so that its silence ends tracks.
+
+    Told as `rehearsed` tells it, where other sensors start tracks, too, or its scans hold some of its names only.
+    """
+    if tracker.lifecycle.certain or any(isinstance(sensor, ImagingSensor) for sensor in tracker.sensors.values()):
         return
-    looks = {name: _chosen(name, scans) for name in tracker.sensors}
-    for name in sorted(tracker.starters):
-        chosen, dt = looks[name]
-        try:
-            ends = [*takewhile(bool, (_ends(tracker, scan, dt, looks) for scan in chosen))]
-        except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
-            continue
-        if chosen and len(ends) == len(chosen):
-            said = (
-                f"{name}: looks every {dt:.3g} s, and where {ends[0]} sees nothing a track of {name} ends before its next "
-                f"look, by the scans of {ends[0]}"
-            )
-            yield "lifecycle", said, f"a max_out_of_coverage of several looks, as {5 * dt:,.0f} s"
-
-
-def _ends(tracker: Tracker, scan: Scan, dt: float, looks: Mapping[str, tuple[list[Scan], float]]) -> str:
-    """Return the sensor whose scans end the tracks that begin in a scan, before the next one; "" if none does."""
-    again = Scan(dt, scan.sensor, Detections.of(scan.detections.z), scan.pose)
-    begun = tracker.step(tracker.start(), Scan(0.0, scan.sensor, again.detections, scan.pose))
-    mean = tracker.estimate(begun).mean
-    if not len(begun.ids) or not np.isin(begun.ids, tracker.step(begun, again).ids).any():
-        return ""
     for name, sensor in tracker.sensors.items():
-        chosen, gap = looks[name]
-        if name == scan.sensor or not chosen or 2 * gap > dt:
-            continue
-        x, placed = mean[:, tracker.state.locate(sensor.observes)], sensor.placed(chosen[0].pose)
-        unseen = begun.ids[np.broadcast_to(placed.detects(x) == 0, len(x))]
-        if not len(unseen):
-            continue
-        state, nothing = begun, Detections.of([], len(sensor.measurement))
-        for time in np.linspace(0.0, dt, min(int(dt / gap), BETWEEN) + 1)[1:-1].tolist():
-            state = tracker.step(state, Scan(time, name, nothing, chosen[0].pose))
-        if not np.isin(unseen, state.ids).any():
-            return name
-    return ""
+        own = [scan for scan in scans if scan.sensor == name and scan.frame is None]
+        seen = [(scan.detections.identity, scan.detections.valid) for scan in own]
+        codes = [np.unique(names[valid]) for names, valid in seen if names is not None]
+        some = len(np.unique(np.concatenate(codes))) > MORE * np.mean([len(one) for one in codes]) if codes else False
+        others = sorted(tracker.starters - {name}) or ([name] if some else [])
+        for other in others if codes else ():
+            chosen, dt = _chosen(other, scans)
+            try:
+                plays = [_played(tracker, scan, dt, scan.detections.z[:1])[-1] for scan in chosen[:1]]
+                ended = [_silent(tracker, state, sensor.placed(own[0].pose), own[0]) for state in plays]
+            except (VedetteError, ValueError, ArithmeticError, np.linalg.LinAlgError):
+                continue
+            if ended and ended[0]:
+                said = (
+                    f"{name}: is stated to detect all targets: of one that {other} sees, confirmed by {SCANS} returns, "
+                    f"{ended[0]} of its scans without a report end the track"
+                )
+                yield f"sensors.{name}", said, "a detection_probability that is the part of targets that it has in a scan"
+                break
+
+
+def _silent(tracker: Tracker, state: State, sensor: Sensor, scan: Scan) -> int:
+    """Return how many scans without returns, of a sensor that should surely detect it, end a confirmed track; 0: none do."""
+    numbers, nothing = state.ids[state.confirmed], Detections.of([], len(sensor.measurement))
+    x = tracker.estimate(state).mean[state.confirmed][:, tracker.state.locate(sensor.observes)]
+    if not len(numbers) or np.min(np.broadcast_to(sensor.detects(x), len(x))) < SURE:
+        return 0
+    for count in range(1, SCANS + 1):
+        state = tracker.step(state, Scan(state.time, scan.sensor, nothing, scan.pose))
+        if not np.isin(numbers, state.ids[state.confirmed]).any():
+            return count
+    return 0
 
 
 def _chosen(name: str, scans: Sequence[Scan]) -> tuple[list[Scan], float]:

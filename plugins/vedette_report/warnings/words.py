@@ -22,7 +22,7 @@ from vedette_files import DATED, beyond_period
 from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
 from vedette_report.warnings.late import late
-from vedette_report.warnings.rehearsal import rehearsed, unwatched
+from vedette_report.warnings.rehearsal import rehearsed, silenced
 from vedette_report.warnings.stated import otherwise
 from vedette_report.warnings.turned import turned
 
@@ -71,7 +71,7 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
                 "places them best; if yours are farther apart, take 'jpda_star'"
             )
     yield from held(experiment.tracker)
-    yield from (f"{place}: {said}; try {better}" for place, said, better in unwatched(experiment.tracker, result.scans))
+    yield from (f"{place}: {said}; try {better}" for place, said, better in silenced(experiment.tracker, result.scans))
     around = list(turned(experiment.tracker, result.scans, result.recording.truth))
     yield from map(str, around)
     yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])

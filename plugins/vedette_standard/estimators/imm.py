@@ -78,7 +78,9 @@ class Imm(Estimator[Modes]):
     W_i c_j l_ji / sum_j' c_j' l_j'i. So it is the textbook's IMM-PDAF under PDA, and as exact under any other associator.
     Modes may have different states: an axis that a mode lacks has there the mean and standard deviation stated in `absent`,
     0 and 0 by default (a constant-velocity target does not turn); where modes hold one velocity in axes of their own,
-    such as vx, vy and heading, speed, they must be stated. At dt = 0 no mode switches.
+    such as vx, vy and heading, speed, they must be stated. At dt = 0 no mode switches. With `rates`, scans that tell nothing
+    leave the modes' probabilities as they are; but modes switch at scans alone, so the more there are, the nearer the
+    spread is to that of switches at any time.
     Blom, Bar-Shalom, The Interacting Multiple Model Algorithm, IEEE Trans. Automatic Control 33, 1988.
 
     >>> from vedette import Detections, Gaussian

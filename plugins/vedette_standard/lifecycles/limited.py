@@ -37,8 +37,9 @@ class Limited(Lifecycle):
     """
 
     max_out_of_coverage: float | None = fields.quantity(
-        "s", "a track ends after this time in places where no sensor is likely to detect it", default=60.0, above=0
-    )
+        "s", "a track ends after this time in places where no sensor that still looks is likely to detect it",
+        default=60.0, above=0,
+    )  # fmt: skip
     max_without_detection: float | None = fields.quantity(
         "s", "a track ends after this time without a detection; default: never for that alone", default=None, above=0
     )
@@ -76,8 +77,9 @@ class Limited(Lifecycle):
         own, confirmed, alive = self.judge(memory.own, scan)
         out, unseen = self.max_out_of_coverage, self.max_without_detection
         most = math.inf if out is None else out, math.inf if unseen is None else unseen
+        covers = scan.p_detect if scan.awaited is None else np.maximum(scan.p_detect, scan.awaited)
         covered, detected, alive = limited(
-            memory.covered, memory.detected, scan.hit, scan.p_detect, alive, self.least_covered, scan.dt, *most
+            memory.covered, memory.detected, scan.hit, covers, alive, self.least_covered, scan.dt, *most
         )
         if self.max_spread is not None and scan.spread is not None:
             alive = alive & (scan.spread <= self.max_spread)

@@ -9,7 +9,7 @@ import numpy as np
 from vedette.space import Array
 from vedette.types import Detections, LazyScans
 from vedette.units import say
-from vedette_report.warnings.rehearsal import rehearsed, unwatched
+from vedette_report.warnings.rehearsal import rehearsed, silenced
 from vedette_report.warnings.words import held
 from vedette_tools.explaining.finding import Finding
 from vedette_tools.explaining.lifetimes import LOOKS
@@ -182,11 +182,11 @@ def confirmation(it: Situation) -> Iterator[Finding]:
 
 
 def rehearsal(it: Situation) -> Iterator[Finding]:
-    """Find births whose tracks are never confirmed, and tracks that their targets lose, often or by scans of elsewhere."""
+    """Find births whose tracks are never confirmed, and tracks that their targets lose, often or by another's silence."""
     recording = it.opened.recording
     if recording is None or isinstance(recording.scans, LazyScans) or any(seen.lives is not None for seen in it.sensors):
         return
-    for play in (rehearsed, unwatched):
+    for play in (rehearsed, silenced):
         for place, text, better in play(it.experiment.tracker, recording.scans):
             yield Finding(place, text, better)
 

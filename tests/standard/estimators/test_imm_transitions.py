@@ -27,6 +27,26 @@ def prob_after(imm, *times):
     return imm.mode_prob(belief)[0]
 
 
+def test_scans_that_tell_nothing_leave_the_modes_and_give_the_moments_of_all_paths_of_modes():
+    """Mixing loses nothing of the first two moments: steps differ from one by the switches between them alone."""
+    imm, steps = Imm(TWO, rates=np.array([[-0.02, 0.02], [0.1, -0.1]]), initial=[0.7, 0.3]), 3
+    belief = start(imm, 1)
+    for _ in range(steps):
+        belief = imm.predict(belief, 4.0, RNG)
+    once = imm.predict(start(imm, 1), 4.0 * steps, RNG)
+    np.testing.assert_allclose(imm.mode_prob(belief), imm.mode_prob(once), rtol=1e-12)
+    p, paths = expm(4.0 * imm.rates), [(j, w, start(imm, 1).beliefs[j]) for j, w in enumerate(imm.initial)]
+    for _ in range(steps):
+        paths = [(j, w * p[i, j], TWO[j].predict(of, 4.0, RNG)) for i, w, of in paths for j in range(2)]
+    weights, means = np.array([w for _, w, _ in paths]), np.array([of.mean[0] for _, _, of in paths])
+    mean = weights @ means
+    cov = np.einsum("p,pij->ij", weights, [of.cov[0] + np.outer(of.mean[0] - mean, of.mean[0] - mean) for _, _, of in paths])
+    found = imm.moments(belief)
+    np.testing.assert_allclose(found.mean[0], mean, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(found.cov[0], cov, rtol=1e-12, atol=1e-12)
+    assert np.max(np.abs(imm.moments(once).cov[0] / cov - 1.0)) > 0.01
+
+
 def test_a_transition_holds_per_scan_or_for_its_interval_or_follows_from_rates():
     p = np.array([0.2, 0.8])
     per_scan = Imm(TWO, transition=SWITCH, initial=p)
