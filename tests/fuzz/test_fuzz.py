@@ -160,7 +160,7 @@ INPUTS = {
     "brackets without end": ("radar_pictures", "vedette_marine.geometry.parse", parse_without_limits, "RecursionError"),
     "nan as a time of AIS": ("ais_csv", "vedette_marine.ais.csv._time", seconds_without_limits, "AssertionError"),
     "a wide cell": ("ais_csv", "vedette_marine.ais.csv.header_of", header_of_any_width, "Error at"),
-    "rows that go missing": ("csv", "vedette_files.tables.returns.in_time_order", lossy, "does not add up|and the file has"),
+    "rows that go missing": ("csv", "vedette_files.tables.looks.in_time_order", lossy, "does not add up|and the file has"),
     "pictures that go missing": (
         "radar_pictures",
         "vedette_marine.sources.pictures.in_time_order",
@@ -175,7 +175,7 @@ INPUTS = {
 def test_the_fuzzer_of_tables_bites(monkeypatch, tmp_path):
     """Rows by date that go missing are found."""
     monkeypatch.setattr(tables, "READERS", {"dates": tables.READERS["dates"]})
-    monkeypatch.setattr("vedette_files.tables.returns.in_time_order", lossy)
+    monkeypatch.setattr("vedette_files.tables.looks.in_time_order", lossy)
     found = hunt(tables.case, tmp_path, 300) or "nothing found"
     assert "does not add up" in found or "and the file has" in found, found
 

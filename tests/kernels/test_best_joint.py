@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 
 from support.joint import drawn_scores, joint_associations, marginals
 from vedette import kernels
-from vedette.kernels import hypotheses
+from vedette.kernels import assignment
 from vedette_standard.associators.marginals import marginals_of_table
 
-TWINS = [pytest.param(kernels.best_joint, id="running"), pytest.param(hypotheses.best_joint, id="reference")]
+TWINS = [pytest.param(kernels.best_joint, id="running"), pytest.param(assignment.best_joint, id="reference")]
 seeds = st.integers(0, 2**32 - 1)
 ALL = 2000
 """More than there are joint associations of 5 tracks and 5 returns: 1,546."""

@@ -9,7 +9,7 @@ from hypothesis.extra.numpy import arrays
 from support.histories import history, looks, path
 from support.pairings import pairings
 from vedette.metrics import NONE, Judge, covering, distances, judge, switches
-from vedette.metrics.coverage import Held
+from vedette.metrics.coverage import LastCover
 from vedette.metrics.tally import Fate
 
 law = settings(max_examples=150)
@@ -77,7 +77,7 @@ def test_a_track_belongs_to_the_truth_that_it_covered_last():
 
 def test_a_truth_keeps_its_track_whichever_others_are_looked_at():
     """Of three truths the last alone, then the last two: the track is nearer to the other one, which came later."""
-    held = Held(3)
+    held = LastCover(3)
     assert covering([np.array([[4.0]])], [np.array([7])], 5.0, held, np.array([2])).tolist() == [[7]]
     assert covering([np.array([[1.0], [4.0]])], [np.array([7])], 5.0, held, np.array([1, 2])).tolist() == [[-1, 7]]
 

@@ -27,7 +27,7 @@ from support.selection import (
 )
 from vedette.config.registry import Registry
 from vedette.testing import FAST, examine, kit, laws_of
-from vedette.testing.laws import apart
+from vedette.testing.laws import trackers
 from vedette.testing.strategies import components
 from vedette.tracking.components import parts
 from vedette_standard.associators.nearest import Nearest
@@ -79,7 +79,9 @@ def test_an_import_is_seen_wherever_it_stands(line, reached, tmp_path, monkeypat
 @pytest.mark.costly
 def test_what_its_laws_execute_is_among_its_files(cls):
     """But for the hooks, which the registry looks up once, and the plugins' parts beside which far scenes try it."""
-    beside = names(closure({type(part).__module__ for _, part in (*parts(apart._usual(0.0)), *parts(apart._usual(9.0)))}))
+    beside = names(
+        closure({type(part).__module__ for _, part in (*parts(trackers._usual(0.0)), *parts(trackers._usual(9.0)))})
+    )
     executed = set()
 
     def seen(frame, event, argument):
