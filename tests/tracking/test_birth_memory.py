@@ -1,11 +1,13 @@
 """What a birth may remember: returns of the scan before, and the tracks that ended."""
 
+from types import SimpleNamespace
 from typing import Any, ClassVar, final
 
 import numpy as np
 from attrs import frozen
 
 from vedette import Array, Birth, Detections, Gaussian, Newborn, Scan, Tracker
+from vedette.tracking.births import recycled
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.m_of_n import MOfN
@@ -82,3 +84,13 @@ def test_tracks_that_end_are_given_back():
     ((estimate, existence),) = state.unseen.ended
     assert estimate.mean.shape == (1, 4)
     assert existence.tolist() == [1.0]
+
+
+def test_what_ends_is_given_back_with_its_own_existence():
+    belief = Gaussian(np.arange(12.0).reshape(3, 4), np.broadcast_to(np.eye(4), (3, 4, 4)))
+    plan = SimpleNamespace(birth=TwoScans(), models_unseen=True, estimator=tracker().estimator)
+    ended, existence = np.array([False, True, True]), np.array([0.1, 0.2, 0.3])
+    after = recycled(SimpleNamespace(plan=plan), Waiting(np.zeros((0, 2)), 0.0), belief, ended, existence)
+    ((estimate, given),) = after.ended
+    assert given.tolist() == [0.2, 0.3]
+    assert estimate.mean.tolist() == belief.mean[1:].tolist()

@@ -9,7 +9,7 @@ import vedette
 from vedette import Detections, Gaussian, Scan
 from vedette.errors import ConfigError
 from vedette.tracking import State, memory_limits
-from vedette.tracking.identity import FADES, Identity, Names, pair_evidence, taken, unnamed
+from vedette.tracking.identity import FADES, STRAY, Identity, Names, after_scan, pair_evidence, taken, unnamed
 
 CONFIG = {
     "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.5}},
@@ -86,6 +86,14 @@ def test_a_track_bears_a_code_that_is_likelier_than_not():
     for weight, left in ((0.49, 1.0), (0.51, FADES)):
         after = taken(Identity(), names, np.tile([1.0 - weight, weight], (2, 1)), np.array([[7], [7]]))
         assert after.stray.tolist() == [2.0, 2.0 * left]
+
+
+def test_the_count_of_stray_returns_begins_again_once_it_was_full():
+    for before, after in ((0.0, 1.0), (STRAY - 1.0, STRAY), (STRAY, 0.0)):
+        names = Names(np.array([[7, -1, -1]]), np.array([[1.0, 0.0, 0.0]]), np.array([before]))
+        seen = Detections(np.array([[1.0, 2.0]]), np.array([True]), identity=np.array([7]))
+        found = after_scan(Identity(), names, seen, np.array([[1.0, 0.0]]), None, np.zeros(1))
+        assert found.stray.tolist() == [after]
 
 
 @pytest.mark.parametrize("kind", KINDS)
