@@ -8,6 +8,7 @@ from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
 from vedette_flir.estimators import template
+from vedette_flir.estimators.leaving import Thing, _new_things
 
 SHAPE, EDGE, BOX = (120, 160), 70.0, 14.0
 Y, X = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(float)
@@ -47,15 +48,18 @@ def nothing(appearance, *given):
 
 
 @pytest.mark.costly
-def test_what_rises_out_of_a_wood_is_the_target(monkeypatch):
-    frames = [seen(k, rises(k)) for k in range(80)]
+@pytest.mark.parametrize("turn", [0, 1])
+def test_what_rises_out_of_a_wood_is_the_target(turn, monkeypatch):
+    """Also before a camera that turns by half a px a frame."""
+    at = np.array([rises(k) + [turn * (k // 2), 0.0] for k in range(80)])
+    frames = [np.roll(seen(k, rises(k)), turn * (k // 2), axis=1) for k in range(80)]
     found = followed(frames, rises(0))
-    error = np.hypot(*(found[:, 1:] - [rises(k) for k in range(80)]).T)
+    error = np.hypot(*(found[:, 1:] - at).T)
     assert np.all(error[60:] < 4.0)
     assert np.all(found[60:, 0] > 0.5)
     monkeypatch.setattr(template, "leaving", nothing)
     alone = followed(frames, rises(0))
-    assert np.hypot(*(alone[-1, 1:] - rises(79))) > 20.0
+    assert np.hypot(*(alone[-1, 1:] - at[-1])) > 20.0
 
 
 @pytest.mark.costly
@@ -79,3 +83,34 @@ def test_of_a_box_that_shows_its_target_nothing_leaves():
     found = followed(frames, at)
     assert np.all(np.abs(found[:, 1:] - at) < 4.0)
     assert np.all(found[10:, 0] > 0.5)
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "age", "missed", "since", "came"),
+    [
+        ((2.0, -5.0), (2.0, -20.0), 10.0, 0.0, 15.0, True),
+        ((2.0, -5.0), (2.0, -20.0), 10.0, 1.0, 15.0, False),  # not seen now
+        ((20.0, -5.0), (20.0, -25.0), 10.0, 0.0, 15.0, False),  # past the box
+        ((0.0, -40.0), (0.0, -20.0), 10.0, 0.0, 15.0, False),  # towards it
+        ((0.0, -30.0), (0.0, -40.0), 10.0, 0.0, 15.0, False),  # it left before the box was drawn
+        ((0.0, -30.0), (0.0, -40.0), 10.0, 0.0, 60.0, True),
+        ((0.0, -5.0), (0.0, -20.0), 200.0, 0.0, 205.0, False),  # slower than leaves that grow
+        ((0.0, -5.0), (0.0, -9.0), 10.0, 0.0, 15.0, False),  # hardly gone
+    ],
+)
+def test_a_line_comes_out_of_the_box(first, last, age, missed, since, came):
+    thing = Thing(np.array(first), np.array(last), age, missed, 8.0)
+    assert thing.came_out(np.array([BOX, BOX]), since) is came
+
+
+def test_what_an_error_of_a_place_makes_of_an_edge_is_not_new():
+    rows, columns = np.mgrid[:48, :48].astype(float)
+    slopes, noise = np.zeros((3, 48, 48)), np.random.default_rng(1).normal(0.0, 0.5, (48, 48))
+    slopes[0, :, 20:23] = 60.0
+    box = np.array([BOX, BOX])
+    assert len(_new_things(noise + 0.2 * slopes[0], slopes, box)) == 0
+    spot = 40.0 * gaussian(columns, rows, (35.0, 12.0), (2.0, 2.0))
+    ((x, y),) = _new_things(noise + 0.2 * slopes[0] + spot, slopes, box)
+    step = (6.0 * BOX + 12.0) / 48.0
+    assert abs(x - 11.5 * step) < step
+    assert abs(y + 11.5 * step) < step
