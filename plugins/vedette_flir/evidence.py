@@ -32,7 +32,9 @@ COMMON = 8.0
 """Contrast over the spread around that may be asked of a target in another scene, at most."""
 
 DIM = 4.0
-"""Contrast over the spread around below which a box that was marked may not show its target. By hand."""
+"""Contrast over the spread around below which a box that was marked may not show its target. By hand, on starts in
+`ir_clips` and the odd clips, and on drawn targets that leave trees: boxes of 3.8 at most were left rightly, one of 6.4 not.
+"""
 
 UNLIKE = 0.05
 """Mean of 1 less the likeness of a target in a frame to what it was."""
