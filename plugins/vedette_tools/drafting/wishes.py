@@ -12,7 +12,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
 from vedette_files.tables.rows import BY_ROW, listed
 from vedette_files.tables.times import check_pattern
-from vedette_tools.drafting.titles import MEASURES, UNITS, Meaning, meaning
+from vedette_tools.drafting.titles import GRAD, MEASURES, UNITS, Meaning, meaning
 
 POSITIONS = (("range", "bearing"), ("latitude", "longitude"), ("x", "y"), ("east", "north"))
 """Pairs of axes of which one tells where returns are."""
@@ -59,7 +59,9 @@ class Wishes:
                 if axis not in axes
             ]
         for axis, unit in wishes.units.items():
-            if axis in MEASURES and unit != PIXELS:
+            if unit == GRAD:
+                problems.append(Problem("--units", f"{axis}: {named[axis]!r} may be a degree or a gon: say deg or gon"))
+            elif axis in MEASURES and unit != PIXELS:
                 try:
                     factor = in_unit(unit if unit[:1].isdigit() else f"1 {unit}", MEASURES[axis])
                     if not 0 < factor < float("inf"):

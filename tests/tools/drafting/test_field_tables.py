@@ -12,7 +12,7 @@ import pytest
 from jsonschema import Draft202012Validator
 
 import vedette
-from vedette.errors import InputError
+from vedette.errors import ConfigError, InputError
 from vedette_tools.drafting.config import draft_config
 from vedette_tools.drafting.config import drafted as whole_draft
 from vedette_tools.drafting.recognising import read_table
@@ -121,6 +121,13 @@ def test_what_grad_is_is_told_by_the_language_of_titles_and_by_values_and_said_t
     found = read_table(tmp_path / "d.csv")
     (title,) = {titles.split(";")[-1]} & set(found.guessed)
     assert (found.units["bearing"], found.guessed[title].split()[2]) == (unit, "gon:" if unit != "deg" else "deg:")
+
+
+def test_a_unit_of_two_meanings_is_asked_for():
+    """The units that were listed did not name gon."""
+    with pytest.raises(ConfigError, match="say deg or gon"):
+        Wishes.of(None, None, None, "bearing=grads", None, None, None)
+    assert Wishes.of(None, None, None, "bearing=gon", None, None, None).units == {"bearing": "0.9 deg"}
 
 
 def spots(recording, polar):
