@@ -30,6 +30,10 @@ more. By hand, before any scene was drawn.
 """
 BESIDE = 1.0
 """An offset is told where it is so many errors or more. By hand."""
+ALIKE = 10.0
+"""A lag is told from an offset where velocities spread by so many times what their own covariances make of it. By hand, on
+aircraft of one airway, where less told seconds that were not there.
+"""
 CONTRADICT = 3.0
 """Pairs of sensors whose sums differ by so many deviations are off by no constant lag and offset. By hand."""
 TRACKS = "`biased` and [registration], docs/concepts/registration.md"
@@ -41,25 +45,31 @@ by hand on dense clutter, whose short tracks told .5 to .7 s that were not there
 
 @frozen(eq=False)
 class Seen:
-    """What a track took of one sensor: places (s, 2) with covariances (s, 2, 2), times (s,), velocities (s, 2) there."""
+    """What a track took of one sensor: places (s, 2) with covariances (s, 2, 2), times (s,), the track's velocities (s, 2)
+    there with theirs `unsure` (s, 2, 2), and their covariances with its places `tied` (s, 2, 2).
+    """
 
     times: Array
     places: Array
     covs: Array
     velocities: Array
+    unsure: Array
+    tied: Array
 
 
 @frozen(eq=False)
 class Shift:
     """By how much returns are late, in s, and beside others, in m (3,); deviations (3,); in errors, a s and a m (2,).
 
-    doubt (3,): by how much the deviations are too small, as other pairs of sensors tell it.
+    doubt (3,): by how much the deviations are too small, as other pairs of sensors tell it. common: the velocity (2,) that
+    all targets have, where theirs are too alike to tell a lag from an offset: the offset then is both.
     """
 
     values: Array
     deviations: Array
     errors: Array
     doubt: Array
+    common: Array | None = None
 
     @property
     def tells(self) -> tuple[bool, bool]:
@@ -83,12 +93,19 @@ def late(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track], turne
         pairs = [(every[one][track], seen) for track, seen in every[other].items() if track in every[one]]
         if found := _shift([pair for pair in pairs if min(len(seen.times) for seen in pair) >= STEADY]):
             shifts[one, other] = found
-    names = list(dict.fromkeys(name for pair in shifts for name in pair))
-    i, j = (np.array([*range(len(names)), *(names.index(pair[k]) for pair in shifts)], dtype=np.intp) for k in (0, 1))
+    apart = {pair: shift for pair, shift in shifts.items() if shift.common is None}
+    groups = _linked(apart)
+    for own in (apart, {pair: shifts[pair] for pair in shifts if not any({*pair} <= {*group} for group in groups)}):
+        for group in _linked(own):
+            yield from _told(tracker, group, {pair: shift for pair, shift in own.items() if pair[0] in group})
+
+
+def _linked(pairs: Collection[tuple[str, str]]) -> list[list[str]]:
+    """Return the names that pairs link, directly or by others."""
+    names = list(dict.fromkeys(name for pair in pairs for name in pair))
+    i, j = (np.array([*range(len(names)), *(names.index(pair[k]) for pair in pairs)], dtype=np.intp) for k in (0, 1))
     label = kernels.linked_clusters(i, j, len(names), len(names))[: len(names)].tolist()
-    for own in dict.fromkeys(label):
-        group = [name for name, of in zip(names, label, strict=True) if of == own]
-        yield from _told(tracker, group, {pair: shift for pair, shift in shifts.items() if pair[0] in group})
+    return [[name for name, of in zip(names, label, strict=True) if of == own] for own in dict.fromkeys(label)]
 
 
 def _told(tracker: Tracker, names: Sequence[str], shifts: Mapping[tuple[str, str], Shift]) -> Iterator[str]:
@@ -118,6 +135,11 @@ def _told(tracker: Tracker, names: Sequence[str], shifts: Mapping[tuple[str, str
             asked.append("are both placed and turned right?")
             stated.append(f"offset = {{ x = {x:.3g}, y = {y:.3g} }}")
             found_by = f"; or the tracks find it: {TRACKS}"
+        if beside and shift.common is not None:
+            same = -float(shift.values[1:] @ shift.common) / max(float(shift.common @ shift.common), 1e-12)
+            when = "earlier" if same > 0 else "later"
+            told[-1] += f", or where they were {abs(same):.2g} s {when}, which targets of one velocity do not tell apart"
+            stated[-1] = f"lag = {same:.3g} or {stated[-1]}"
         cure = f'To state it of {name}, set kind = "displaced", {", ".join(stated)}, of = {{ ... }}{found_by}'
         if np.any(shift.doubt > CONTRADICT):
             cure = f"Pairs of sensors disagree on it, as where ranges or bearings are off: let the tracks find it, {TRACKS}"
@@ -146,7 +168,7 @@ def _against(first: str, names: Sequence[str], shifts: Mapping[tuple[str, str], 
         deviations[:, k], doubt[k] = np.sqrt(np.diag(cov)), max(np.sqrt(off), 1.0)
     near = [max((pair for pair in shifts if name in pair), key=lambda pair: first in pair) for name in others]
     return {
-        name: Shift(values[i], deviations[i], shifts[pair].errors, doubt)
+        name: Shift(values[i], deviations[i], shifts[pair].errors, doubt, shifts[pair].common)
         for i, (name, pair) in enumerate(zip(others, near, strict=True))
     }
 
@@ -155,7 +177,7 @@ def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> M
     """Return by sensor and track what it took, of sensors whose returns tell a place."""
     at, told = scans_at(scans), defaultdict[str, dict[int, list[list[Array]]]](dict)
     placed: dict[int, Gaussian | None] = {}
-    pace = [tracker.state.names.index(axis) for axis in ("vx", "vy")]
+    spot, pace = ([tracker.state.names.index(axis) for axis in axes] for axes in (("x", "y"), ("vx", "vy")))
     for track in tracks:
         for row, i, column in taken(track, at):
             if track.confirmed[row]:
@@ -165,6 +187,7 @@ def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> M
                     own = scans[i].detections.time
                     time = scans[i].time if own is None else float(own[column])
                     entry = [np.array(time), place.mean[column], place.cov[column], track.mean[row, pace]]
+                    entry += [track.cov[row][np.ix_(pace, pace)], track.cov[row][np.ix_(pace, spot)]]
                     told[scans[i].sensor].setdefault(track.id, []).append(entry)
     return {
         name: {track: Seen(*map(np.array, zip(*rows, strict=True))) for track, rows in of.items()}
@@ -188,10 +211,12 @@ def _placed(sensor: Sensor, scan: Scan) -> Gaussian | None:
 def _shift(pairs: Sequence[tuple[Seen, Seen]]) -> Shift | None:
     """Return by how much the second are later than the first, and lie beside them; None where that is not known.
 
-    A return that is late by l lies at d = o - l v from where the target is, with an offset o that is the same for all.
+    A return that is late by l lies at d = o - l v from where the target is, with an offset o that is the same for all. The
+    errors of v spread the velocities, and go with those of d, for the track took the return: what they add is taken out.
     """
     A, d = list[Array]([np.zeros((0, 2, 3))]), list[Array]([np.zeros((0, 2))])
     times, moved = list[Array]([np.zeros(0)]), list[Array]([np.zeros(0)])
+    added, paces = list[Array]([np.zeros((0, 2))]), list[Array]([np.zeros((0, 2))])
     for first, then in pairs:
         after = np.clip(np.searchsorted(first.times, then.times), 1, max(len(first.times) - 1, 1))
         if len(first.times) < 2:
@@ -208,16 +233,28 @@ def _shift(pairs: Sequence[tuple[Seen, Seen]]) -> Shift | None:
         d.append((root @ (then.places[good] - there)[..., None])[..., 0])
         times.append(then.times[good])
         moved.append(np.linalg.norm(root @ late[..., None], axis=(-1, -2)))
+        W = np.swapaxes(root, -1, -2) @ root
+        added.append(np.stack([np.einsum("nij,nji->n", W, one[good]) for one in (then.unsure, then.tied)], axis=-1))
+        paces.append(late)
     X, y, when = np.concatenate(A), np.concatenate(d), np.argsort(np.concatenate(times), kind="stable")
     if len(y) < ENOUGH:
         return None
-    squares, sums = np.swapaxes(X, -1, -2) @ X, np.einsum("nij,ni->nj", X, y)
-    parts = [(squares[rows].sum(axis=0), sums[rows].sum(axis=0)) for rows in np.array_split(when, PARTS)]
-    whole = [sum(each) for each in zip(*parts, strict=True)]
-    if max(np.linalg.cond(whole[0] - square) for square, _ in parts) > 1e9:
+    squares, sums, more = np.swapaxes(X, -1, -2) @ X, np.einsum("nij,ni->nj", X, y), np.concatenate(added)
+    whole = np.sum(squares, axis=0)
+    spread = whole[0, 0] - whole[0, 1:] @ np.linalg.solve(whole[1:, 1:], whole[1:, 0])
+    alike = bool(spread < ALIKE * np.sum(more[:, 0]))
+    squares[:, 0, 0] -= more[:, 0]
+    sums[:, 0] += more[:, 1]
+    some = slice(1, 3) if alike else slice(0, 3)
+    parts = [(squares[rows].sum(axis=0)[some, some], sums[rows].sum(axis=0)[some]) for rows in np.array_split(when, PARTS)]
+    A, b = (np.sum(each, axis=0) for each in zip(*parts, strict=True))
+    if max(np.linalg.cond(A - square) for square, _ in parts) > 1e9:
         return None
-    values = np.linalg.solve(*whole)
-    others = np.array([np.linalg.solve(whole[0] - square, whole[1] - total) for square, total in parts])
-    deviations = np.sqrt((PARTS - 1) * np.var(others, axis=0))
+    values, deviations = np.zeros(3), np.zeros(3)
+    values[some] = np.linalg.solve(A, b)
+    others = np.array([np.linalg.solve(A - square, b - total) for square, total in parts])
+    deviations[some] = np.sqrt((PARTS - 1) * np.var(others, axis=0))
     beside = np.median(np.linalg.norm(X[..., 1:] @ values[1:], axis=-1)) / max(np.hypot(*values[1:]), 1e-12)
-    return Shift(values, np.maximum(deviations, 1e-9), np.array([np.median(np.concatenate(moved)), beside]), np.ones(3))
+    errors = np.array([np.median(np.concatenate(moved)), beside])
+    common = np.mean(np.concatenate(paces), axis=0) if alike else None
+    return Shift(values, np.maximum(deviations, 1e-9), errors, np.ones(3), common)
