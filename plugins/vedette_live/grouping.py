@@ -43,8 +43,8 @@ class Formed:
 class Grouping:
     """How the messages of an input become scans, and by whose clock.
 
-    A scan's time is that of its last return. Where a message tells the time of each return, each is taken at it; with
-    `own_times` the others at those of their messages.
+    A scan's time is that of its last return. Where a message tells the time of each return, each is taken at it; the others
+    at those of their messages, unless `own_times` is false.
     """
 
     by: str = fields.choice("what belongs to one scan", WAYS, default="message")
@@ -57,7 +57,7 @@ class Grouping:
         "s", "by which a time may be ahead of the last one; a longer leap is believed once the next message agrees",
         default=600.0, above=0,
     )  # fmt: skip
-    own_times: bool = fields.flag("take each return at the time of its message, not at the scan's", default=False)
+    own_times: bool = fields.flag("take each return at the time of its message, not at the scan's", default=True)
 
 
 @final
@@ -217,7 +217,7 @@ class Grouper:
             _joined([message.noise for message in messages]),
             missing(z, self.placing.sensors[name]),
             identity=_identities(messages),
-            time=_times(pieces) if self.grouping.own_times or any(each.times is not None for each in messages) else None,
+            time=_times(pieces, own=self.grouping.own_times),
         )
         pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
         numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
@@ -238,12 +238,18 @@ def _check_times(message: Message, length: float) -> None:
         raise ValueError(f"times: one is {late:.6g} s after the scan's, more than scans.length, {length:g} s")
 
 
-def _times(pieces: list[_Piece]) -> Array:
-    """Return when each return was measured, by the clock of the messages."""
-    times = []
-    for message, z, time, _ in pieces:
-        known = message.times is not None and message.time is not None
-        times.append(message.times + (time - message.time) if known else np.full(len(z), time))  # type: ignore[operator]
+def _times(pieces: list[_Piece], *, own: bool) -> Array | None:
+    """Return when each return was measured, by the clock of the messages; None if that is when the scan was.
+
+    own: whether the time of a message is that of its returns where it tells no other.
+    """
+    known = [message.times is not None and message.time is not None for message, *_ in pieces]
+    if not any(known) and not (own and len({time for _, _, time, _ in pieces}) > 1):
+        return None
+    times = [
+        message.times + (time - message.time) if told else np.full(len(z), time)  # type: ignore[operator]
+        for (message, z, time, _), told in zip(pieces, known, strict=True)
+    ]
     return np.concatenate(times)
 
 

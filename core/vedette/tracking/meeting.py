@@ -52,7 +52,8 @@ def meet(it: Expected) -> Met:
     plan, observed = it.plan, it.observed
     if observed.time is not None:
         if why := untimed(plan) if it.existence.ndim == 1 else "runs go in lock-step":
-            raise ScanRefused(f"time: returns have none of their own where {why}: leave it out, and all are of the scan's")
+            told = "leave it out, as scans.own_times = false does of a stream, and all are of the scan's"
+            raise ScanRefused(f"time: returns have none of their own where {why}: {told}")
         check_pairs(it.state, it.scan, len(plan.state))
     elif it.scan.sensor in plan.coarse and (close := plan.associator.meet_close(it)) is not None:
         return None, None, (close, *_met_by_others(it, it.scan.detections, close.rows))

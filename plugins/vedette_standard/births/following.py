@@ -231,7 +231,7 @@ class Following(Birth):
             told = (
                 f"{self.kind!r} takes all returns of a scan to be of one time: use 'from_returns', or leave their times out"
             )
-            raise ScanRefused(f"birth: {told}")
+            raise ScanRefused(f"birth: {told}, as scans.own_times = false does of a stream")
         return unclaimed(detections, claimed, self.claimed)
 
     def limit(self, detections: Detections, most: float) -> Array:
