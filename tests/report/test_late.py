@@ -136,7 +136,8 @@ def test_one_target_on_one_course_tells_no_lag_from_an_offset(monkeypatch):
 @pytest.mark.by_turns
 def test_targets_of_one_velocity_tell_no_lag(seed):
     """What their tracks' velocities err by was taken for what they differ by: of two sensors without a fault 7 +- .9 s, and
-    1,500 m, whose effects cancel."""
+    1,500 m, whose effects cancel.
+    """
     sensor, legs = {**POSITION, "sigma": 20.0}, [{"do": "straight", "seconds": 300}]
     ships = {
         str(i): {"start": [-1500.0, 3000.0 * i], "course": "90 deg", "speed": 8.0 + 0.02 * i, "legs": legs} for i in range(4)
