@@ -15,6 +15,8 @@ from typing import Any
 import attrs
 import numpy as np
 
+from vedette.values import held
+
 LONGEST = 80
 """Characters of a value; a longer one is cut."""
 
@@ -80,8 +82,5 @@ def parameters_html(value: Any) -> str:
 
 def _parts(value: Any) -> list[Any]:
     """Return the components among a component's parameters."""
-    values = (
-        [getattr(value, field.name) for field in attrs.fields(type(value)) if field.init] if attrs.has(type(value)) else []
-    )
-    flat = [item for part in values for item in (part if isinstance(part, tuple | list) else [part])]
+    flat = [item for part in held(value) for item in (part if isinstance(part, tuple | list) else [part])]
     return [item for item in flat if isinstance(getattr(item, "kind", None), str)]

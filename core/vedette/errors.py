@@ -9,11 +9,15 @@ from attrs import frozen
 
 @frozen
 class Problem:
-    """Something in a config or an input that was not used: its place, and what is wrong with it."""
+    """Something in a config or an input that was not used: its place, and what is wrong with it.
+
+    rows: of how many rows of a file; late: it is of a time before one that was used.
+    """
 
     place: str
     text: str
     rows: int = 1
+    late: bool = False
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}" if self.place else self.text

@@ -19,7 +19,7 @@ from vedette_files.input_files import inside, shown, user_path
 
 V = TypeVar("V")
 
-OUT_OF_ORDER, NOT_OF_SCAN = "is out of order", "is not that of scan"
+NOT_OF_SCAN = "is not that of scan"
 OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
@@ -95,14 +95,14 @@ def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem], *, sort:
             continue
         around = [f"after {kept[-1].time!r} s"] if kept else []
         around += [] if after is None else [f"before {after!r} s"]
-        text = f"time {sample.time!r} s {OUT_OF_ORDER}: it stands {' and '.join(around)}"
-        refused.append(Problem(sample.place, text, sample.rows))
+        text = f"time {sample.time!r} s is out of order: it stands {' and '.join(around)}"
+        refused.append(Problem(sample.place, text, sample.rows, late=True))
     return kept
 
 
 def offer_sorting(refused: Sequence[Problem], total: int) -> list[Problem]:
     """Return what was refused of `total` rows. Of three or more out of order the first leads, and offers to sort them."""
-    late = [problem for problem in refused if OUT_OF_ORDER in problem.text]
+    late = [problem for problem in refused if problem.late]
     if len(late) < 3:
         return list(refused)
     count = sum(problem.rows for problem in late)

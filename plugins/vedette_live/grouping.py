@@ -265,4 +265,4 @@ def _identities(messages: list[Message]) -> Indices | None:
 def _joined(parts: list[Array | None]) -> Array | None:
     """Return what all messages tell; None unless all do."""
     given = [part for part in parts if part is not None]
-    return np.concatenate(given) if given and len(given) == len(parts) else None
+    return np.concatenate(given) if len(given) == len(parts) else None

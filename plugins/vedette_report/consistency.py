@@ -7,6 +7,8 @@ of that one test. docs/metrics.md says which figure may be asserted when.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from attrs import frozen
 
@@ -71,13 +73,20 @@ def normalised_error(error: Array, cov: Array) -> Array:
     return np.where(variance > 0, error, 0.0) / np.sqrt(np.where(variance > 0, variance, 1.0))
 
 
+def standard_error(values: Array) -> Any:
+    """Return the standard error of the mean of values (r, ..), the runs independent: (..), None of fewer than two runs."""
+    if len(values) < 2:
+        return None
+    error = np.std(values, axis=0, ddof=1) / np.sqrt(len(values))
+    return error if error.ndim else float(error)
+
+
 def mean_over_runs(values: Array) -> Estimate:
     """Return the mean of one value per run (r,), the runs independent, with its standard error."""
     runs = np.asarray(values, dtype=float)
     if runs.ndim != 1 or not len(runs) or not np.all(np.isfinite(runs)):
         raise ValueError(f"values: must be one finite number a run, got shape {runs.shape} with {_bad(runs)} not finite")
-    error = float(np.std(runs, ddof=1) / np.sqrt(len(runs))) if len(runs) > 1 else None
-    return Estimate(float(np.mean(runs)), error)
+    return Estimate(float(np.mean(runs)), standard_error(runs))
 
 
 def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: float) -> Verdict:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from vedette.space import Array
+from vedette_report.consistency import standard_error
 from vedette_report.findings import Cell, Curve, Panel, Table
 
 
@@ -44,19 +45,15 @@ def mode_panel(title: str, across: str, x: Array, modes: Array, names: Sequence[
 def mean_over_runs(values: Array) -> tuple[Array, Array]:
     """Return the mean over runs of values (r, ..), and two standard errors of it: (..), (..)."""
     mean: Array = np.mean(values, axis=0)
-    if len(values) < 2:
-        return mean, np.zeros_like(mean)
-    return mean, 2 * np.std(values, axis=0, ddof=1) / np.sqrt(len(values))
+    error = standard_error(values)
+    return mean, np.zeros_like(mean) if error is None else 2 * error
 
 
 def over_runs(squares: Array) -> tuple[Array, Array]:
     """Return the root mean square over runs of squared errors (r, s), and two standard errors of it: (s,), (s,)."""
-    mean: Array = np.mean(squares, axis=0)
+    mean, doubt = mean_over_runs(squares)
     root: Array = np.sqrt(mean)
-    if len(squares) < 2:
-        return root, np.zeros_like(root)
-    error = np.std(squares, axis=0, ddof=1) / np.sqrt(len(squares))
-    return root, np.divide(error, root, out=np.zeros_like(root), where=root > 0)
+    return root, np.divide(0.5 * doubt, root, out=np.zeros_like(root), where=root > 0)
 
 
 def _values(cells: Sequence[Cell], name: str) -> Array:

@@ -9,6 +9,7 @@ from attrs import frozen
 
 from vedette.errors import ConfigError
 from vedette.space import Array
+from vedette_report.consistency import standard_error
 from vedette_study.chunk import Chunk, study_figures
 
 
@@ -28,7 +29,7 @@ def mean(name: str, values: Array) -> Mean:
     if n == 0:
         return Mean(None, None, 0)
     middle = float(np.mean(values))
-    error = float(np.std(values, ddof=1) / np.sqrt(n)) if n > 1 else None
+    error = standard_error(values)
     if not study_figures()[name].squared:
         return Mean(middle, error, n)
     root = float(np.sqrt(middle))
@@ -51,7 +52,7 @@ def difference(name: str, a: Array, b: Array) -> Mean:
     else:
         terms = a - b
         value = float(np.mean(terms))
-    return Mean(value, float(np.std(terms, ddof=1) / np.sqrt(n)) if n > 1 else None, n)
+    return Mean(value, standard_error(terms), n)
 
 
 def gathered(chunks: Sequence[Sequence[Chunk]], name: str, point: int) -> Array:

@@ -9,7 +9,7 @@ from attrs import evolve, frozen
 
 from vedette import Array, Mask, Scan
 from vedette_report.findings import Chart, Claim, Curve, Panel, Table, mean_cell, rms_cell, share_cell
-from vedette_study.panels import comparison, mode_panel, over_runs
+from vedette_study.panels import comparison, mean_over_runs, mode_panel, over_runs
 from vedette_vts.configs import LEGS, MODES
 
 SETTLED = 20
@@ -121,8 +121,7 @@ def charts(scene: Scene, records: Mapping[str, Record], errors: Table, claims: t
         curves = (returned, Curve("track", scans[2:], root, doubt=doubt))
         against_time.append(Panel(name, "scan (3 s each)", "RMS error [m]", curves, log=True))
         out = record.distance > GATE
-        share = 100 * np.mean(out, axis=0)
-        doubt = 200 * np.std(out, axis=0, ddof=1) / np.sqrt(len(out)) if len(out) > 1 else np.zeros_like(share)
+        share, doubt = (100 * part for part in mean_over_runs(out.astype(float)))
         curve = Curve("", scans[2:], share, doubt=doubt)
         gates.append(Panel(name, "scan (3 s each)", "outside the gate [%]", (curve,), within=(0.0, 100.0)))
     gated = tuple(claim for claim in claims if "gate" in claim.text)

@@ -62,13 +62,13 @@ def test_tracks_matched_by_their_ids_alone_are_smoothed_along_another_history(mo
     """A mutant: the leaf that was shown in each scan instead of the one that led to the end."""
     right = retelling._before
 
-    def mutant(estimator, associator, lifecycle, state, later, after, left, rng):
+    def mutant(tracker, associator, state, later, after, left, rng):
         leaves, parent = state.leaves, later.leaves.parent.copy()
         for row in after.rows[parent[after.rows] >= 0].tolist():
             same = leaves.shown[leaves.ids[leaves.shown] == later.leaves.ids[row]]
             parent[row] = same[0] if len(same) else parent[row]
         changed = next_state(later, leaves=evolve(later.leaves, parent=parent))
-        return right(estimator, associator, lifecycle, state, changed, after, left, rng)
+        return right(tracker, associator, state, changed, after, left, rng)
 
     monkeypatch.setattr(retelling, "_before", mutant)
     with pytest.raises(AssertionError):

@@ -16,9 +16,11 @@ from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import square_root as _square_root
 from vedette.kernels import twins as _twins
+from vedette.kernels.association import gate_threshold
 from vedette.kernels.backward import smooth_step, solve_by_root
 from vedette.kernels.derivative import numerical_jacobian
 from vedette.kernels.modes import stacked
+from vedette.kernels.ragged import counted, places
 from vedette.kernels.reference import (
     evaluate,
     gains,

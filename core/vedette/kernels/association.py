@@ -17,6 +17,13 @@ def is_plain(z: Array, valid: Mask, axes: int, limit: float) -> bool:
     return z.shape == (*valid.shape, axes) and valid.ndim > 0 and bool(np.all(valid)) and bool(np.all(np.abs(z) <= limit))
 
 
+def gate_threshold(axes: Array | int, probability: Array | float) -> Array:
+    """Return the largest squared distance inside a gate of this probability: the quantile of chi2_m, m of any shape."""
+    from scipy.special import gammaincinv
+
+    return 2.0 * gammaincinv(np.asarray(axes) / 2.0, probability)
+
+
 def sample_density(distance: Array, valid: Mask, limit: float | Array, log_volume: Array, log_ball: float) -> Array:
     """Return the log of the number of returns in each gate, no less than 1, over its volume (*b, t, 1).
 

@@ -27,13 +27,6 @@ def free_axes(cov: Array) -> Array:
     return count
 
 
-def gate_threshold(axes: Array | int, gate_probability: Array | float) -> Array:
-    """Return the largest squared distance inside a gate: the quantile of chi2_m, m of any shape."""
-    from scipy.special import gammaincinv
-
-    return 2.0 * gammaincinv(np.asarray(axes) / 2.0, gate_probability)
-
-
 def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array:
     """Return the mean NIS of returns inside a gate over that of all: P(chi2_{m+2} < g) / P(chi2_m < g), m of any shape.
 
@@ -41,7 +34,7 @@ def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array
     """
     from scipy.special import gammainc
 
-    half = 0.5 * gate_threshold(axes, gate_probability)
+    half = 0.5 * kernels.gate_threshold(axes, gate_probability)
     return gammainc(np.asarray(axes) / 2.0 + 1.0, half) / gate_probability
 
 
@@ -50,7 +43,7 @@ def within_gate(nis: Array, hit: Array, axes: Array | int, gate_probability: Arr
 
     Those beyond it that count as a sure track's own are not of the cut chi-square, whose mean is `gate_truncation`.
     """
-    return nis <= gate_threshold(axes, gate_probability) * np.maximum(hit, 1e-300)
+    return nis <= kernels.gate_threshold(axes, gate_probability) * np.maximum(hit, 1e-300)
 
 
 def chi_square_band(dof: float, alpha: float) -> tuple[float, float]:

@@ -94,7 +94,7 @@ def near_points(truth: Array, estimates: Array, reach: float, alive: Mask | None
     for block in np.split(np.arange(len(rows)), np.flatnonzero(np.diff(blocks)) + 1):
         count = (end - begin)[block]
         row = np.repeat(rows[block], count)
-        column = order[np.repeat(begin[block] - np.cumsum(count) + count, count) + np.arange(int(np.sum(count)))]
+        column = order[kernels.counted(count, begin[block])]
         square = np.zeros(len(row))
         for d in range(truth.shape[1]):
             square += (truth[row, d] - estimates[column, d]) ** 2

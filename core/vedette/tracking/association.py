@@ -11,7 +11,7 @@ from attrs import frozen
 from vedette import kernels
 from vedette.hypotheses import LeafScores
 from vedette.space import Array, Indices
-from vedette.tracking import births
+from vedette.tracking import births, pytrees
 from vedette.tracking.branching import Branched, branched
 from vedette.tracking.clusters import Pairs, Taken, by_cluster
 from vedette.tracking.expected import Expected
@@ -143,22 +143,15 @@ def _of_pairs(it: Expected, met: Sequence[Meeting]) -> Associated:
 
 def _within_gates(met: Sequence[Meeting], t: int, k: int) -> tuple[Pairs, list[tuple[Indices, tuple[Indices, Indices]]]]:
     """Return the pairs within gates by tracks, and where in `Pairs` and in each meeting those of the meeting are."""
-    inside: list[Any] = [np.nonzero(np.isfinite(meeting.scores[:, 0, 1:])) for meeting in met]
-    rows: list[Any] = [meeting.rows for meeting in met]
-    tracks = np.concatenate([row[at] for row, (at, _) in zip(rows, inside, strict=True)])
-    order = np.argsort(tracks, kind="stable")
-    there = np.empty_like(order)
-    there[order] = np.arange(len(order))
-    edges = np.cumsum([0, *(len(at) for at, _ in inside)])
-    miss, loglik = np.zeros(t), np.zeros(t)
+    inside, parts, miss, loglik = list[Any](), list[Any](), np.zeros(t), np.zeros(t)
     for meeting in met:
-        miss[meeting.rows], loglik[meeting.rows] = meeting.scores[:, 0, 0], meeting.innovation.loglik[:, 0, 0]
-
-    def gathered(tables: Sequence[Any]) -> Any:
-        return np.concatenate([table[at] for table, at in zip(tables, inside, strict=True)])[order]
-
-    scores, distances = [meeting.scores[:, 0, 1:] for meeting in met], [meeting.innovation.nis[:, 0] for meeting in met]
-    pairs = Pairs(
-        tracks[order], gathered([meeting.returns for meeting in met]), gathered(scores), gathered(distances), miss, loglik, k
-    )
-    return pairs, [(there[i:j], at) for i, j, at in zip(edges, edges[1:], inside, strict=False)]
+        scores, innovation = meeting.scores[:, 0], meeting.innovation
+        row, _ = at = np.nonzero(np.isfinite(scores[:, 1:]))
+        inside.append(at)
+        parts.append((meeting.rows[row], meeting.returns[at], scores[:, 1:][at], innovation.nis[:, 0][at]))
+        miss[meeting.rows], loglik[meeting.rows] = scores[:, 0], innovation.loglik[:, 0, 0]
+    owners = [part[0] for part in parts]
+    there = np.argsort(np.argsort(np.concatenate(owners), kind="stable"))
+    tracks, returns, scores, distances = pytrees.in_order(parts, owners)
+    pairs = Pairs(tracks, returns, scores, distances, miss, loglik, k)
+    return pairs, list(zip(np.split(there, np.cumsum(list(map(len, owners)))[:-1]), inside, strict=True))

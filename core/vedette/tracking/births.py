@@ -46,8 +46,7 @@ def newborn(it: Expected, claims: Array, inside: Mask | None = None) -> Newborn:
             then = pytrees.take(seen, some, 0)
             part = plan.birth.begin(source, plan.estimator, it.sensor, name, then, claims[some])
             parts.append(evolve(part, returns=some[part.returns]))
-        joined_parts = pytrees.in_order(parts)
-        begin = pytrees.take(joined_parts, np.argsort(joined_parts.returns, kind="stable"), 0)
+        begin = pytrees.in_order(parts, [part.returns for part in parts])
     if not (np.isfinite(begin.prior.mean).all() and np.isfinite(begin.prior.cov).all()):
         raise ValueError("birth: must begin tracks with finite means and covariances")
     if plan.offsets is not None and it.offsets is not None:

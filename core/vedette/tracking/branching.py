@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette import kernels
 from vedette.hypotheses import LOST, MIXED, ROUNDING, Branching, HypothesisAssociator, LeafScores, firsts
 from vedette.sampling.seeds import NotInLockStep
 from vedette.space import Array, Indices, Mask
@@ -223,7 +224,7 @@ def _gated(scores: LeafScores) -> Indices:
     """Return the returns (l, w) in the gate of each leaf, -1 for none."""
     leaf, number = scores.leaf, np.diff(scores.ends, prepend=0)
     gated = np.full((len(number), int(np.max(number, initial=0))), -1)
-    gated[leaf, np.arange(len(leaf)) - (scores.ends - number)[leaf]] = scores.returns
+    gated[leaf, kernels.counted(number)] = scores.returns
     return gated
 
 

@@ -14,15 +14,6 @@ from vedette.space import Array, Indices, Mask
 from vedette.tracking.memory_limits import check_births, check_clusters
 
 
-def places(groups: Indices, count: int) -> Indices:
-    """Return each entry's place among those of its group, in their order; groups (p,) are numbers below `count`."""
-    order = np.argsort(groups, kind="stable")
-    number = np.bincount(groups, minlength=count)
-    place = np.empty_like(order)
-    place[order] = np.arange(len(groups)) - np.repeat(np.cumsum(number) - number, number)
-    return place
-
-
 @frozen(eq=False)
 class Pairs:
     """Pairs (p,) of a track and a return within its gate, by tracks: their scores and squared distances.
@@ -65,15 +56,25 @@ class Taken:
         pairs, t, place = self.pairs, len(rows), np.full(len(self.misses), -1)
         place[rows] = np.arange(t)
         some = np.flatnonzero(place[pairs.tracks] >= 0)
-        row = place[pairs.tracks[some]]
-        column = places(row, t)
-        width = 1 + int(np.max(column, initial=0))
-        check_births(t, len(begun), width)
-        shape = t + len(begun), width
-        weights, distances, returns = np.zeros((shape[0], 1 + width)), np.zeros(shape), np.full(shape, -1)
-        weights[:t, 0], weights[row, 1 + column], weights[t:, 1] = self.misses[rows], self.weights[some], 1.0
-        distances[row, column], returns[row, column], returns[t:, 0] = pairs.distances[some], pairs.returns[some], begun
-        return weights, distances, returns
+        row, new = place[pairs.tracks[some]], len(begun)
+        check_births(t, new, max(1, int(np.max(np.bincount(row), initial=0))))
+        return tables(
+            np.append(self.misses[rows], np.zeros(new)),
+            np.append(row, t + np.arange(new)),
+            np.append(pairs.returns[some], begun),
+            np.append(self.weights[some], np.ones(new)),
+            np.append(pairs.distances[some], np.zeros(new)),
+        )
+
+
+def tables(misses: Array, rows: Indices, returns: Indices, weights: Array, distances: Array) -> tuple[Array, Array, Indices]:
+    """Return weights (t, 1+w), distances and returns (t, w) of pairs (p,) and misses (t,), -1 for none."""
+    column = kernels.places(rows, len(misses))
+    shape = len(misses), 1 + int(np.max(column, initial=0))
+    table, apart, names = np.zeros((shape[0], 1 + shape[1])), np.zeros(shape), np.full(shape, -1)
+    table[:, 0], table[rows, 1 + column] = misses, weights
+    apart[rows, column], names[rows, column] = distances, returns
+    return table, apart, names
 
 
 @frozen(eq=False)
@@ -147,7 +148,7 @@ def _groups(pairs: Pairs) -> Iterator[Group]:
     t, k = len(pairs.miss), pairs.k
     labels = kernels.linked_clusters(pairs.tracks, pairs.returns, t, k)
     count, of_track, of_return = int(labels.max(initial=-1)) + 1, labels[:t], labels[t:]
-    row, column = places(of_track, count), places(of_return, count)
+    row, column = kernels.places(of_track, count), kernels.places(of_return, count)
     tracks, returns = _rounded(np.bincount(of_track, minlength=count)), _rounded(np.bincount(of_return, minlength=count))
     # One number for both sizes: after rounding up to a power of two, `returns` is below 2 (k + 1).
     size = tracks * (k + 1) * 2 + returns

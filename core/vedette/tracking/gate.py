@@ -58,9 +58,7 @@ class Gate:
 
     def threshold(self, axes: int) -> float:
         """Return the largest squared distance inside the gate, for `axes` measured axes; inf without a gate."""
-        from scipy.special import gammaincinv
-
-        quantile = 2.0 * float(gammaincinv(axes / 2, self.probability))
+        quantile = float(kernels.gate_threshold(axes, self.probability))
         return quantile if self.largest_distance is None else min(quantile, self.largest_distance)
 
     def for_sensor(self, sensor: Sensor, beyond: bool = False) -> SensorGate:

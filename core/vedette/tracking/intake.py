@@ -38,7 +38,7 @@ class Refused:
         """Add to what was left out."""
         for problem in problems:
             self.count += 1
-            self.late += any(words in problem.text for words in ("out of order", "must not go back"))
+            self.late += problem.late
             if len(self.first) < self.most:
                 self.first.append(problem)
 

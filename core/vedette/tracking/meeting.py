@@ -97,11 +97,16 @@ def _of_few(it: Expected, observed: Detections, rows: Indices, returns: Indices)
     evidence = None if observed.evidence is None else observed.evidence[returns]
     detections = Detections(observed.z[returns], returns >= 0, evidence, observed.noise_of(returns))
     innovation = it.plan.estimator.evaluate(belief, it.sensor, detections, it.plan.p_gate)
+    return Meeting(rows, returns, belief, innovation, scores_of_few(it, rows, returns, innovation, detections))
+
+
+def scores_of_few(it: Expected, rows: Indices, returns: Indices, innovation: Innovation, seen: Detections) -> Array:
+    """Return the log scores (g, 1, 1+w) of rows (g,) that met returns (g, w) of their own, -1 for none, as those `seen`."""
     rate = None if it.rate is None else it.rate[returns][:, None, :]
     scores = it.plan.gate.scores(
-        innovation, it.sensor, detections, it.existence[rows, None], it.gate, rate, it.confirmed[rows, None]
+        innovation, it.sensor, seen, it.existence[rows, None], it.gate, rate, it.confirmed[rows, None]
     )
-    if observed.identity is not None:
-        codes = np.where(returns >= 0, observed.identity[returns], -1)
+    if (names := it.observed.identity) is not None:
+        codes = np.where(returns >= 0, names[returns], -1)
         scores = weighed(it.plan.identity, pytrees.take(it.names, rows[:, None], 0), codes, scores)
-    return Meeting(rows, returns, belief, innovation, scores)
+    return scores

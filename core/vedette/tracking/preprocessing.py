@@ -165,7 +165,7 @@ def _sound(
                 raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
             scan, left_out = without_bad_returns(scan)
             refused = left_out or refused
-            problems.extend([Problem(f"raw scan {i}, {problem.place}", problem.text) for problem in refused])
+            problems.extend([evolve(problem, place=f"raw scan {i}, {problem.place}") for problem in refused])
             if not left_out:
                 continue
         yield scan

@@ -16,10 +16,10 @@ from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Estimator
 from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
 from vedette.space import Array, Indices, Mask
-from vedette.supporting import Lifecycle
 from vedette.tracking import pytrees
 from vedette.tracking.branching import Leaves, linked
 from vedette.tracking.state import State, next_state
+from vedette.tracking.tracker import Tracker
 
 
 @frozen(eq=False)
@@ -37,10 +37,7 @@ class Told:
     there: Array
 
 
-def retold(
-    estimator: Estimator[Any], associator: HypothesisAssociator, lifecycle: Lifecycle, states: Sequence[State],
-    seed: Seed | Seeds,
-) -> list[State]:  # fmt: skip
+def retold(tracker: Tracker, associator: HypothesisAssociator, states: Sequence[State], seed: Seed | Seeds) -> list[State]:
     """Return every state as all of them tell it: tracks and their returns in the hypothesis that is best in the end.
 
     A track that ended on the way is there if the likeliest hypothesis of its time that leads to the best one holds it.
@@ -59,20 +56,20 @@ def retold(
         left[number] = left.get(number, 0.0) + of
     states_told = [last]
     for state, later in zip(states[-2::-1], states[:0:-1], strict=True):
-        rng = seed.generator(state.steps) if estimator.traits.draws else NO_DRAWS
-        told = _before(estimator, associator, lifecycle, state, later, told, left, rng)
+        rng = seed.generator(state.steps) if tracker.estimator.traits.draws else NO_DRAWS
+        told = _before(tracker, associator, state, later, told, left, rng)
         states_told.append(_shown(associator, state, told))
     return states_told[::-1]
 
 
 def _before(
-    estimator: Estimator[Any], associator: HypothesisAssociator, lifecycle: Lifecycle, state: State, later: State,
-    after: Told, left: dict[int, float], rng: np.random.Generator,
+    tracker: Tracker, associator: HypothesisAssociator, state: State, later: State, after: Told, left: dict[int, float],
+    rng: np.random.Generator,
 ) -> Told:  # fmt: skip
     """Return what all scans say of a state, from what they say of the `later` one."""
     leaves, dt = state.leaves, later.time - state.time
     # A target that does not exist later may have existed before: e (1 - p) / (1 - e p), with probability p of surviving.
-    survives = lifecycle.predict(np.ones(len(leaves.ids)), dt)
+    survives = tracker.lifecycle.predict(np.ones(len(leaves.ids)), dt)
     gone = 1.0 - leaves.existence * survives
     left_before = np.divide(leaves.existence * (1.0 - survives), gone, out=np.zeros_like(gone), where=gone > 0)
     mass, there = _masses(associator, leaves, later.leaves, after, left, left_before)
@@ -86,7 +83,7 @@ def _before(
     goes_on = np.isin(rows, parent)
 
     later_belief = pytrees.take(after.belief, old, 0)
-    belief = smoothed_rows(estimator, pytrees.take(leaves.belief, rows, 0), goes_on, later_belief, dt, rng)
+    belief = smoothed_rows(tracker.estimator, pytrees.take(leaves.belief, rows, 0), goes_on, later_belief, dt, rng)
     confirmed = np.array(leaves.confirmed[rows])
     confirmed[goes_on] |= after.confirmed[old]
     if associator.shows_marginals:

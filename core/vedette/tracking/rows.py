@@ -9,7 +9,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.space import Array, Indices, Mask, Space
-from vedette.tracking.clusters import places
+from vedette.tracking.clusters import tables
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import Names
 from vedette.tracking.plan import PLANE
@@ -19,7 +19,7 @@ from vedette.values import maker
 
 COVERS = 0.01
 """A scan that should detect a track with less probability did not look at it: by hand."""
-FADES = 0.9
+FORGETS = 0.9
 """A longer time from look to look is forgotten by so much at each: by hand. An outage of hours, after some hundred looks."""
 
 
@@ -79,18 +79,13 @@ def looked(it: Expected) -> dict[str, Look]:
     before = it.state.looks.get(name, Look(time, math.inf, None))
     gap, every = time - before.time, before.every
     if gap > 0:
-        every = max(gap, 0.0 if every == math.inf else FADES * every)
+        every = max(gap, 0.0 if every == math.inf else FORGETS * every)
     return {**it.state.looks, name: Look(time, every, it.scan.pose)}
 
 
 def compact(rows: TrackRows) -> TrackRows:
     """Return the tracks of one run with the columns of returns that have a weight, and one at least."""
     tracks, returns = np.nonzero(rows.weights[:, 1:])
-    column = places(tracks, len(rows.ids))
-    width = 1 + int(np.max(column, initial=0))
-    weights, distances = np.zeros((len(rows.ids), 1 + width)), np.zeros((len(rows.ids), width))
-    names = np.full((len(rows.ids), width), -1)
-    weights[:, 0] = rows.weights[:, 0]
-    weights[tracks, 1 + column], names[tracks, column] = rows.weights[tracks, 1 + returns], returns
-    distances[tracks, column] = rows.distances[tracks, returns]
+    taken, apart = rows.weights[tracks, 1 + returns], rows.distances[tracks, returns]
+    weights, distances, names = tables(rows.weights[:, 0], tracks, returns, taken, apart)
     return evolve(rows, weights=weights, distances=distances, returns=names)

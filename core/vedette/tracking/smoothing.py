@@ -63,11 +63,10 @@ def smooth(
     ConfigError
         If the estimator cannot smooth.
     """
-    history, none = History(tracker), True
+    history, state = History(tracker), None
     for state in smoothed(tracker, states, lag, seed):
         history.add(state)
-        none = False
-    if none:
+    if state is None:
         raise ValueError("states: must hold those of a run, got none: `Experiment.run(keep_states=True)` keeps them")
     return history.tracks()
 
@@ -122,7 +121,7 @@ def _backwards(tracker: Tracker, states: list[State], seed: Seed | Seeds) -> Ite
     """Yield every state smoothed by all of them. It empties the list, so that no state is there both ways."""
     estimator = tracker.estimator
     if isinstance(tracker.associator, HypothesisAssociator):
-        yield from retold(estimator, tracker.associator, tracker.lifecycle, states, seed) if states else []
+        yield from retold(tracker, tracker.associator, states, seed) if states else []
         return
     smoothed: list[State] = []
     while states:

@@ -11,6 +11,7 @@ from time import process_time
 from typing import Any, Protocol, final
 
 import numpy as np
+from attrs import evolve
 
 from vedette.errors import Problem, ScanRefused
 from vedette.progress import Progress
@@ -80,7 +81,7 @@ class Steps:
             after, kept, problems = self._step(self.state, scan)
             self.seconds += process_time() - before
             if problems:
-                self.intake.refused.extend(Problem(f"scan {self.drawn - 1}, {one.place}", one.text) for one in problems)
+                self.intake.refused.extend(evolve(one, place=f"scan {self.drawn - 1}, {one.place}") for one in problems)
             if after is not None:
                 self.intake.add(kept, self.state, after)
                 self.before, self.state = self.state, after
@@ -160,4 +161,4 @@ class Steps:
         except ScanRefused as error:
             if scan.sensor in self._makers:
                 check_made(self._makers[scan.sensor], "process", scan.detections, {"preprocessors": self._makers})
-            return None, kept, [Problem("left out whole", str(error))]
+            return None, kept, [Problem("left out whole", str(error), late=scan.time < state.time)]

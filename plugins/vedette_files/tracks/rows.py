@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, frozen
 
+from vedette import kernels
 from vedette.space import Array, Indices, Mask, Space
 from vedette.types import Track
 
@@ -59,8 +60,7 @@ class Ragged:
         """Return the values of some rows of `count`, numbered as they stand in `rows`, each at most once."""
         edges = np.searchsorted(self.row, np.arange(count + 1))
         sizes = np.diff(edges)[rows]
-        first = np.cumsum(sizes) - sizes
-        chosen = np.arange(int(sizes.sum())) + np.repeat(edges[rows] - first, sizes)
+        chosen = kernels.counted(sizes, edges[rows])
         return Ragged(np.repeat(np.arange(len(rows)), sizes), self.key[chosen], self.value[chosen])
 
     def edges(self, count: int) -> list[int]:

@@ -9,6 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Mask
+from vedette_report.consistency import standard_error
 
 DECISIVE = 3.0
 """Standard errors by which a figure must be clear of its bound for a verdict."""
@@ -44,10 +45,9 @@ def squared_distances(error: Array) -> Array:
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:
     """Return the mean of one value per run (r,) times `scale`, with its standard error; no figure without runs."""
-    runs = len(values)
-    if runs == 0:
+    if len(values) == 0:
         return Cell(None, None, published)
-    error = float(np.std(values, ddof=1) / np.sqrt(runs)) * scale if runs > 1 else None
+    error = None if (spread := standard_error(values)) is None else spread * scale
     kept, rest = _trimmed(values)
     trimmed = None if rest is None else (float(np.mean(values[kept])) * scale, rest * scale)
     return Cell(float(np.mean(values)) * scale, error, published, trimmed)
@@ -84,8 +84,7 @@ def ratio_cell(over: Array, under: Array, published: float | None = None, power:
     kept, _ = _trimmed(influence)
     inner, pull = ratio(kept)
     rest = _trimmed(pull)[1]
-    error = float(np.std(influence, ddof=1) / np.sqrt(len(a))) if len(a) > 1 else None
-    return Cell(value, error, published, None if rest is None else (inner, rest))
+    return Cell(value, standard_error(influence), published, None if rest is None else (inner, rest))
 
 
 def _trimmed(values: Array) -> tuple[Any, float | None]:
@@ -100,7 +99,7 @@ def _trimmed(values: Array) -> tuple[Any, float | None]:
         return order, None
     kept = order[cut : runs - cut]
     held = np.clip(values, values[kept[0]], values[kept[-1]])
-    return kept, float(np.std(held, ddof=1) / np.sqrt(runs) / (1 - 2 * TRIM))
+    return kept, standard_error(held) / (1 - 2 * TRIM)
 
 
 def share_cell(hits: Array | Mask, published: float | None = None, scale: float = 1.0) -> Cell:
@@ -110,11 +109,11 @@ def share_cell(hits: Array | Mask, published: float | None = None, scale: float 
     Statistician 52 (1998) 119: that is not 0 where no run, or every run, is a hit.
     """
     values = np.asarray(hits, dtype=float)
-    runs, count = len(values), values.size
+    count = values.size
     if count == 0:
         return Cell(None, None, published)
     shares = values if values.ndim == 1 else np.mean(values, axis=-1)
-    spread = float(np.std(shares, ddof=1) / np.sqrt(runs)) if runs > 1 else 0.0
+    spread = standard_error(shares) or 0.0
     middle = (float(np.sum(values)) + DECISIVE**2 / 2) / (count + DECISIVE**2)
     least = float(np.sqrt(middle * (1 - middle) / (count + DECISIVE**2)))
     return Cell(float(np.mean(shares)) * scale, max(spread, least) * scale, published)

@@ -75,7 +75,7 @@ def propagated(
         if not len(pairs):
             continue
         ratio, count = ratios[pairs], 1 + int(at[1].max())
-        of_track, of_return = (at[0], _places(at[0])), (at[1], _places(at[1]))
+        of_track, of_return = (at[0], kernels.places(at[0], len(rows))), (at[1], kernels.places(at[1], count))
         # From the scarcer side: all returns free to take, or all tracks.
         first = len(rows) <= count
         to_track = np.ones_like(ratio) if first else 1.0 / (1.0 + _others(ratio, of_return))
@@ -102,14 +102,6 @@ def _clusters(
         rows, pairs = np.flatnonzero(labels == label), np.flatnonzero(labels[tracks] == label)
         columns = np.unique(returns[pairs])
         yield rows, pairs, (np.searchsorted(rows, tracks[pairs]), np.searchsorted(columns, returns[pairs]))
-
-
-def _places(owners: Indices) -> Indices:
-    """Return the place (p,) of each pair among those of its owner, in their order."""
-    order, number = np.argsort(owners, kind="stable"), np.bincount(owners)
-    places = np.empty_like(order)
-    places[order] = np.arange(len(owners)) - np.repeat(np.cumsum(number) - number, number)
-    return places
 
 
 def _others(values: Array, at: tuple[Indices, Indices]) -> Array:

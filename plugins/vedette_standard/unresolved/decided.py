@@ -47,13 +47,13 @@ def of_single(pairs: Indices, scores: LeafScores, close: Close, least: float) ->
     number, sides = np.arange(len(pairs)), close.pairs[pairs]
     starts = np.concatenate([[0], scores.ends])
     mine = [np.repeat(number, np.diff(starts)[sides[:, side]]) for side in (0, 1)]
-    at = [starts[sides[of, side]] + counted(np.bincount(of, minlength=len(pairs))) for side, of in enumerate(mine)]
+    at = [starts[sides[of, side]] + kernels.counted(np.bincount(of, minlength=len(pairs))) for side, of in enumerate(mine)]
     given = np.flatnonzero(np.isin(close.pair, pairs))
     both = np.searchsorted(pairs, close.pair[given]), close.returns[given]
     codes = [of * scores.k + scores.returns[i] for of, i in zip(mine, at, strict=True)]
     every = np.unique(np.concatenate([*codes, both[0] * scores.k + both[1]]))
     of, returns = np.divmod(every, max(scores.k, 1))
-    place = counted(np.bincount(of, minlength=len(pairs)))
+    place = kernels.counted(np.bincount(of, minlength=len(pairs)))
     width = int(np.max(place, initial=-1)) + 1
     names = np.zeros((len(pairs), width), dtype=np.int64)
     names[of, place] = returns
@@ -116,8 +116,3 @@ def returns_of(leaves: Indices, pairs: Indices | list[int], scores: LeafScores, 
     starts = np.concatenate([[0], scores.ends])
     alone = [scores.returns[starts[leaf] : starts[leaf + 1]] for leaf in leaves.tolist()]
     return np.unique(np.concatenate([*alone, close.returned(np.asarray(pairs))]))
-
-
-def counted(count: Indices) -> Indices:
-    """Return 0, 1, ... of each, as many as its count."""
-    return np.arange(int(np.sum(count))) - np.repeat(np.cumsum(count) - count, count)

@@ -15,7 +15,7 @@ from vedette import Array, Branching, Indices, Mask, kernels
 from vedette.hypotheses import JointHypotheses, LeafScores
 from vedette_standard.unresolved.close import Close
 from vedette_standard.unresolved.clusters import MOST_RETURNS, MOST_TRACKS
-from vedette_standard.unresolved.decided import RARER, Decided, counted, of_several, of_single, returns_of
+from vedette_standard.unresolved.decided import RARER, Decided, of_several, of_single, returns_of
 
 Alternatives = list[tuple[float, tuple[int, ...]]]
 """The hypotheses of a cluster: weights and leaves."""
@@ -33,11 +33,11 @@ def grown_close(
     # The leaves of each: those that have not decided, and those of its events.
     free, own = _free(rows, leaves, sets, events)
     size = np.bincount(free, minlength=len(weights))
-    at = np.repeat((np.cumsum(size) - size)[split], size[split]) + counted(size[split])
+    at = kernels.counted(size[split], (np.cumsum(size) - size)[split])
     width = np.bincount(events.event, minlength=len(events.share))
     some, column = np.nonzero(event >= 0)
     made = event[some, column]
-    there = np.repeat((np.cumsum(width) - width)[made], width[made]) + counted(width[made])
+    there = kernels.counted(width[made], (np.cumsum(width) - width)[made])
     holder = np.concatenate([np.repeat(np.arange(len(split)), size[split]), np.repeat(some, width[made])])
     weight = weights[split] * share
     undecided = np.zeros((4, len(leaves)), dtype=np.int64)
@@ -73,7 +73,7 @@ def _split(sets: Indices, events: Decided, least: float) -> tuple[Indices, Array
         mine = column[split]
         count = np.where(mine >= 0, np.append(number, 0)[mine], 1)
         again = np.repeat(np.arange(len(split)), count)
-        own = np.where(mine[again] >= 0, np.append(first, 0)[mine[again]] + counted(count), -1)
+        own = np.where(mine[again] >= 0, kernels.counted(count, np.append(first, 0)[mine]), -1)
         share = share[again] * np.append(events.share, 1.0)[own]
         kept = share > least
         split, share = split[again][kept], share[kept]
@@ -196,7 +196,7 @@ def _scores_of(every: Indices, takes: Mask, score: Array, scores: LeafScores) ->
     number = np.where(decided, takes, np.diff(starts)[every[0]])
     miss = np.where(decided, np.where(takes, -np.inf, score), scores.miss[every[0]])
     own = np.repeat(np.arange(len(miss)), number)
-    at = np.where(decided[own], len(scores.returns), starts[every[0]][own] + counted(number))
+    at = np.where(decided[own], len(scores.returns), kernels.counted(number, starts[every[0]]))
     taken = np.where(decided[own], every[2][own] - 1, np.append(scores.returns, 0)[at])
     gain = np.where(decided[own], score[own], np.append(scores.scores, 0.0)[at])
     return LeafScores(miss, np.cumsum(number), taken, gain, scores.k)

@@ -7,7 +7,7 @@ from attrs import evolve
 
 from vedette import Detections, Indices, Innovation, kernels
 from vedette.hypotheses import JointHypotheses
-from vedette.tracking import Expected, Meeting, take, weighed
+from vedette.tracking import Expected, Meeting, scores_of_few, take
 from vedette_standard.unresolved.close import close_rows
 
 
@@ -34,11 +34,9 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
     if not isinstance(observed, Detections) or it.existence.ndim > 1 or observed.missing is not None:
         return None
     plan, k = it.plan, len(observed.z)
-    rate = None if it.undetected is None else it.undetected.rate
     log_density = np.broadcast_to(plan.gate.stated_density(it.sensor, observed), (1, k))[0]
-    if rate is not None:
-        with np.errstate(divide="ignore"):
-            log_density = np.logaddexp(log_density, np.log(rate))
+    if it.rate is not None:
+        log_density = np.logaddexp(log_density, kernels.safe_log(it.rate))
     close = close_rows(it, observed, log_density, group, known)
     if close is None:
         return None
@@ -46,7 +44,7 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
     inverse = inverse.reshape(-1, 2)
     own, alone = _singles(it, observed, rows)
     both = inverse[close.pair].ravel()
-    place = alone + _places(both, len(rows))
+    place = alone + kernels.places(both, len(rows))
     width = max(alone, int(np.max(place, initial=0)) + 1)
     z, noise = np.zeros((len(rows), width, observed.z.shape[-1])), np.zeros((len(rows), width, *close.noise.shape[-2:]))
     returns = np.full((len(rows), width), -1)
@@ -64,14 +62,8 @@ def meet_close(it: Expected, group: Indices | None = None, known: Indices | None
     parts = innovation.loglik[..., : 1 + alone], innovation.distance[..., :alone], innovation.nis[..., :alone]
     seen = Detections(z[:, :alone], own >= 0, None if observed.evidence is None else observed.evidence[own])
     scores = np.full((len(rows), 1, 1 + width), -np.inf)
-    spread = None if rate is None else np.broadcast_to(rate, k)[own][:, None]
     single = Innovation(parts[0], parts[1], innovation.log_volume, parts[2], None)
-    scores[..., : 1 + alone] = plan.gate.scores(
-        single, it.sensor, seen, it.existence[rows, None], it.gate, spread, it.confirmed[rows, None]
-    )
-    if observed.identity is not None:
-        codes, names = np.where(own >= 0, observed.identity[own], -1), take(it.names, rows[:, None], 0)
-        scores[..., : 1 + alone] = weighed(plan.identity, names, codes, scores[..., : 1 + alone])
+    scores[..., : 1 + alone] = scores_of_few(it, rows, own, single, seen)
     inside = np.all((innovation.distance[both, 0, place] <= it.gate.threshold).reshape(-1, 2), axis=1)
     inside &= np.isfinite(close.scores)
     scores[both, 0, 1 + place] = np.repeat(np.where(inside, close.scores, -np.inf), 2)
@@ -101,16 +93,8 @@ def _singles(it: Expected, observed: Detections, rows: Indices) -> tuple[Indices
         row, returns = kernels.pairs_in_boxes(low, high, observed.z, it.sensor.measurement.periods, len(rows) * k)
     counts = np.broadcast_to(observed.valid, k)[returns]
     row, returns = row[counts], returns[counts]
-    place = _places(row, len(rows))
+    place = kernels.places(row, len(rows))
     width = int(np.max(place, initial=-1)) + 1
     own = np.full((len(rows), width), -1)
     own[row, place] = returns
     return own, width
-
-
-def _places(owners: Indices, count: int) -> Indices:
-    """Return the place (p,) of each among those of its owner, in their order."""
-    order, number = np.argsort(owners, kind="stable"), np.bincount(owners, minlength=count)
-    place = np.empty_like(order)
-    place[order] = np.arange(len(owners)) - np.repeat(np.cumsum(number) - number, number)
-    return place

@@ -24,7 +24,7 @@ def within(h: Array, reach: Array, space: Space, group: Indices | None, known: I
         a, b = _overlapping(space.displace(middle, 0.5 * (low + high)), 0.5 * (high - low), space)
         number = size[a] * size[b]
         of = np.repeat(np.arange(len(a)), number)
-        place = np.arange(len(of)) - np.repeat(np.cumsum(number) - number, number)
+        place = kernels.counted(number)
         one, other = np.divmod(place, size[b][of])
         pairs = np.stack([order[starts[a][of] + one], order[starts[b][of] + other]], axis=-1)
         i, j = np.sort(pairs if known is None else np.concatenate([pairs, known]), axis=-1).T

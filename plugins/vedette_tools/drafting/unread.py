@@ -11,7 +11,7 @@ from attrs import evolve
 
 from vedette.errors import Problem, VedetteError
 from vedette.types import Recording
-from vedette_files.readers import NOT_OF_SCAN, OUT_OF_ORDER
+from vedette_files.readers import NOT_OF_SCAN
 from vedette_files.tables.rows import rows
 from vedette_tools.drafting.naming import rows_sorted_by
 from vedette_tools.drafting.reading import opened
@@ -39,7 +39,7 @@ def readable(table: Table) -> tuple[Table, Recording]:
         told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
         table = evolve(table, scan="", assumed=(*table.assumed, told))
         recording = opened(table)
-    late = next((str(problem).partition(";")[0] for problem in recording.refused if OUT_OF_ORDER in problem.text), "")
+    late = next((str(problem).partition(";")[0] for problem in recording.refused if problem.late), "")
     name = _sorted_by(table) if late and table.use == AID and not table.identity else ""
     if name:
         told = f"rows are sorted by {name} before their times, so it names objects"

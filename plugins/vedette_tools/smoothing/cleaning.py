@@ -56,7 +56,7 @@ def gross(paths: Paths) -> Mask:
 def _spikes(paths: Paths) -> Mask:
     """Return which positions stand out alone."""
     n, outlying = len(paths), np.zeros(len(paths), dtype=bool)
-    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    piece = paths.piece
     rows = np.arange(2, n - 2)
     rows = rows[(piece[rows - 2] == piece[rows + 2])]
     if not len(rows):

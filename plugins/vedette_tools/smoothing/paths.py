@@ -34,6 +34,11 @@ class Paths:
         return np.diff(self.starts)
 
     @cached_property
+    def piece(self) -> Indices:
+        """The piece of each row."""
+        return np.repeat(np.arange(len(self.lengths)), self.lengths)
+
+    @cached_property
     def waits(self) -> Array:
         """The time since the row before, in s; 0 at the first row of a piece."""
         dt = np.diff(self.times, prepend=self.times[:1])

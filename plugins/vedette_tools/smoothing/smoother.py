@@ -102,7 +102,7 @@ def _held_back(paths: Paths, back: Mask, told: Told) -> Array:
 def speeds(paths: Paths) -> Array:
     """Return, for each row, the deviation of the velocities of its piece along an axis before anything is known."""
     n = len(paths)
-    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    piece = paths.piece
     dt = paths.waits
     step = np.linalg.norm(np.diff(paths.spots, axis=0, prepend=paths.spots[:1]), axis=-1)
     fast = np.where(dt > 0, step / np.where(dt > 0, dt, 1.0), 0.0)
@@ -159,7 +159,7 @@ def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
     if late.any():
         every = evolve(every, told=_used(paths, ~every.told | late))
         estimates = _over_windows(every, told, model)
-    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    piece = paths.piece
     unknown = (np.bincount(piece, every.told, len(paths.lengths)) == 0)[piece]
     if unknown.any():
         for part in _parts(estimates):
@@ -169,7 +169,7 @@ def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
 
 def _used(paths: Paths, wrong: Mask) -> Mask:
     """Return which reports are used of those that are told, if some are wrong; all of a piece of which most are."""
-    piece = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    piece = paths.piece
     bad, all_told = (np.bincount(piece, paths.told & which, len(paths.lengths)) for which in (wrong, True))
     return paths.told & ~(wrong & (bad <= MOST_GROSS * all_told)[piece])
 
@@ -185,7 +185,7 @@ def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned) -> To
     jumps[rows[kept][begun]] = True
     # What leads to a row is of the next clean report, its noises are of any of its object: the last piece has no later one.
     after = np.searchsorted(rows[kept], np.arange(len(paths)))
-    whose = np.repeat(np.arange(len(paths.lengths)), paths.lengths)
+    whose = paths.piece
     last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
     after = np.maximum(np.minimum(after, last), 0)
     return Told(

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette import kernels
 from vedette.errors import InputError
 from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
@@ -236,9 +237,9 @@ def _resampled(paths: Paths, every: float) -> tuple[Paths, Indices, Indices]:
     if count.sum() > MOST_ROWS:
         raise InputError(f"every: {every:g} s makes {count.sum():,} rows, and at most {MOST_ROWS:,} are made")
     piece = np.repeat(np.arange(len(count)), count)
-    step = np.arange(len(piece)) - np.repeat(np.cumsum(count) - count, count)
+    step = kernels.counted(count)
     times = (low[piece] + step) * every
-    n, whose = len(paths), np.repeat(np.arange(len(count)), paths.lengths)
+    n, whose = len(paths), paths.piece
     every_time, every_piece = np.concatenate([paths.times, times]), np.concatenate([whose, piece])
     asks = np.concatenate([np.zeros(n, dtype=bool), np.ones(len(times), dtype=bool)])
     order = np.lexsort((asks, every_time, every_piece))

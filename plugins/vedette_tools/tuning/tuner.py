@@ -5,13 +5,14 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from attrs import field, frozen
 
-from vedette.config import Registry, apply_overrides, load, read_file, to_config, with_birth
+from vedette.config import Registry, apply_overrides, below, load, read_file, to_config, with_birth
 from vedette.errors import ConfigError
 from vedette.space import Array
 from vedette_files.files_read import contents
@@ -147,22 +148,13 @@ def tune(
         judge(data, parameters, values, known.cov), correlation, starts,
         ended_there(settling.ends, known.position),
         settling.onward, known.jumps, evaluations, kept.resumed, to_config(applied(experiment, parameters, values)),
-        own, {_written(path): value for path, value in changes(experiment, parameters, values).items()},
+        own, {reduce(below, path, ""): value for path, value in changes(experiment, parameters, values).items()},
         data.odd, thresholds if by == "likelihood" else "", errors_in_time(data, parameters, values),
     )  # fmt: skip
     if write is not None:
         write(result)
     kept.forget()
     return result
-
-
-def _written(path: tuple[str | int, ...]) -> str:
-    """Return a path as it is written."""
-    text = ""
-    for step in path:
-        quoted = step if str(step).replace("_", "").replace("-", "").isalnum() else f'"{step}"'
-        text += f"[{step}]" if isinstance(step, int) else f"{'.' if text else ''}{quoted}"
-    return text
 
 
 def _found(asked: Asker, known: Curvature, curve: Curve, i: int) -> Found:
