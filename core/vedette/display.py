@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import ast
 import inspect
 import re
-import sys
-import textwrap
 from collections.abc import Iterable, Mapping
-from contextlib import suppress
 from html import escape
 from typing import Any
 
@@ -29,13 +25,8 @@ _IN_QUERY = re.compile(r"(?<=[?&/])((?:pass(?:word|wd)?|pwd|token|secret|api_?ke
 
 
 def about(cls: type) -> str:
-    """Return what the docstring of a class says; where Python drops docstrings, as -OO does, its source has it."""
-    if cls.__doc__ or sys.flags.optimize < 2:
-        return inspect.cleandoc(cls.__doc__ or "")
-    with suppress(OSError, TypeError, SyntaxError, IndexError):
-        (definition,) = ast.parse(textwrap.dedent(inspect.getsource(cls))).body
-        return ast.get_docstring(definition) or ""  # type: ignore[arg-type]
-    return ""
+    """Return what the docstring of a class says."""
+    return inspect.cleandoc(cls.__doc__ or "")
 
 
 def without_passwords(text: str) -> str:

@@ -24,10 +24,8 @@ def judge_standard_normal(what: str, white: Array, alpha: float, at_most: bool =
     reach = float(-ndtri(share / 2))
     for i in range(n):
         mean = float(np.mean(white[:, i]))
-        demand(
-            abs(mean) <= reach / np.sqrt(r),
-            f"{what}: draws are off by {mean:.3g} standard deviations along direction {i}, allowed {reach / np.sqrt(r):.2g}",
-        )
+        off = f"off by {mean:.3g} standard deviations along direction {i}, allowed {reach / np.sqrt(r):.2g}"
+        demand(abs(mean) <= reach / np.sqrt(r), f"{what}: draws are {off}")
         judge_scale(f"{what}, direction {i}", white[:, i] ** 2, 1.0, share, at_most)
     for i, j in pairs:
         # Fisher's transform: atanh of a correlation is nearly normal with variance 1 / (r - 3).
@@ -43,9 +41,8 @@ def judge_scale(what: str, squares: Array, dof: float, alpha: float, at_most: bo
     figure = float(np.mean(squares)) / dof
     way = "small" if figure > 1 else "large"
     factor = figure if figure > 1 else 1 / max(figure, 1e-300)
-    demand(
-        low <= figure <= high, f"{what}: the covariance is {factor:.3g} times too {way} (allowed {low:.3g} to {high:.3g})"
-    )
+    told = f"{what}: the covariance is {factor:.3g} times too {way} (allowed {low:.3g} to {high:.3g})"
+    demand(low <= figure <= high, told)
 
 
 def judge_run_means(what: str, values: Array, low: float, high: float, alpha: float) -> None:
@@ -64,9 +61,8 @@ def judge_frequency(what: str, count: int, trials: int, probability: float, alph
 
     below = float(bdtr(count, trials, probability))
     above = 1.0 if count == 0 else float(bdtrc(count - 1, trials, probability))
-    demand(
-        min(below, above) >= alpha / 2, f"{what}: happened {count} times in {trials}, stated probability {probability:.6g}"
-    )
+    told = f"{what}: happened {count} times in {trials}, stated probability {probability:.6g}"
+    demand(min(below, above) >= alpha / 2, told)
 
 
 def binomial_band(count: int, probability: float, alpha: float) -> tuple[float, float]:

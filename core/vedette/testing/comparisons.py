@@ -144,20 +144,16 @@ def covariance(what: str, cov: Array, definite: bool) -> None:
     """
     finite(what, cov)
     variance = np.diagonal(cov, axis1=-2, axis2=-1)
-    lowest = "> 0" if definite else ">= 0"
-    demand(
-        np.all(variance > 0 if definite else variance >= 0), f"{what}: variances must be {lowest}, got {_short(variance)}"
-    )
+    told = f"{what}: variances must be {'> 0' if definite else '>= 0'}, got {_short(variance)}"
+    demand(np.all(variance > 0 if definite else variance >= 0), told)
     spread = np.sqrt(np.where(variance > _DIGITS, variance, 1.0))
     correlation = cov / spread[..., :, None] / spread[..., None, :]
     skew = np.max(np.abs(correlation - np.swapaxes(correlation, -1, -2)), initial=0.0)
     demand(skew <= 1e-9, f"{what}: must be symmetric, differs from its transpose by {skew:.2g}")
     if correlation.size:
         least = float(np.min(np.linalg.eigvalsh(correlation)))
-        demand(
-            least > (0.0 if definite else -1e-9),
-            f"{what}: must be positive {'' if definite else 'semi-'}definite, its correlations have eigenvalue {least:.3g}",
-        )
+        told = f"positive {'' if definite else 'semi-'}definite, its correlations have eigenvalue {least:.3g}"
+        demand(least > (0.0 if definite else -1e-9), f"{what}: must be {told}")
 
 
 def frozen_copy(values: Array) -> Array:

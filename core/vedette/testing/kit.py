@@ -7,13 +7,12 @@ import re
 import zlib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
-from operator import attrgetter
 from typing import Any, Literal
 from unittest import SkipTest
 
 import hypothesis
 import pytest
-from attrs import frozen
+from attrs import define, field, frozen
 from hypothesis import strategies as st
 from hypothesis.errors import DidNotReproduce, Flaky, HypothesisException, InvalidArgument, Unsatisfiable
 
@@ -164,50 +163,19 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
         If no component could be built from what was drawn.
     """
     role = role_of(cls) or ""
-    needs, never = law.needs.removeprefix("not "), law.needs.startswith("not ")
-    lacks = f"it {'declares' if never else 'does not declare'} `{needs.rpartition('.')[2]}`"
-    own, usual = (getattr(one, needs, True) for one in (cls, ROLES[role]))
+    own, usual = (getattr(one, law.needs, True) for one in (cls, ROLES[role]))
     unlike = next((f"it is none{what}" for base, what, laws in KINDRED if law in laws and not issubclass(cls, base)), "")
-    if unlike or (needs and not never and (own is False or own is usual is not True)):
-        return Outcome(law, "skipped", unlike or lacks, 0, 0.0)
-    refused = [""]
-    pairs = _pairs(drawn, _ROLES[role][1], profile, refused)
-    tried: list[Any] = []
-    closed: list[tuple[str, str]] = []
-    judged = False
+    if unlike or own is False or own is usual is not True:
+        return Outcome(law, "skipped", unlike or law.lacks, 0, 0.0)
+    tried, refused = _Tried(), [""]
 
     def attempt(pair: Any) -> None:
-        nonlocal judged
-        component, data = pair
-        tried[:] = [component, data, *(tried[2:] or [0])]
-        try:
-            closed_if(needs and bool(attrgetter(needs)(component)) is never, lacks)
-            law.check(component, data)
-        except Closed as reason:
-            closed.append((str(reason), reason.name if isinstance(reason, Lacking) else ""))
-            unlike = isinstance(reason, Unlike) or (isinstance(reason, Lacking) and not hasattr(component, reason.name))
-            if not judged and len(closed) >= (FEW_CLOSED if unlike else max(MOST_CLOSED, law.examples(profile) // 2)):
-                raise SkipTest(str(reason)) from None  # Hypothesis ends at once
-        except Exception:
-            judged = True  # the smaller ones that Hypothesis tries now may all be closed: it has failed nevertheless
-            raise
-        else:
-            judged = True
-            tried[2] += 1
+        tried.take(law, pair, max(MOST_CLOSED, law.examples(profile) // 2))
 
     attempt.__name__ = attempt.__qualname__ = law.name
-    settings = hypothesis.settings(
-        max_examples=law.examples(profile),
-        database=None,
-        deadline=None,
-        report_multiple_bugs=False,
-        print_blob=True,
-        phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" and profile.shrink else []),
-        suppress_health_check=list(hypothesis.HealthCheck),
-        verbosity=hypothesis.Verbosity.quiet,
-    )
     name = f"{cls.__qualname__}.{law.name}".encode()
-    run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(settings(hypothesis.given(pairs)(attempt)))
+    given = hypothesis.given(_pairs(drawn, _ROLES[role][1], profile, refused))(attempt)
+    run = hypothesis.seed(profile.seed * 2**32 + zlib.crc32(name))(_settings(law, profile)(given))
     if replay:
         version, _, blob = replay.partition("/")
         run = hypothesis.reproduce_failure(version, blob.encode())(run)
@@ -218,13 +186,13 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except (TooLong, Flaky) as unsure:
         too_long = f"takes longer than {profile.seconds:g} s of CPU time"
         what = too_long if isinstance(unsure, TooLong) else "it fails once and holds when tried again with the same"
-        told = counterexample(what, tried[0], tried[1], None) if tried else what  # nothing, where it is late as it is drawn
-        return Outcome(law, "failed", told, sum(tried[2:]) + 1, alpha)
+        told = counterexample(what, *tried.pair, None) if tried.pair else what  # nothing, where it is late as it is drawn
+        return Outcome(law, "failed", told, tried.held + 1, alpha)
     except Unsatisfiable:
         text = f"{cls.__name__}: none could be built from what was drawn{refused[0]}; pass strategies for its parameters"
         raise Misuse(text) from None
     except SkipTest:
-        tried[2:] = [0]
+        tried.held = 0
     except DidNotReproduce:
         return Outcome(law, "held", "", 1, alpha)
     except InvalidArgument as other:
@@ -232,18 +200,64 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except HypothesisException:
         raise
     except Exception as error:
-        what = _promise(law, *tried[:2]) if tried else ""
-        if not what:
-            method, line = way_of(error)
-            raised = f"{method}raised {type(error).__name__}: {error}{line}"
-            what = str(error) if isinstance(error, AssertionError) else raised
-        shown = law.effort == "shown" or not tried  # nothing, where it raised as something was drawn for it
-        told = what if shown else counterexample(what, tried[0], tried[1], lambda: law.check(tried[0], tried[1]))
         note = _BLOB.search("".join(getattr(error, "__notes__", ())))
-        return Outcome(law, "failed", told, sum(tried[2:]) + 1, alpha, "/".join(note.groups()) if note else "")
-    if not tried[2]:
-        return Outcome(law, "skipped", closed[0][0], 0, 0.0, lacks=closed[0][1])
-    return Outcome(law, "held", "", tried[2], alpha)
+        told, repeats = _why(law, tried.pair, error), "/".join(note.groups()) if note else ""
+        return Outcome(law, "failed", told, tried.held + 1, alpha, repeats)
+    if not tried.held:
+        return Outcome(law, "skipped", tried.closed[0][0], 0, 0.0, lacks=tried.closed[0][1])
+    return Outcome(law, "held", "", tried.held, alpha)
+
+
+@define
+class _Tried:
+    """What a law was tried on: the last component and data, on how many it held, and why it did not apply to others."""
+
+    pair: tuple[Any, ...] = ()
+    held: int = 0
+    closed: list[tuple[str, str]] = field(factory=list)
+    _failed: bool = False
+
+    def take(self, law: Law, pair: tuple[Any, Any], most: int) -> None:
+        """Try the law; SkipTest, at which Hypothesis ends, once it did not apply to so many, or to few for what they are."""
+        self.pair = component, data = pair
+        try:
+            closed_if(not law.applies(component), law.lacks)
+            law.check(component, data)
+            self.held += 1
+        except Closed as reason:
+            lacking = isinstance(reason, Lacking)
+            self.closed.append((str(reason), reason.name if isinstance(reason, Lacking) else ""))
+            unlike = isinstance(reason, Unlike) or (lacking and not hasattr(component, self.closed[-1][1]))
+            # the smaller ones that Hypothesis tries after a failure may all be closed
+            if not (self.held or self._failed) and len(self.closed) >= (FEW_CLOSED if unlike else most):
+                raise SkipTest(str(reason)) from None
+        except Exception:
+            self._failed = True
+            raise
+
+
+def _settings(law: Law, profile: Profile) -> hypothesis.settings:
+    return hypothesis.settings(
+        max_examples=law.examples(profile),
+        database=None,
+        deadline=None,
+        report_multiple_bugs=False,
+        print_blob=True,
+        phases=[hypothesis.Phase.generate] + ([hypothesis.Phase.shrink] if law.effort == "exact" and profile.shrink else []),
+        suppress_health_check=list(hypothesis.HealthCheck),
+        verbosity=hypothesis.Verbosity.quiet,
+    )
+
+
+def _why(law: Law, pair: tuple[Any, ...], error: Exception) -> str:
+    """Return why a law failed, with the counterexample unless what is shown, or drawn, is at fault."""
+    what = _promise(law, *pair) if pair else ""
+    if not what:
+        method, line = way_of(error)
+        raised = f"{method}raised {type(error).__name__}: {error}{line}"
+        what = str(error) if isinstance(error, AssertionError) else raised
+    shown = law.effort == "shown" or not pair
+    return what if shown else counterexample(what, *pair, lambda: law.check(*pair))
 
 
 def _promise(law: Law, component: Component, data: Any) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from operator import attrgetter
 from typing import Any, Literal
 
 from attrs import evolve, field, frozen
@@ -69,6 +70,17 @@ class Law:
     def sentence(self) -> str:
         """What the law says."""
         return inspect.cleandoc(self.check.__doc__ or "").partition("\n")[0]
+
+    @property
+    def lacks(self) -> str:
+        """Why it does not apply to a component that is not as it `needs`."""
+        name = self.needs.removeprefix("not ")
+        return f"it {'does not declare' if name == self.needs else 'declares'} `{name.rpartition('.')[2]}`"
+
+    def applies(self, component: Any) -> bool:
+        """Return whether a component is as it `needs`."""
+        name = self.needs.removeprefix("not ")
+        return not name or bool(attrgetter(name)(component)) is (name == self.needs)
 
     def examples(self, profile: Profile) -> int:
         """Return how often it is tried."""

@@ -158,23 +158,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     who, sensors = who_of(measured, columns, assumed)
     assumed += told
     found_by = measured_by(measured, columns, who, sensors)
-    places = [axis for axis in SPOTS if axis in measured]
-    carried = any(BEARERS & {*words_of(measured[axis].title)} for axis in places)
-    if carried and "bearing" in measured and "range" not in measured:
-        seen = (
-            f"{measured['bearing'].title} has no range beside it, and {measured[places[0]].title} is where it is seen from"
-        )
-        raise InputError(f"{path}: {seen}: a config of your own tracks that, with a sensor of kind 'bearing_only'")
-    if not found_by:
-        wanted = "range and bearing, latitude and longitude, or x and y"
-        text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
-        if several := [" and ".join(each.title for each in pair.values()) for pair in pairs_of(columns)[:2]]:
-            text += f"; if {', and '.join(several)}, are positions, write a row for each, with its object's name"
-        alone = "; one axis alone is tracked by a config of your own, with a sensor of kind 'linear'"
-        text += alone if len(places) == 1 else ""
-        raise InputError(f"{path}: {text}{of_header(path, titles, table.below or next(iter(table.rows), []))}")
-    found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
-    check_together(path, found_by, found, titles)
+    _check_places(table, found_by, wishes)
     lost = [one for one in sensors if len(sensors) > 1 and one not in found_by]
     assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
     sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
@@ -186,31 +170,13 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     main = {title: list(compress(cells, own_rows)) for title, cells in columns.items()} if own_rows else columns
     if not others or who:
         names |= third_column(axes[0], measured, main)
-    if names.keys() == {"x", "y", "z"} and from_the_middle(*(columns[measured[name].title] for name in names.values())):
-        three = ", ".join(measured[name].title for name in names.values())
-        raise InputError(
-            f"{path}: {three} are counted from the middle of the earth: make latitudes and longitudes of them first"
-        )
-    first, second = (measured[name].title for name in axes)
-    again = [(title, title.removesuffix(first) + second) for title in titles if title.endswith(f".{first}")]
-    alike = zip(*([each for each in titles if meaning(each).axis == axis] for axis in axes), strict=False)
-    parts = {*made_of(first, titles), *made_of(second, titles)}
-    again = [pair for pair in again if pair[1] in titles] or [pair for pair in alike if not parts & {*pair}][:1]
-    for title, other in again:
-        typed = f"--columns {axes[0]}={title},{axes[1]}={other} takes them instead"
-        assumed.append(f"{title} and {other} are not read: {typed}")
+    _check_flat(table, names)
+    assumed += _not_read(axes, measured, titles)
     beside = {one: _axes(pair, compass=compass) for one, pair in others.items()}
     every = names | {axis: name for pair in beside.values() for axis, name in pair.items()}
     units: dict[str, str] = {}
     guessed: dict[str, str] = {}
-    assumed += ["the row below the header states units; as a return it is refused"] if table.below else []
-    top, end = table.lines[0], table.lines[-1]
-    assumed += [f"the titles stand in lines {top} to {end} and are joined, as {titles[-1]!r}"] if end > top else []
-    assumed += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []
-    if isinstance(path, Path) and not is_columnar(path) and encoding(path) == WESTERN:
-        assumed += ["the titles are in Windows-1252, not in UTF-8"]
-    if time.title in titles and not wishes.time and not meaning(time.title).axis:
-        assumed += [f"{time.title} is the time, by its cells; if not, say --time COLUMN"]
+    assumed += _of_file(table, wishes)
     dates, text = (wishes.dates or table.pattern, "") if wishes.dates or table.pattern else pattern_of(columns[time.title])
     assumed += [text] if text else []
     for axis, name in every.items():
@@ -263,6 +229,62 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         beside=(wishes.platform.name, aside[0]) if aside and wishes.platform else ("", time),
         left_out=tuple(title for title in titles if not any(title in made_of(each, titles) for each in read)),
     )
+
+
+def _check_places(table: Columns, found_by: Mapping[str, tuple[str, str]], wishes: Wishes) -> None:
+    """Raise InputError where no position is found, or only where a bearing is seen from, or what does not go together."""
+    path, measured, titles = table.path, table.measured, table.titles
+    places = [axis for axis in SPOTS if axis in measured]
+    carried = any(BEARERS & {*words_of(measured[axis].title)} for axis in places)
+    if carried and "bearing" in measured and "range" not in measured:
+        seen = (
+            f"{measured['bearing'].title} has no range beside it, and {measured[places[0]].title} is where it is seen from"
+        )
+        raise InputError(f"{path}: {seen}: a config of your own tracks that, with a sensor of kind 'bearing_only'")
+    if not found_by:
+        wanted = "range and bearing, latitude and longitude, or x and y"
+        text = f"no columns look like {wanted} among {listed(titles)}; say --columns x=COLUMN,y=COLUMN"
+        if several := [" and ".join(each.title for each in pair.values()) for pair in pairs_of(table.cells)[:2]]:
+            text += f"; if {', and '.join(several)}, are positions, write a row for each, with its object's name"
+        alone = "; one axis alone is tracked by a config of your own, with a sensor of kind 'linear'"
+        text += alone if len(places) == 1 else ""
+        raise InputError(f"{path}: {text}{of_header(path, titles, table.below or next(iter(table.rows), []))}")
+    found = {axis: each.title for axis, each in measured.items() if axis not in wishes.columns}
+    check_together(path, found_by, found, titles)
+
+
+def _check_flat(table: Columns, names: Mapping[str, str]) -> None:
+    """Raise InputError for positions that are counted from the middle of the earth."""
+    found = [table.measured[name].title for name in names.values()]
+    if names.keys() == {"x", "y", "z"} and from_the_middle(*(table.cells[title] for title in found)):
+        three = ", ".join(found)
+        raise InputError(
+            f"{table.path}: {three} are counted from the middle of the earth: make latitudes and longitudes of them first"
+        )
+
+
+def _not_read(axes: tuple[str, str], measured: Mapping[str, Meaning], titles: Sequence[str]) -> list[str]:
+    """Return which other columns of the same meaning are left out, and what takes them instead."""
+    first, second = (measured[name].title for name in axes)
+    again = [(title, title.removesuffix(first) + second) for title in titles if title.endswith(f".{first}")]
+    alike = zip(*([each for each in titles if meaning(each).axis == axis] for axis in axes), strict=False)
+    parts = {*made_of(first, titles), *made_of(second, titles)}
+    again = [pair for pair in again if pair[1] in titles] or [pair for pair in alike if not parts & {*pair}][:1]
+    takes = "are not read: --columns {}={},{}={} takes them instead"
+    return [f"{title} and {other} {takes.format(axes[0], title, axes[1], other)}" for title, other in again]
+
+
+def _of_file(table: Columns, wishes: Wishes) -> list[str]:
+    """Return what is assumed of titles, units, letters and the time."""
+    told = ["the row below the header states units; as a return it is refused"] if table.below else []
+    top, end = table.lines[0], table.lines[-1]
+    told += [f"the titles stand in lines {top} to {end} and are joined, as {table.titles[-1]!r}"] if end > top else []
+    told += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []
+    if isinstance(table.path, Path) and not is_columnar(table.path) and encoding(table.path) == WESTERN:
+        told += ["the titles are in Windows-1252, not in UTF-8"]
+    if table.time.title in table.titles and not wishes.time and not meaning(table.time.title).axis:
+        told += [f"{table.time.title} is the time, by its cells; if not, say --time COLUMN"]
+    return told
 
 
 def _axes(pair: tuple[str, str], *, compass: bool = False) -> dict[str, str]:

@@ -6,6 +6,8 @@ Mode probabilities are smoothed as in Kim, Dynamic Linear Models with Markov-Swi
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 from attrs import frozen
 
@@ -60,75 +62,102 @@ def bank(
         return modes
     noise, noise_pace = sigmas[:, None] ** 2, sigmas_velocity[:, None] ** 2
     paced: Mask = np.asarray(np.isfinite(paths.velocities).all(axis=-1))
-    reported = np.nan_to_num(paths.velocities)
+    reported, mu = np.nan_to_num(paths.velocities), np.zeros((0, s, m))
     for k, rows in paths.steps():
         b = len(rows)
-        z = paths.spots[rows].T[:, :, None, None]
+        z, some = paths.spots[rows].T[:, :, None, None], np.asarray(paced[rows])
+        fresh = partial(Beliefs.at, z, noise, (speed[rows] ** 2)[:, None, None], (d, b, s, m))
         if k == 0:
-            x = np.broadcast_to(z, (d, b, s, m)).copy()
-            v = np.zeros((d, b, s, m))
-            p = np.broadcast_to(noise, (b, s, m)).copy()
-            c, w = np.zeros((b, s, m)), np.broadcast_to((speed[rows] ** 2)[:, None, None], (b, s, m)).copy()
-            mu = np.broadcast_to(share, (b, s, m)).copy()
-            missed = np.zeros((b, s), dtype=int)
-            modes.prior[rows] = mu
-            like: Array = np.zeros((b, s, m))
+            now, prior = fresh(), np.broadcast_to(share, (b, s, m))
+            like, missed = np.zeros((b, s, m)), np.zeros((b, s), dtype=int)
         else:
-            x, v, p, c, w, mu, missed = x[:, :b], v[:, :b], p[:b], c[:b], w[:b], mu[:b], missed[:b]
-            # mixing: each mode goes on from itself, or from the mixture of all
-            mean_x, mean_v = np.sum(mu * x, axis=-1, keepdims=True), np.sum(mu * v, axis=-1, keepdims=True)
-            dx, dv = x - mean_x, v - mean_v
-            all_p = np.sum(mu * (p + (dx * dx).sum(axis=0) / d), axis=-1, keepdims=True)
-            all_c = np.sum(mu * (c + (dx * dv).sum(axis=0) / d), axis=-1, keepdims=True)
-            all_w = np.sum(mu * (w + (dv * dv).sum(axis=0) / d), axis=-1, keepdims=True)
+            now, mu, missed = now.first(b), mu[:b], missed[:b]
             prior = (1 - switch) * mu + switch * share
-            f = switch * share / prior  # the part that comes from the mixture
-            g = f * (1 - f)
-            p = (1 - f) * p + f * all_p + g * (dx * dx).sum(axis=0) / d
-            c = (1 - f) * c + f * all_c + g * (dx * dv).sum(axis=0) / d
-            w = (1 - f) * w + f * all_w + g * (dv * dv).sum(axis=0) / d
-            x, v = x - f * dx, v - f * dv
-            h = dt[rows][:, None, None]
-            x = x + h * v
-            p, c, w = p + h * (2 * c + h * w) + density * h**3 / 3, c + h * w + density * h**2 / 2, w + density * h
-            modes.prior[rows] = prior
-            off = z - x
-            S = p + noise
-            d2 = (off * off).sum(axis=0) / S
-            gross: Mask = np.asarray(d2.min(axis=-1) > GATE)
+            now = now.mixed(mu, switch * share / prior).moved(dt[rows][:, None, None], density)
+            off = z - now.x
+            d2, S = now.surprise(off, noise)
+            modes.gross[rows] = gross = d2.min(axis=-1) > GATE
             missed = np.where(gross, missed + 1, 0)
-            afresh = missed >= AGAIN
-            modes.gross[rows] = gross
             like = log_density(d2, S, d)
-            gain = np.where(gross, 0.0, 1.0)[..., None] / S
-            x, v = x + gain * p * off, v + gain * c * off
-            left = np.where(gross[..., None], 1.0, noise / S)
-            p, c, w = p * left, c * left, np.maximum(w - gain * c * c, ROUNDING * w)
-            if afresh.any():
+            now = now.updated(off, noise, np.where(gross, 0.0, 1.0)[..., None])
+            if (afresh := missed >= AGAIN).any():
                 missed[afresh] = 0
-                x[:, afresh] = np.broadcast_to(z, x.shape)[:, afresh]
-                v[:, afresh], c[afresh] = 0.0, 0.0
-                p[afresh] = np.broadcast_to(noise, p.shape)[afresh]
-                w[afresh] = np.broadcast_to((speed[rows] ** 2)[:, None, None], w.shape)[afresh]
-            mu = prior
-        some = np.asarray(paced[rows])
+                now = now.replaced(afresh, fresh())
+        modes.prior[rows] = prior
         if some.any():
-            off = reported[rows].T[:, :, None, None] - v
-            S = w + noise_pace
-            d2 = (off * off).sum(axis=0) / S
+            off, of_pace = reported[rows].T[:, :, None, None] - now.v, now.turned
+            d2, S = of_pace.surprise(off, noise_pace)
             used = np.where((d2.min(axis=-1) <= GATE) & some[:, None], 1.0, 0.0)[:, :, None]
             like = like + np.where(some[:, None, None], log_density(d2, S, d), 0.0)
-            gain = used / S
-            x, v = x + gain * c * off, v + gain * w * off
-            left = np.where(used > 0, noise_pace / S, 1.0)
-            p, c, w = np.maximum(p - gain * c * c, ROUNDING * p), c * left, w * left
+            now = of_pace.updated(off, noise_pace, used).turned
         top = like.max(axis=-1, keepdims=True)
-        joint = mu * np.exp(like - top)
+        joint = prior * np.exp(like - top)
         total = joint.sum(axis=-1, keepdims=True)
         mu = joint / total
         modes.loglik[rows] = (np.log(total) + top)[..., 0]
         modes.prob[rows] = mu
     return modes
+
+
+@frozen(eq=False)
+class Beliefs:
+    """What b pieces are believed to be at under each noise and in each mode: positions x and velocities v (d, b, s, m), and
+    their variances p and w and covariances c (b, s, m), which are alike along all axes.
+    """
+
+    x: Array
+    v: Array
+    p: Array
+    c: Array
+    w: Array
+
+    @classmethod
+    def at(cls, z: Array, noise: Array, fast: Array, shape: tuple[int, ...]) -> Beliefs:
+        """Return what one report each says."""
+        x, v = np.broadcast_to(z, shape), np.zeros(shape)
+        return cls(x, v, np.broadcast_to(noise, shape[1:]), np.zeros(shape[1:]), np.broadcast_to(fast, shape[1:]))
+
+    @property
+    def turned(self) -> Beliefs:
+        """The same with velocities in the place of positions."""
+        return Beliefs(self.v, self.x, self.w, self.c, self.p)
+
+    def first(self, b: int) -> Beliefs:
+        """Return those of the first pieces."""
+        return Beliefs(self.x[:, :b], self.v[:, :b], self.p[:b], self.c[:b], self.w[:b])
+
+    def replaced(self, where: Mask, by: Beliefs) -> Beliefs:
+        """Return others where (b, s) says so."""
+        pairs = zip((by.x, by.v, by.p, by.c, by.w), (self.x, self.v, self.p, self.c, self.w), strict=True)
+        return Beliefs(*(np.where(where[..., None], other, own) for other, own in pairs))
+
+    def mixed(self, mu: Array, f: Array) -> Beliefs:
+        """Return each mode going on from itself, or by a part f from the mixture of all, of probabilities mu."""
+        d, g = len(self.x), f * (1 - f)
+        dx, dv = (part - np.sum(mu * part, axis=-1, keepdims=True) for part in (self.x, self.v))
+        apart = ((one * other).sum(axis=0) for one, other in ((dx, dx), (dx, dv), (dv, dv)))
+        p, c, w = (
+            (1 - f) * own + f * np.sum(mu * (own + far / d), axis=-1, keepdims=True) + g * far / d
+            for own, far in zip((self.p, self.c, self.w), apart, strict=True)
+        )
+        return Beliefs(self.x - f * dx, self.v - f * dv, p, c, w)
+
+    def moved(self, h: Array, density: Array) -> Beliefs:
+        """Return them h s later, under white noise of acceleration."""
+        p = self.p + h * (2 * self.c + h * self.w) + density * h**3 / 3
+        return Beliefs(self.x + h * self.v, self.v, p, self.c + h * self.w + density * h**2 / 2, self.w + density * h)
+
+    def surprise(self, off: Array, noise: Array) -> tuple[Array, Array]:
+        """Return the squared distances of reports that are off by so much, and the variances that these are over."""
+        S = self.p + noise
+        return (off * off).sum(axis=0) / S, S
+
+    def updated(self, off: Array, noise: Array, used: Array) -> Beliefs:
+        """Return them after reports that are off by so much from the positions, where used (b, s, 1) is 1 and not 0."""
+        S = self.p + noise
+        gain, left = used / S, np.where(used > 0, noise / S, 1.0)
+        w = np.maximum(self.w - gain * self.c * self.c, ROUNDING * self.w)
+        return Beliefs(self.x + gain * self.p * off, self.v + gain * self.c * off, self.p * left, self.c * left, w)
 
 
 def log_density(d2: Array, S: Array, d: int) -> Array:

@@ -2,10 +2,6 @@
 
 import json
 import re
-import subprocess
-import sys
-
-import pytest
 
 import vedette
 from support.commands import in_json
@@ -91,13 +87,3 @@ def test_what_is_no_kind_gets_a_question(capsys):
     assert "EFK: is no role and no kind; did you mean 'ekf'?" in capsys.readouterr().err
     assert main(["components", "Gates"]) == 2
     assert "did you mean 'gate'?" in capsys.readouterr().err
-
-
-@pytest.mark.costly
-def test_without_docstrings_the_descriptions_are_read_from_the_source():
-    """`python -OO` drops them, and the list once had names alone."""
-    plain, bare = (
-        subprocess.run([sys.executable, *options, "-m", "vedette", "components"], capture_output=True, text=True, check=True)
-        for options in ([], ["-OO"])
-    )
-    assert bare.stdout == plain.stdout

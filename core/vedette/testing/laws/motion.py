@@ -156,11 +156,9 @@ def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
         for i, v in pairs:
             most = 1.3 * dt * np.max(Q[..., v, v], axis=0)
             bad = np.abs(Q[0, :, i, v]) > most
-            demand(
-                not np.any(bad),
-                f"noise: in {dt:g} s {names[i]} gains {np.abs(Q[0, bad, i, v])} with v{names[i]}, at most that time "
-                f"times the variance that gains, {most[bad] / 1.3}",
-            )
+            gains = f"{names[i]} gains {np.abs(Q[0, bad, i, v])} with v{names[i]}"
+            told = f"noise: in {dt:g} s {gains}, at most that time times the variance that gains, {most[bad] / 1.3}"
+            demand(not np.any(bad), told)
 
 
 def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
