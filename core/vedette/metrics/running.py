@@ -234,15 +234,12 @@ class RunningJudge:
 
     def _choose(self, scans: Sequence[Scan]) -> Indices:
         """Return which of the next scans are judged, as the options choose among all."""
-        options, chosen = self._options, list[int]()
-        for i, scan in enumerate(scans):
-            if options.sensor in (None, scan.sensor):
-                last = options.last_scan
-                if options.first_scan <= self._own_scans and (last is None or self._own_scans <= last):
-                    chosen.append(i)
-                self._own_scans += 1
-        self._chosen += len(chosen)
-        return np.array(chosen, dtype=np.intp)
+        options, last = self._options, np.inf if self._options.last_scan is None else self._options.last_scan
+        own = np.flatnonzero([options.sensor in (None, scan.sensor) for scan in scans])
+        number = self._own_scans + np.arange(len(own))
+        chosen = own[(options.first_scan <= number) & (number <= last)]
+        self._own_scans, self._chosen = self._own_scans + len(own), self._chosen + len(chosen)
+        return chosen
 
     def _covered_longer(self, block: Block) -> Indices:
         """Return the covering tracks within the error of a lost track."""

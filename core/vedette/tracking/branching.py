@@ -6,90 +6,23 @@ Which tracks hang together by the returns that they share, `vedette.hypotheses` 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 from attrs import evolve, frozen
 
 from vedette import kernels
-from vedette.hypotheses import LOST, MIXED, ROUNDING, Branching, HypothesisAssociator, LeafScores, firsts
-from vedette.sampling.seeds import NotInLockStep
+from vedette.hypotheses import LOST, ROUNDING, Branching, HypothesisAssociator, LeafScores, firsts
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import births, pytrees
 from vedette.tracking.expected import Expected
-from vedette.tracking.identity import Names
+from vedette.tracking.leaves import NONE_ENDED, Ended, Leaves, linked
 from vedette.tracking.meeting import Meeting
 from vedette.tracking.rows import TrackRows, judged
 from vedette.types import Mixtures, Newborn
 
 MOST_RETURNS = 2**32
 """More than a scan has returns."""
-
-
-@frozen(eq=False)
-class Ended:
-    """Leaves (e,) that ended in a scan: their tracks, rows after the scan before, existence, and probability."""
-
-    ids: Indices
-    parent: Indices
-    existence: Array
-    probability: Array
-
-
-NONE_ENDED = Ended(np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros(0), np.zeros(0))
-
-
-@frozen(eq=False)
-class Leaves:
-    """The leaves of all tracks after a scan, one a row; those that are reported are the tracks of the `State`.
-
-    belief, memory and hypotheses are the estimator's, the lifecycle's and the associator's. ids (l,): the track that a leaf
-    belongs to; parent (l,): its row after the scan before, -1 where it began; choice (l,): the return that it took, counted
-    from 1, or 0 for a miss; distance (l,): the squared distance of that; last (l, 3): numbers of the returns that it took
-    last, -1 for none. shown (t,): the rows of the state's tracks; there (l,): the probability that a leaf is right and its
-    target exists, less where links were dropped. lost (l,): the probability that truncation dropped in the scan, of all
-    associations of the leaf's cluster; None: next to none. sure (l, 2): where leaves are
-    merged, the share of those that took the return taken last, and the one before; None where they are not. ended: leaves
-    that are no more. names: the codes that leaves bear; None where no return named its object.
-    """
-
-    belief: Any
-    memory: Any
-    hypotheses: Any
-    ids: Indices
-    existence: Array
-    confirmed: Mask
-    parent: Indices
-    choice: Indices
-    distance: Array
-    last: Indices
-    shown: Indices
-    there: Array
-    lost: Array | None = None
-    sure: Array | None = None
-    ended: Ended = NONE_ENDED
-    names: Names | None = None
-
-    @cached_property
-    def links(self) -> Array:
-        """The probability (t,) that the return which a shown leaf took and its last before are of one target.
-
-        It is the sum over all leaves that took both, of `there`. NaN where it took no return, or none before.
-        """
-        rows, there = self.shown, self.there
-        links = np.full(len(rows), np.nan)
-        asked = (self.choice[rows] > 0) & (self.last[rows, 1] != -1)
-        if not asked.any():
-            return links
-        if self.sure is not None:
-            there = there * self.sure[:, 0] * self.sure[:, 1]
-        code = self.last[:, 1] * MIXED[0] + self.last[:, 2] * MIXED[1]
-        wanted, of = np.unique(code[rows[asked]], return_inverse=True)
-        at = np.minimum(np.searchsorted(wanted, code), len(wanted) - 1)
-        same = (wanted[at] == code) & (self.choice > 0)
-        links[asked] = np.minimum(np.bincount(at[same], there[same], len(wanted))[of], 1.0)
-        return links
 
 
 @frozen(eq=False)
@@ -110,18 +43,6 @@ class Branched:
     gated: Indices | None
     approximated: int
     lost: float
-
-
-def initial_leaves(associator: HypothesisAssociator, belief: Any, memory: Any, shape: tuple[int, ...]) -> Leaves:
-    """Return one leaf for each track that is there before the first scan."""
-    if len(shape) > 1:
-        raise NotInLockStep(f"associator: {associator.kind!r} keeps hypotheses, so runs go one by one")
-    count = shape[0]
-    hypotheses, sure = associator.initial_hypotheses(count), np.ones(count)
-    return Leaves(
-        belief, memory, hypotheses, np.arange(count), sure, sure > 0, np.full(count, -1), np.zeros(count, dtype=np.int64),
-        np.zeros(count), np.column_stack([np.full((count, 2), -1), -2 - np.arange(count)]), np.arange(count), sure,
-    )  # fmt: skip
 
 
 def branched(it: Expected, scores: LeafScores, meetings: Sequence[Meeting] | None) -> Branched:
@@ -156,12 +77,7 @@ def branch_out(it: Expected, by: Branched, rows: TrackRows, p_detect: Array) -> 
 
     rows: the leaves that continue others, updated; p_detect: P_D of the leaves before the scan.
     """
-    associator, branching = hypothesis_associator(it), by.branching
-    if len(by.parent) < len(branching.parent):
-        begun = np.searchsorted(by.newborn.returns, branching.choice[len(by.parent) :] - 1)
-        begin = pytrees.take(by.newborn, begun, 0)
-        free = associator.probability(branching.hypotheses)[len(by.parent) :]
-        rows = births.joined(it, rows, begin, it.state.born + begun, begin.existence, begin.existence * free)
+    associator, branching, rows = hypothesis_associator(it), by.branching, _with_begun(it, by, rows)
     distance, lost, sure = np.sum(rows.weights[:, 1:] * rows.distances, axis=-1), branching.lost, None
     hit = (branching.choice > 0).astype(float)
     if associator.merges == "kept":
@@ -184,10 +100,9 @@ def branch_out(it: Expected, by: Branched, rows: TrackRows, p_detect: Array) -> 
     parent, choice = branching.parent[stay], branching.choice[stay]
     staying = rows if len(stay) == len(rows.ids) else pytrees.take(rows, stay, 0)
     decided = associator.probability(hypotheses) > probability[stay] * (1.0 + ROUNDING)
-    if decided.any():  # which makes no target surer, nor ends it
-        surer = associator.existence(hypotheses, staying.existence, last[stay]) / np.maximum(of_target[stay], 1e-300)
-        least = np.minimum(staying.existence, it.plan.lifecycle.least_existence)
-        existence = np.maximum(staying.existence / np.where(decided, np.maximum(surer, 1.0), 1.0), least)
+    if decided.any():
+        after_it = associator.existence(hypotheses, staying.existence, last[stay])
+        existence = _no_surer(it, decided, staying.existence, of_target[stay], after_it)
         staying, shown_existence = evolve(staying, existence=existence), np.array(shown_existence)
         shown_existence[stay] = np.minimum(shown_existence[stay], existence)
     if associator.merges == "shown":
@@ -209,9 +124,23 @@ def branch_out(it: Expected, by: Branched, rows: TrackRows, p_detect: Array) -> 
     return pytrees.take(evolve(rows, existence=shown_existence), shown, 0), unseen, after, len(by.newborn.returns)
 
 
-def linked(associator: HypothesisAssociator, there: Array, lost: Array | None) -> Array:
-    """Return the probability (l,) that leaves are right and their targets exist, less by what was dropped of their links."""
-    return there if lost is None else there * (1.0 - associator.unlikelier * lost)
+def _with_begun(it: Expected, by: Branched, rows: TrackRows) -> TrackRows:
+    """Return the leaves that continue others, then those of tracks that begin."""
+    count, branching = len(by.parent), by.branching
+    if count == len(branching.parent):
+        return rows
+    begun = np.searchsorted(by.newborn.returns, branching.choice[count:] - 1)
+    begin = pytrees.take(by.newborn, begun, 0)
+    free = hypothesis_associator(it).probability(branching.hypotheses)[count:]
+    return births.joined(it, rows, begin, it.state.born + begun, begin.existence, begin.existence * free)
+
+
+def _no_surer(it: Expected, decided: Mask, own: Array, of_target: Array, after: Array) -> Array:
+    """Return the existence (l,) of leaves: that a history is decided makes no target surer than before, nor ends it."""
+    surer = after / np.maximum(of_target, 1e-300)
+    least = np.minimum(own, it.plan.lifecycle.least_existence)
+    existence: Array = np.maximum(own / np.where(decided, np.maximum(surer, 1.0), 1.0), least)
+    return existence
 
 
 def hypothesis_associator(it: Expected) -> HypothesisAssociator:

@@ -13,9 +13,10 @@ from vedette.hypotheses import MOST_AT_ONCE
 from vedette.space import Array, Indices
 from vedette.tracking import births, pytrees
 from vedette.tracking.association import Associated
-from vedette.tracking.branching import Branched, Leaves, branch_out, hypothesis_associator
+from vedette.tracking.branching import Branched, branch_out, hypothesis_associator
 from vedette.tracking.expected import Expected
 from vedette.tracking.identity import after_scan
+from vedette.tracking.leaves import Leaves
 from vedette.tracking.lineage import Gates, new_gates
 from vedette.tracking.meeting import Meeting, Met
 from vedette.tracking.own_times import updated

@@ -150,22 +150,19 @@ def preprocess(
 
     Raw scans and returns that were left out are added to `problems`; if `strict` they raise ScanRefused.
     """
-    return preprocessed(_sound(scans, preprocessors, problems, strict), preprocessors, own)
-
-
-def _sound(
-    scans: Iterable[Scan], preprocessors: Mapping[str, Preprocessor], problems: list[Problem] | Refused, strict: bool
-) -> Iterator[Scan]:
-    """Yield the scans without what no preprocessor can take."""
     raw = raw_sensors(preprocessors, {})
-    for i, scan in enumerate(scans):
-        scan = with_axes(scan, raw)
-        if scan.sensor in raw and (refused := flaws(scan, raw, scan.time)):
-            if strict:
-                raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
-            scan, left_out = without_bad_returns(scan)
-            refused = left_out or refused
-            problems.extend([evolve(problem, place=f"raw scan {i}, {problem.place}") for problem in refused])
-            if not left_out:
-                continue
-        yield scan
+
+    def sound() -> Iterator[Scan]:
+        for i, scan in enumerate(scans):
+            scan = with_axes(scan, raw)
+            if scan.sensor in raw and (refused := flaws(scan, raw, scan.time)):
+                if strict:
+                    raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
+                scan, left_out = without_bad_returns(scan)
+                told = [evolve(problem, place=f"raw scan {i}, {problem.place}") for problem in left_out or refused]
+                problems.extend(told)
+                if not left_out:
+                    continue
+            yield scan
+
+    return preprocessed(sound(), preprocessors, own)

@@ -17,7 +17,7 @@ from vedette.roles import Estimator
 from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
 from vedette.space import Array, Indices, Mask
 from vedette.tracking import pytrees
-from vedette.tracking.branching import Leaves, linked
+from vedette.tracking.leaves import Leaves, linked
 from vedette.tracking.state import State, next_state
 from vedette.tracking.tracker import Tracker
 

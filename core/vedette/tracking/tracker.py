@@ -20,12 +20,12 @@ from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import state_data
 from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
 from vedette.tracking.association import associate
-from vedette.tracking.branching import initial_leaves
 from vedette.tracking.conclusion import conclude
 from vedette.tracking.expected import Expected, expect
 from vedette.tracking.faults import explain, explained
 from vedette.tracking.gate import Gate
 from vedette.tracking.identity import Identity
+from vedette.tracking.leaves import initial_leaves
 from vedette.tracking.meeting import meet
 from vedette.tracking.plan import Plan, planned
 from vedette.tracking.registration import Registration

@@ -16,6 +16,7 @@ from vedette_files.tables.columnar import TablePath
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
+from vedette_tools.drafting.design import WIDE, Design, Facts
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.height_and_rate import third_noise
 from vedette_tools.drafting.held import cut, held, held_on_its_way
@@ -28,7 +29,7 @@ from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
-from vedette_tools.drafting.text import WIDE, Design, Facts, written
+from vedette_tools.drafting.text import written
 from vedette_tools.drafting.trial import Trial, at_the_end, tried
 from vedette_tools.drafting.unread import UNREAD, readable, told_of
 from vedette_tools.drafting.wishes import Wishes

@@ -9,7 +9,7 @@ import numpy as np
 from attrs import define, evolve, field, frozen
 
 from vedette.progress import Progress, silent
-from vedette_tools.drafting.text import GATE, WIDE, Design
+from vedette_tools.drafting.design import GATE, WIDE, Design
 from vedette_tools.drafting.trial import SHORT, Trial
 
 WHOLE = 1.03

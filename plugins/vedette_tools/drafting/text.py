@@ -5,21 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 
-from attrs import frozen
-
-from vedette import Array, Gate
-from vedette_report.detector_errors.in_time import Compared
+from vedette import Gate
 from vedette_tools import toml_text
+from vedette_tools.drafting.design import GATE, Design, Facts, rounded
 from vedette_tools.drafting.table import Table
 
 HEIGHTS = ("z", "altitude")
 """How a source names the third axis of a position."""
-
-GATE = 0.99
-"""The probability of the gate where no other breaks fewer tracks."""
-
-WIDE = 0.9999
-"""That of a wide one. Where errors go on, a return that is outside of its gate is followed by others, and a second track."""
 
 LIVES, STAYS, LOOKS = 3600.0, 600.0, 20.0
 """s: how long targets that report in turn stay, at least, and others unless stated; some report every few minutes only. By
@@ -32,71 +24,6 @@ RECEIVER = 1.0
 """m: a receiver of satellites errs by more, but for corrections; less is what its own filter leaves. By hand."""
 
 _GUESS = "a guess: no track was found in the data"
-
-
-@frozen(eq=False)
-class Facts:
-    """What a config says of one sensor, by the first `scans` of all.
-
-    `third` is the noise of what it measures beside a position, up to `fastest` or over a `height`; `in_turn`: its targets
-    report in turn, and how seldom is told where they are `named`; `exact`: without noise; `longest`: the s that a name waits
-    at most; `view`: the corners (2,) of the box in which alone it sees.
-    """
-
-    sigmas: tuple[float, ...]
-    probability: float
-    clutter: float
-    reach: float
-    area: float
-    period: float
-    scans: int
-    of: int
-    chains: int
-    third: float = 0.0
-    fastest: float = 0.0
-    height: float = 1.0
-    in_turn: bool = False
-    named: bool = False
-    longest: float = 0.0
-    exact: bool = False
-    errors: Compared | None = None
-    view: tuple[Array, Array] | None = None
-
-    @property
-    def correlated(self) -> bool:
-        """Whether the sensor's errors go on from return to return."""
-        return self.errors is not None and self.errors.wins
-
-
-@frozen
-class Design:
-    """What of a draft is tried in several ways: the targets' acceleration noise, and that of a second mode for manoeuvres,
-    0 without one, which last `lasts` scans; the sensors' errors over those that were found; the gate's probability; the
-    speed along an axis; whether errors are correlated in time; how many times as often as the slowest of those that report
-    in turn targets do; whether names are `sure`, none is another object's. `found` is the acceleration noise of greatest
-    likelihood, `sharp` one by which targets start and stop from one scan to the next.
-    """
-
-    accel: float
-    speed: float
-    agile: float = 0.0
-    lasts: float = 1.0
-    errors: float = 1.0
-    gate: float = GATE
-    found: float = 0.0
-    correlated: bool = False
-    often: float = 1.0
-    sharp: float = 0.0
-    sure: bool = False
-
-    def __str__(self) -> str:
-        told = f"sigma_accel {rounded(self.accel):g}"
-        told += f" and {rounded(self.agile):g} for {self.lasts:g} scan{'s' if self.lasts > 1 else ''}" if self.agile else ""
-        told += ", errors correlated in time" if self.correlated else ""
-        told += f", errors times {self.errors:.2g}" if self.errors != 1 else ""
-        told += f", reports {self.often:g} times as often" if self.often != 1 else ""
-        told += ", names never wrong" if self.sure else ""
-        return f"{told}, speeds of {rounded(self.speed):g}" + (f", gate {self.gate:g}" if self.gate != GATE else "")
 
 
 def written(
@@ -114,21 +41,37 @@ def written(
     )
 
 
-def rounded(value: float, digits: int = 2) -> float:
-    """Return a number to so many significant digits."""
-    return float(f"{value:.{digits}g}")
-
-
 def _lines(
     table: Table, facts: Mapping[str, Facts], design: Design, notes: Mapping[str, str], steady: bool
 ) -> Iterator[str]:
-    speed = design.speed
     name = table.path or "a data frame"
     yield f"# Drafted by `vedette new config` from {toml_text.comment(name)}. Comments say what was found or assumed."
     yield f"title = {toml_text.value(name)}"
     yield ""
-    yield "[source]"
+    yield from _source(table, notes)
+    for name, of_sensor in facts.items():
+        yield ""
+        yield from _sensor(table.of(name), name, of_sensor, design)
+    yield ""
+    fitted = sum(of_sensor.chains for of_sensor in facts.values())
+    yield from _estimator(table, facts, design, fitted, steady)
+    yield from _gate(table, facts, design)
+    if design.sure:
+        yield ""
+        yield "[identity]"
+        yield "wrong = 0.0  # no name is another object's: returns and their names are as likely so as with 0.01"
+    yield ""
+    yield "[associator]"
+    yield 'kind = "jpda"'
+    yield ""
+    yield from _birth(table, design, fitted)
+    yield ""
+    yield from _lifecycle(facts)
+
+
+def _source(table: Table, notes: Mapping[str, str]) -> Iterator[str]:
     source = table.source()
+    yield "[source]"
     for name in ("kind", "path", "delimiter", "decimal", "dates"):
         if name in source:
             yield f"{name} = {toml_text.value(source[name])}"
@@ -148,12 +91,9 @@ def _lines(
             yield f"[source.{place}]"
             for name, value in source[place].items():
                 yield f"{name} = {toml_text.value(value)}"
-    for name, of_sensor in facts.items():
-        yield ""
-        yield from _sensor(table.of(name), name, of_sensor, design)
-    yield ""
-    fitted = sum(of_sensor.chains for of_sensor in facts.values())
-    yield from _estimator(table, facts, design, fitted, steady)
+
+
+def _gate(table: Table, facts: Mapping[str, Facts], design: Design) -> Iterator[str]:
     alone = any(of_sensor.in_turn and not of_sensor.named for of_sensor in facts.values())
     if alone or design.gate != GATE:
         yield ""
@@ -163,24 +103,21 @@ def _lines(
     if alone:
         threshold = rounded(Gate(design.gate).threshold(3 if table.third else 2), 4)
         yield f"largest_distance = {threshold!r}  # what lies beyond is another target's: false reports are too rare to be"
-    if design.sure:
-        yield ""
-        yield "[identity]"
-        yield "wrong = 0.0  # no name is another object's: returns and their names are as likely so as with 0.01"
-    yield ""
-    yield "[associator]"
-    yield 'kind = "jpda"'
-    yield ""
+
+
+def _birth(table: Table, design: Design, fitted: int) -> Iterator[str]:
+    pace = rounded(1.5 * design.speed)
+    told = f"m/s: the targets move at some {rounded(design.speed):g} along an axis" if fitted else _GUESS
     yield "[birth]"
-    pace = rounded(1.5 * speed)
-    told = f"m/s: the targets move at some {rounded(speed):g} along an axis" if fitted else _GUESS
     if table.third == "range_rate":
         yield 'kind = "from_returns"  # a return tells the speed along its line, `crossing_speed` how fast it may cross it'
     else:
         yield 'kind = "from_returns"'
         up = f", vz = {pace!r}" if table.third else ""
         yield f"spread = {{ vx = {pace!r}, vy = {pace!r}{up} }}  # {told}"
-    yield ""
+
+
+def _lifecycle(facts: Mapping[str, Facts]) -> Iterator[str]:
     yield "[lifecycle]"
     yield 'kind = "existence"'
     yield "confirm = 0.99  # the probability of being a target at which a track is shown"

@@ -12,9 +12,9 @@ from support.paths import recording
 from vedette.cli import main
 from vedette.commands import DONE, UNFIT
 from vedette_tools.drafting.config import drafted
+from vedette_tools.drafting.design import Design
 from vedette_tools.drafting.proof import kept, proved
 from vedette_tools.drafting.reports import steady
-from vedette_tools.drafting.text import Design
 from vedette_tools.drafting.trial import Trial, tried
 
 
