@@ -11,8 +11,6 @@ from typing import Any
 import attrs
 import numpy as np
 
-from vedette.values import held
-
 LONGEST = 80
 """Characters of a value; a longer one is cut."""
 
@@ -73,5 +71,7 @@ def parameters_html(value: Any) -> str:
 
 def _parts(value: Any) -> list[Any]:
     """Return the components among a component's parameters."""
-    flat = [item for part in held(value) for item in (part if isinstance(part, tuple | list) else [part])]
+    fields = [field.name for field in attrs.fields(type(value)) if field.init] if attrs.has(type(value)) else []
+    values = [getattr(value, name) for name in fields]
+    flat = [item for part in values for item in (part if isinstance(part, tuple | list) else [part])]
     return [item for item in flat if isinstance(getattr(item, "kind", None), str)]
