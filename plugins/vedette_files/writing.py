@@ -210,10 +210,39 @@ def unfinished(path: Path) -> Iterator[Path]:
     """Give the place beside `path` where a file is written until it is whole. InputError if `path` is a link."""
     if path.is_symlink():
         raise InputError(f"{path}: is a link, and files are not written through links: delete it, or name another file")
-    place = path.with_name(f".{path.name}.{os.getpid()}.part")
+    place = path.with_name(f".{path.name}.part")
+    if (held := _alone(place)) is None:
+        place = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         with naming(path):
             yield place
             place.replace(path)
-    finally:
+    except BaseException:
         place.unlink(missing_ok=True)
+        raise
+    finally:
+        if held is not None:
+            held.close()
+
+
+def _alone(place: Path) -> io.FileIO | None:
+    """Open a file, empty, that no other process writes, such as what a killed one left; None where that is not known."""
+    if sys.platform == "win32":
+        return None
+    from fcntl import LOCK_EX, LOCK_NB, flock
+
+    try:
+        file = io.FileIO(os.open(place, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o666), "r+b")
+    except OSError:  # whoever writes there says why that fails
+        return None
+    try:
+        flock(file, LOCK_EX | LOCK_NB)
+        if is_at(place, file):  # else another process has just given it its name
+            file.truncate(0)
+            return file
+    except BlockingIOError:
+        pass
+    except OSError:  # there are no locks here
+        place.unlink(missing_ok=True)
+    file.close()
+    return None
