@@ -108,7 +108,7 @@ HOSTILE = """
 import resource, sys
 from pathlib import Path
 from vedette import VedetteError
-from vedette.commands import parser
+import vedette.commands
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 from vedette.cli import main
 code = main(sys.argv[1:])

@@ -6,6 +6,7 @@ import os
 import re
 import resource
 from collections.abc import Callable, Iterator
+from itertools import dropwhile
 from pathlib import Path
 from typing import Any
 
@@ -71,7 +72,8 @@ def expected(name: str, data: bytes) -> int | None:
         return len(lines)
     if name == "csv":
         texts = [line.decode(errors="replace").strip("\r\n") for line in lines]
-        rows = [[cell.strip() for cell in text.split(",")] for text in texts if text.strip()]
+        told = dropwhile(lambda text: text.lstrip().startswith("#"), filter(str.strip, texts))  # comments may come first
+        rows = [[cell.strip() for cell in text.split(",")] for text in told]
         words = [len(row) == len(COLUMNS) and all(re.match(r"(?!nan$)[^\W\d_]", cell) for cell in row) for row in rows[:1]]
         return sum(row != COLUMNS for row in rows) - sum(words) + (rows[:1] == [COLUMNS])
     return None
