@@ -132,15 +132,12 @@ class CsvSource(Source):
         odd = list[str]()
         looks, left_out = self.detections.read(path, readings, layout, refused["detections"], odd)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
-        used, scans = 0, []
+        used, scans, named = 0, list[Scan](), bool(self.detections.identity)
         for name, reading in readings.items():
             odd += [*_odd(name, reading, looks[name], self.detections.units), *_far(name, reading, looks[name], layout)]
-            placed = []
-            for look in looks[name]:
-                scan = _scan(name, look, reading, platform, refused["detections"], named=bool(self.detections.identity))
-                if scan is not None:
-                    used += look.rows
-                    placed.append(scan)
+            made = [_scan(name, look, reading, platform, refused["detections"], named=named) for look in looks[name]]
+            used += sum(look.rows for look, scan in zip(looks[name], made, strict=True) if scan is not None)
+            placed = [scan for scan in made if scan is not None]
             if name in self.detections.periods:
                 filled = fill_gaps(placed, self.detections.periods[name])
                 notes[f"scans of {name} without returns supposed in gaps"] = str(len(filled) - len(placed))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from hmac import compare_digest
 from queue import Empty, Full, Queue
 from threading import Event, Lock, Thread
@@ -108,9 +108,6 @@ class _Clients:
             try:
                 client.put_nowait(data)
             except Full:
-                with_room = client
-                try:
-                    with_room.get_nowait()
-                    with_room.put_nowait(data)
-                except (Empty, Full):
-                    continue
+                with suppress(Empty, Full):  # the oldest makes room
+                    client.get_nowait()
+                    client.put_nowait(data)

@@ -8,7 +8,7 @@ import sys
 import warnings
 from argparse import Namespace
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from types import MappingProxyType, ModuleType
@@ -140,12 +140,8 @@ def check(
     assert isinstance(profile, Profile)
     from hypothesis.strategies import just  # which is there, as the kit is
 
-    entry, laws = described(cls, "", ""), laws_of(cls)
-    names = [law.name for law in laws]
-    for law_name in only:
-        if law_name not in names:
-            raise ConfigError.at("--law", f"a {entry.role} has no law {law_name!r};{did_you_mean(law_name, names)}")
-    laws = tuple(law for law in laws if law.name in only) if only else laws
+    entry = described(cls, "", "")
+    laws = _those(laws_of(cls), only, entry.role)
     name = f"{cls.__module__}.{cls.__qualname__}"
     print(f"{entry.role} {entry.kind} ({name})")
     told: list[dict[str, Any]] = []
@@ -179,12 +175,7 @@ def check(
             text += f"\nrepeat it with --law {law.name} --replay {outcome.replay}"
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {verdict:7} {note}", flush=True)
-    if wanted:
-        print(f"  a parameter called {', '.join(wanted)} would be held to its name, by laws that were skipped")
-    for text, count in warned.most_common(MOST_WARNINGS):
-        print(f"  warned {count} times: {text}")
-    if len(warned) > MOST_WARNINGS:
-        print(f"  and {len(warned) - MOST_WARNINGS} other warnings")
+    _tell_beside(wanted, warned)
     counts = Counter(law["verdict"] for law in told)
     said = ", ".join(
         f"{counts[verdict]} {verdict}" for verdict in ("held", "failed", "broken", "skipped") if counts[verdict]
@@ -194,6 +185,25 @@ def check(
     tried = len(skipped) < (len(of_role) if of_role and not only else len(told))
     print(f"  {said}{'' if tried else f': no law{what} applied, since {Counter(skipped).most_common(1)[0][0]}'}")
     return component | {"failed": counts["failed"] > 0, "tried": tried, "warnings": dict(warned)}
+
+
+def _those(laws: Sequence[Any], only: Iterable[str], role: str) -> Sequence[Any]:
+    """Return the laws of the names `only`, all if there are none; ConfigError for a name that no law has."""
+    names = [law.name for law in laws]
+    for name in only:
+        if name not in names:
+            raise ConfigError.at("--law", f"a {role} has no law {name!r};{did_you_mean(name, names)}")
+    return [law for law in laws if law.name in only] if only else laws
+
+
+def _tell_beside(wanted: Iterable[str], warned: Counter[str]) -> None:
+    """Print which parameters would be held to their names, and what was warned of."""
+    if wanted:
+        print(f"  a parameter called {', '.join(wanted)} would be held to its name, by laws that were skipped")
+    for text, count in warned.most_common(MOST_WARNINGS):
+        print(f"  warned {count} times: {text}")
+    if len(warned) > MOST_WARNINGS:
+        print(f"  and {len(warned) - MOST_WARNINGS} other warnings")
 
 
 def _expected(verdict: str, text: str, known: str | None) -> tuple[str, str]:
