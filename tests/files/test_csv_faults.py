@@ -28,6 +28,7 @@ def test_a_time_far_ahead_costs_one_row_not_the_rest(tmp_path):
         "d.csv:3: time 9000000000.0 s is out of order: it stands after 1.0 s and before 2.0 s",
         "d.csv:5: time 1.5 s is out of order: it stands after 2.0 s and before 2.0 s",
     ]
+    assert all(problem.late for problem in recording.refused)
 
 
 @pytest.mark.parametrize(("marks", "said"), [((), 0), ((5,), 0), ((5, 8), 1), (tuple(range(1, 20, 2)), 1)])
