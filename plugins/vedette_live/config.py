@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, final
 
-from attrs import Factory, frozen
+from attrs import Factory, evolve, frozen
 
 from vedette import fields
 from vedette.config import Builder, Registry, apply_overrides, load, parameters, read_file
@@ -21,6 +21,7 @@ from vedette_files.files_read import Inputs
 from vedette_files.input_files import user_path
 from vedette_live.grouping import Grouping
 from vedette_live.placing import Placing, named, placed
+from vedette_live.stations import Site, misplaced
 
 FULL = ("drop", "wait")
 
@@ -89,6 +90,7 @@ class Conduct:
     page: int = fields.integer("port of the page of `vedette watch` on this machine; 0: none", default=0, at_most=65535)
     origin: Origin | None = fields.part("where x and y are 0", default=None)
     frame: str = fields.choice("where x and y point", FRAMES, default=FRAMES[0])
+    sites: Mapping[str, Site] = fields.part("sensor to its latitude, longitude and altitude", default=Factory(dict))
 
 
 @final
@@ -154,7 +156,8 @@ def load_service(config: Mapping[str, Any] | str | Path, overrides: Iterable[str
 
 def _not_served(experiment: Experiment, conduct: Conduct) -> list[Problem]:
     """Return what a service cannot do."""
-    problems = []
+    wrong = misplaced(conduct.sites, _streamed(experiment), conduct.origin)
+    problems = [evolve(problem, place=f"service.{problem.place}") for problem in wrong]
     if experiment.retroactive:
         problems.append(Problem("retroactive", "must be false in a service: its tracks are told as they are known"))
     for name, preprocessor in experiment.preprocessors.items():

@@ -205,7 +205,8 @@ class Grouper:
         if one.pieces:
             return self._formed(name, one.pieces, one.arrived)
         nothing = Detections.of([], len(self.placing.sensors[name].measurement))
-        return Formed(Scan(one.first if time is None else time, name, nothing), one.arrived, 0)
+        scan = Scan(one.first if time is None else time, name, nothing, self.placing.pose(name))
+        return Formed(scan, one.arrived, 0)
 
     def _formed(self, name: str, pieces: list[_Piece], arrived: float) -> Formed:
         messages = [message for message, *_ in pieces]
@@ -219,7 +220,7 @@ class Grouper:
             identity=_identities(messages),
             time=_times(pieces, own=self.grouping.own_times),
         )
-        pose = next((message.pose for message in reversed(messages) if message.pose is not None), None)
+        pose = next((message.pose for message in reversed(messages) if message.pose is not None), self.placing.pose(name))
         numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
         last = max(time for _, _, time, _ in pieces)
         if detections.time is not None:

@@ -47,8 +47,8 @@ class Listening:
         parts, experiment = self.service.parts, self.service.experiment
         sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
         self.scans = BoundedQueue(parts.service.queue)
-        origin, frame = parts.service.origin, parts.service.frame
-        self.groupers = [Grouper(feed.scans, Placing(sensors, feed.names, origin, frame)) for feed in parts.inputs]
+        where = parts.service.origin, parts.service.frame, parts.service.sites
+        self.groupers = [Grouper(feed.scans, Placing(sensors, feed.names, *where)) for feed in parts.inputs]
         self.locks = [Lock() for _ in parts.inputs]
         self.logs = [Sparing(f"input {i}") for i in range(len(parts.inputs))]
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from functools import reduce
 from operator import xor
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,14 +13,16 @@ from attrs import evolve
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from vedette import Space
+from vedette import Array, Space
 from vedette.streams import Decoded, Format, Message, TrackReport
-from vedette_files import label
+from vedette_files import FRAMES, Origin, east_north, label
 from vedette_live.formats.asterix import Asterix
 from vedette_live.formats.csv_lines import CsvLines
 from vedette_live.formats.geojson import GeoJson
 from vedette_live.formats.json_lines import JsonLines
 from vedette_live.formats.nmea import Nmea
+from vedette_live.placing import Placing
+from vedette_standard import LinearSensor
 
 PLANE = Space.of(x="m", vx="m/s", y="m", vy="m/s")
 SENTENCES = (
@@ -199,8 +202,8 @@ def test_a_published_radar_plot_is_read_as_published() -> None:
     sample = "300030fdf70219c9356d4da0c5aff1e0020005283c660c10c236d4182001c0780031bc0000400deb07b9582e410020f5"
     ((message,), refused) = through(Asterix(), [bytes.fromhex(sample)])
     assert not refused
-    assert (message.sensor, message.time, message.axes) == ("25/201", 27354.6015625, ("range", "azimuth"))
-    np.testing.assert_allclose(message.z, [[197.68359375 * 1852.0, np.deg2rad(340.13671875)]], rtol=1e-12)
+    assert (message.sensor, message.time, message.axes) == ("25/201", 27354.6015625, ("range", "azimuth", "altitude"))
+    np.testing.assert_allclose(message.z, [[197.68359375 * 1852.0, np.deg2rad(340.13671875), 33000 * 0.3048]], rtol=1e-12)
     assert message.identity is not None
     assert label(int(message.identity[0])) == "3c660c"
 
@@ -216,10 +219,15 @@ def test_published_tracks_are_read_as_published() -> None:
     )
     (first, second), refused = through(Asterix(), [bytes.fromhex(sample)])
     assert not refused
-    assert (first.sensor, first.time, first.axes) == ("25/100", 30911.6640625, ("latitude", "longitude"))
+    assert (first.sensor, first.time) == ("25/100", 30911.6640625)
+    place = ("latitude", "longitude")
+    assert first.axes == (*place, "altitude", "east_speed", "north_speed")
     assert second.time == 30911.828125
-    np.testing.assert_allclose(first.z, [[44.73441302776337, 13.0415278673172]], rtol=1e-12)
-    np.testing.assert_allclose(second.z, [[45.40080785751343, 15.13318419456482]], rtol=1e-12)
+    went = np.array([43300 * 0.3048, -51.25, 170.0])  # its item 130 is 0x1b10, in 6.25 ft
+    np.testing.assert_allclose(first.z, [[44.73441302776337, 13.0415278673172, *went]], rtol=1e-12)
+    np.testing.assert_allclose(second.z[:, :2], [[45.40080785751343, 15.13318419456482]], rtol=1e-12)
+    ((by_pressure, _), _) = through(Asterix(heights="pressure"), [bytes.fromhex(sample)])
+    np.testing.assert_allclose(by_pressure.z[0, 2], 15700 * 0.3048, rtol=1e-12)  # items 136 and 135
 
 
 def test_published_sectors_and_plots_of_category_001_are_read_as_their_bytes_say() -> None:
@@ -238,7 +246,9 @@ def test_published_sectors_and_plots_of_category_001_are_read_as_their_bytes_say
     assert {message.sensor for message in messages} == {"25/201"}
     polar = np.array([[0x767F / 128 * 1852, 0x1894], [0x61EC / 128 * 1852, 0x1A14], [0x69DE / 128 * 1852, 0x1A7C]])
     polar[:, 1] *= 2 * np.pi / 2**16
-    np.testing.assert_allclose(np.concatenate([message.z for message in messages]), polar, rtol=1e-12)
+    seen = np.concatenate([message.z for message in messages])
+    np.testing.assert_allclose(seen[:, :2], polar, rtol=1e-12)
+    np.testing.assert_allclose(seen[:, 2], np.array([37000, 34000, 39000]) * 0.3048)  # 0x5c8, 0x550 and 0x618, in 25 ft
 
 
 def test_ais_that_is_wrong_is_refused() -> None:
@@ -275,10 +285,56 @@ def test_tracks_written_as_asterix_read_back() -> None:
     messages, refused = through(Asterix(sac=1, sic=2), [Asterix(sac=1, sic=2).encode(written)])
     assert not refused
     assert [message.time for message in messages] == [4000.25] * 2
-    assert messages[0].axes == ("latitude", "longitude")
-    np.testing.assert_allclose(messages[0].z, [[0.001, -0.020005]], atol=180 / 2**25)
+    place = ("latitude", "longitude")
+    assert messages[0].axes == (*place, "east_speed", "north_speed")
+    np.testing.assert_allclose(messages[0].z[:, :2], [[0.001, -0.020005]], atol=180 / 2**25)
     messages, _ = through(Asterix(), [Asterix().encode(report())])
-    np.testing.assert_allclose([message.z[0] for message in messages], written.mean[:, [0, 2]], atol=0.25)
+    np.testing.assert_allclose([message.z[0] for message in messages], written.mean[:, [0, 2, 1, 3]], atol=0.25)
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_tracks_written_as_asterix_are_read_back_with_velocity_and_height(frame: str) -> None:
+    """Velocities were written and never read, and heights not written."""
+    pytest.importorskip("asterix.generated")
+    origin, space = Origin(52.0, 5.0), Space.of(x="m", y="m", z="m", vx="m/s", vy="m/s")
+    mean = np.array([[3e4, -4e4, 9000.0, 200.0, -30.0]])
+    ground = east_north(frame)
+
+    def geodetic(mean: Array) -> tuple[Array, Array, Array]:
+        return origin.from_plane(*(mean[:, space.names.index(name)] for name in (*ground, "z")))
+
+    (told,), _ = through(Asterix(), [Asterix().encode(
+        report(space=space, mean=mean, ids=np.array([1]), confirmed=np.array([True]), geodetic=geodetic, ground=ground)
+    )])  # fmt: skip
+    sensor = LinearSensor(space.names, np.eye(5))
+    (seen,) = Placing({"0/0": sensor}, {}, origin, frame).returns(told, "0/0")
+    np.testing.assert_allclose(seen, mean[0], atol=1.5)
+
+
+def test_heights_and_doppler_speeds_of_plots_are_read_where_they_are_valid() -> None:
+    gen = pytest.importorskip("asterix.generated")
+    plots, reports = gen.Cat_048_1_32, gen.Cat_021_2_6
+    codes, place = (("SAC", 2), ("SIC", 17)), (("RHO", (10.0, "NM")), ("THETA", (45.0, "°")))
+
+    def seen(category: Any, heights: str, **items: Any) -> dict[str, float]:
+        record = category.cv_record.create({"010": codes, **{name[1:]: item for name, item in items.items()}})
+        ((message,), refused) = through(Asterix(heights=heights), [category.create([record]).unparse().to_bytes()])
+        assert not refused
+        assert message.axes is not None
+        return dict(zip(message.axes[2:], message.z[0, 2:].tolist(), strict=True))
+
+    either, pressure, level = "geometric or pressure", "pressure", ("FL", (360.0, "FL"))
+    for heights, flag, wanted in ((either, 0, {"altitude": 36000 * 0.3048}), (pressure, 1, {}), ("geometric", 0, {})):
+        told = seen(plots, heights, i040=place, i090=(("V", 0), ("G", flag), level))
+        assert told == pytest.approx(wanted)
+    for doubtful, wanted in ((0, {"range_rate": -23.0}), (1, {})):
+        doppler = {"CAL": (("D", doubtful), 0, ("CAL", (-23.0, "m/s")))}
+        assert seen(plots, either, i040=place, i120=doppler) == wanted
+    aircraft = {"i130": (("LAT", (52.0, "°")), ("LON", (5.0, "°"))), "i140": (35000.0, "ft"), "i145": (360.0, "FL")}
+    for heights, feet in ((either, 35000), (pressure, 36000)):
+        moving = {"i160": (("RE", 0), ("GS", (0.0625, "NM/s")), ("TA", (90.0, "°")))}
+        wanted = {"altitude": feet * 0.3048, "speed": 0.0625 * 1852, "course": np.pi / 2}
+        assert seen(reports, heights, **aircraft, **moving) == pytest.approx(wanted)
 
 
 @pytest.mark.parametrize(
@@ -297,7 +353,7 @@ def test_a_place_that_asterix_cannot_write_is_left_out() -> None:
     near, far = np.array([[5e5, 0.0, -4e6, 0.0], [5e6, 9000.0, 0.0, 0.0]])
     told = evolve(report(), mean=np.array([near, far]))
     messages, refused = through(Asterix(), [Asterix().encode(told)])
-    assert ([message.z.tolist() for message in messages], refused) == ([[near[[0, 2]].tolist()]], [])
+    assert ([message.z.tolist() for message in messages], refused) == ([[near[[0, 2, 1, 3]].tolist()]], [])
     everywhere = evolve(told, geodetic=lambda mean: (mean[:, 0] / 1e5, mean[:, 2] / 1e5, mean[:, 0]))
     messages, _ = through(Asterix(), [Asterix().encode(everywhere)])
     np.testing.assert_allclose([message.z[0, 0] for message in messages], [5.0, 50.0], atol=180 / 2**25)

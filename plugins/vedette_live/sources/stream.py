@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import Factory, evolve, frozen
 
 from vedette import fields
-from vedette.errors import InputError, Problem
+from vedette.errors import ConfigError, InputError, Problem
 from vedette.roles import Sensor
 from vedette.streams import Format
 from vedette.supporting import Source
@@ -20,6 +20,7 @@ from vedette_files.input_files import check_regular
 from vedette_files.readers import find
 from vedette_live.grouping import Grouper, Grouping
 from vedette_live.placing import Placing, named, placed
+from vedette_live.stations import Site, misplaced
 
 PIECE = 2**16
 """Bytes that are read at once."""
@@ -45,12 +46,15 @@ class StreamSource(Source):
     sensor: str = fields.text("the tracker's sensor of messages that name none", default="")
     origin: Origin | None = fields.part("where x and y are 0", default=None)
     frame: str = fields.choice("where x and y point", FRAMES, default=FRAMES[0])
+    sites: Mapping[str, Site] = fields.part("sensor to its latitude, longitude and altitude", default=Factory(dict))
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return the scans in time order; InputError if the file is missing or holds none for the tracker's sensors."""
+        if problems := misplaced(self.sites, sensors, self.origin):
+            raise ConfigError([evolve(problem, place=f"source.{problem.place}") for problem in problems])
         path = find(self.path, f"a recorded stream. Format: {self.format.kind}")
         check_regular(path)
-        placing = Placing(sensors, named(self.sensors, self.sensor), self.origin, self.frame)
+        placing = Placing(sensors, named(self.sensors, self.sensor), self.origin, self.frame, self.sites)
         grouper, memory = Grouper(self.scans, placing), self.format.start()
         scans, refused, count, bad = list[Scan](), list[Problem](), 0, 0
         try:
