@@ -11,6 +11,7 @@ from vedette.config.registry import Registry
 from vedette.metrics import FIGURES, OF_OBJECTS, Judge
 from vedette.testing import Misuse, laws_of
 from vedette.tracking.gate import Gate
+from vedette_live.formats.asterix_items import meanings
 
 MARK = re.compile(r"^<!-- build: (?P<name>\w+)(?: (?P<of>\w+))? -->$", re.MULTILINE)
 
@@ -96,6 +97,13 @@ def kinds(package: str) -> Iterator[str]:
                 yield f"| {role} | [`{entry.kind}`](kinds/{role}/{entry.kind}.md) | {escaped(entry.summary)} |"
 
 
+def asterix(_: str = "") -> Iterator[str]:
+    """Yield a table of what the items of ASTERIX become, by category; of several the first that a record has is taken."""
+    yield "| category | items | become |"
+    yield "| --- | --- | --- |"
+    yield from (f"| {category:03d} | {items} | {axes} |" for category, items, axes in meanings())
+
+
 TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     "commands": commands,
     "figures": figures,
@@ -103,6 +111,7 @@ TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     "gate": gate,
     "laws": laws,
     "kinds": kinds,
+    "asterix": asterix,
 }
 
 

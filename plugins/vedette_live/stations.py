@@ -8,14 +8,13 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import fields
+from vedette import WrappedSensor, fields
 from vedette.errors import Problem
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Pose
-from vedette.wrapping import WrappedSensor
 from vedette_files import Origin, east_north
-from vedette_standard.sensors.station import stands
+from vedette_standard import stands
 
 EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
 """m, of the ellipsoid WGS 84."""

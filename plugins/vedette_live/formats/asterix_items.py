@@ -55,6 +55,7 @@ _VELOCITIES: dict[int, tuple[str, str, str]] = {
     62: ("185", "VX", "VY"),
 }
 _ADDRESSES = {20: "220", 21: "080", 48: "220"}
+DOPPLER = (48, "120")
 _AXES = {
     "RHO": ("range", "azimuth"),
     "X": ("east", "north"),
@@ -63,6 +64,22 @@ _AXES = {
     "GS": ("speed", "course"),
 }
 _SI = {"NM": 1852.0, "m": 1.0, "s": 1.0, "m/s": 1.0, "NM/s": 1852.0, "ft": 0.3048, "FL": 30.48}
+
+
+def meanings() -> Iterator[tuple[int, str, str]]:
+    """Yield category, items and what they become, for a page."""
+    for category, places in _PLACES.items():
+        for number, part, _ in places:
+            yield category, number, ", ".join(_AXES[part])
+        for sort, items in _HEIGHTS[category].items():
+            yield category, " or ".join(number for number, _ in items), f"altitude, {sort}"
+        if category in _VELOCITIES:
+            number, part, _ = _VELOCITIES[category]
+            yield category, number, ", ".join(_AXES[part])
+        if category == DOPPLER[0]:
+            yield *DOPPLER, "range_rate, of its calculated speed"
+        if category in _ADDRESSES:
+            yield category, _ADDRESSES[category], "identity"
 
 
 def message(category: int, record: Any, heights: str) -> Message:
@@ -95,7 +112,7 @@ def _measured(category: int, record: Any, heights: str) -> Iterator[tuple[str, f
         yield "altitude", height
     if category in _VELOCITIES and record.get_item(_VELOCITIES[category][0]) is not None:
         yield from _pair(record, _VELOCITIES[category])
-    if category == 48 and (doppler := _doppler(record)) is not None:
+    if category == DOPPLER[0] and (doppler := _doppler(record)) is not None:
         yield "range_rate", doppler
 
 
@@ -124,7 +141,7 @@ def _flag(item: Any, name: str) -> bool:
 
 def _doppler(record: Any) -> float | None:
     """Return the calculated Doppler speed in m/s, which is to be positive where the range grows, unless it is doubtful."""
-    item = record.get_item("120")
+    item = record.get_item(DOPPLER[1])
     speed = None if item is None else item.variation.get_item("CAL")
     return None if speed is None or _flag(speed, "D") else _quantity(speed.variation.get_item("CAL"))
 
