@@ -23,14 +23,14 @@ from vedette_tools.drafting.held import cut, held, held_on_its_way
 from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.noise import plausible
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, proved
-from vedette_tools.drafting.reading import JUMP, SURER, Reading, opened
+from vedette_tools.drafting.reading import JUMP, SURER, Reading, midst, opened
 from vedette_tools.drafting.recognising import NO_WISHES, one_moment, read_table
 from vedette_tools.drafting.reports import longest_waits
 from vedette_tools.drafting.seen import Seen, usual_speed
 from vedette_tools.drafting.sights import view_of
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.text import written
-from vedette_tools.drafting.trial import Trial, at_the_end, tried
+from vedette_tools.drafting.trial import SHORT, Trial, at_the_end, tried
 from vedette_tools.drafting.unread import UNREAD, readable, told_of
 from vedette_tools.drafting.wishes import Wishes
 
@@ -58,6 +58,9 @@ WANDERS = 30.0
 
 PROVEN, LOOKS = 8000, 6000
 """On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
+
+FEWEST = 4 * SHORT
+"""Of fewer scans a part of the area is tried: tracks are not to be short for want of scans. Chosen by hand."""
 
 
 @frozen
@@ -117,7 +120,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
 
     if named:
         facts = {name: _by_names(one, name, best.recording.scans) for name, one in facts.items()}
-    some = _some(best.recording.scans)
+    some = _some(best.table, best.recording.scans)
     steady, in_turn = best.followed / max(best.returns, 1), any(one.in_turn and not one.named for one in facts.values())
     clean = steady >= CLEAN or in_turn
     bare = [evolve(scan, detections=evolve(scan.detections, noise=None)) for scan in some] if best.table.noise else []
@@ -147,9 +150,15 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
         lost = doubt(text(proof.design), some)
     later = ""
     if proof.trial is not None and len(some) < len(best.recording.scans) and not (lost or proof.failure):
-        later = at_the_end(text(proof.design), (proof.trial, len(some)), _some(best.recording.scans[::-1])[::-1])
+        later = at_the_end(text(proof.design), (proof.trial, len(some)), _some(best.table, best.recording.scans[::-1])[::-1])
     odd = tuple(f"looks wrong: {said}" for said in (*best.recording.warnings, polled, later) if said)
-    return Draft(text(proof.design, (*((lost,) if lost else ()), *odd, *proof.said)), lost or proof.failure)
+    part = sum(len(scan.detections.z) for scan in some) / sum(
+        len(scan.detections.z) for scan in best.recording.scans[: len(some)]
+    )
+    partly = (
+        (f"  on {part:.2g} of the returns of {len(some)} scans, in the midst: so many come at a time",) if part < 1 else ()
+    )
+    return Draft(text(proof.design, (*((lost,) if lost else ()), *odd, *proof.said, *partly)), lost or proof.failure)
 
 
 def _too_fast(table: Table, speed: float) -> str:
@@ -177,10 +186,11 @@ def _correlated(best: Reading) -> Compared | None:
     )
 
 
-def _some(scans: Sequence[Scan]) -> Sequence[Scan]:
-    """Return the first scans, as many as a draft is tried on."""
+def _some(table: Table, scans: Sequence[Scan]) -> Sequence[Scan]:
+    """Return the first scans, as many as a draft is tried on; of too many returns at a time those in the midst."""
     total = np.cumsum([len(scan.detections.z) for scan in scans[:LOOKS]])
-    return scans[: max(int(np.searchsorted(total, PROVEN, side="right")), 2)]
+    count = int(np.searchsorted(total, PROVEN, side="right"))
+    return scans[:count] if count >= min(FEWEST, len(scans)) else midst(table, scans[:FEWEST], PROVEN)
 
 
 def _vague(seen: Seen, sigma: float) -> float:

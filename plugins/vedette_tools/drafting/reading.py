@@ -13,6 +13,7 @@ from attrs import evolve, frozen
 from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.space import Array
+from vedette.tracking import take
 from vedette.types import Recording, Scan
 from vedette_files import CsvSource
 from vedette_tools.drafting.chains import Chain, unbroken
@@ -135,6 +136,18 @@ def _seen(table: Table, recording: Recording) -> dict[str, Seen]:
             thirds = tuple(scan.detections.z[:, 2] for scan in scans) if table.of(name).third else ()
             by_sensor[name] = evolve(followed, thirds=thirds)
     return by_sensor
+
+
+def midst(table: Table, scans: Sequence[Scan], most: int) -> list[Scan]:
+    """Return scans with their returns in a square around the usual place, as wide as holds so many of all."""
+    sensors = _experiment(table).tracker.sensors
+    places = [sensors[scan.sensor].placed(scan.pose).invert(scan.detections.z).mean[..., :2] for scan in scans]
+    every = np.concatenate(places)
+    around = every[np.nanargmin(np.linalg.norm(every - np.nanmedian(every, axis=0), axis=-1))]
+    off = [np.max(np.abs(each - around), axis=-1) for each in places]
+    reach = np.sort(np.concatenate(off))[min(most, len(every)) - 1]
+    inside = zip(scans, off, strict=True)
+    return [evolve(scan, detections=take(scan.detections, each <= reach, 0)) for scan, each in inside]
 
 
 def _timed(chain: Chain, scans: Sequence[Scan]) -> Chain:

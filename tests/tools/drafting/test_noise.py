@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import multivariate_normal
 
 from support.foreign_files import paths
-from vedette_tools.drafting.chains import chains, spacing
+from vedette_tools.drafting.chains import CANDIDATES, COAST, LEAST, START, chains, spacing
 from vedette_tools.drafting.noise import Windows, estimated, loglik
 
 
@@ -57,6 +57,56 @@ def test_no_return_is_in_two_chains_and_scans_increase():
     assert len(set(members)) == len(members)
     for chain in chains(times, spots, 40.0):
         assert np.all(np.diff(chain.scans) > 0)
+
+
+def plainly(times, spots, width):
+    """The chains, chain by chain and place by place: a list of (scan, return) each, as `chains` finds them."""
+    growing, done, before = [], [], []
+    for i, places in enumerate(spots):
+        free, kept = set(range(len(places))), []
+        for members, spot, velocity, time in sorted(growing, key=lambda chain: -len(chain[0])):
+            expected, dt = spot + velocity * (times[i] - time), times[i] - time
+            apart, j = min(((np.hypot(*(places[j] - expected)), j) for j in free), default=(np.inf, -1))
+            gain = max(0.3, 2 / (len(members) + 1))
+            if hit := apart <= width:
+                free.remove(j)
+                members, off, time = [*members, (i, j)], places[j] - expected, times[i]
+                spot, velocity = expected + max(0.5, gain) * off, velocity + gain * off / dt
+            goes_on = i - members[-1][0] <= COAST and (hit or len(members) > 2)
+            (kept if goes_on else done).append((members, spot, velocity, time))
+        for j in sorted(free):
+            near = sorted((np.hypot(*(spots[i - 1][k] - places[j])), k) for k in before)[:CANDIDATES]
+            for k in [k for apart, k in near if apart <= START * width]:
+                velocity = (places[j] - spots[i - 1][k]) / (times[i] - times[i - 1])
+                kept += [([(i - 1, k), (i, j)], places[j], velocity, times[i])]
+        growing, before = kept, sorted(free)
+    used, found = set(), []
+    for members, *_ in sorted([*done, *growing], key=lambda chain: -len(chain[0])):
+        own = [member for member in members if member not in used]
+        if len(own) >= max(LEAST, 0.8 * len(members)) and len(own) >= 0.5 * (own[-1][0] - own[0][0] + 1):
+            used.update(own)
+            found.append(own)
+    return found
+
+
+@pytest.mark.parametrize(("seed", "width"), [(1, 25.0), (2, 120.0), (3, 400.0)])
+def test_chains_are_those_that_a_loop_over_chains_and_places_finds(seed, width):
+    times, spots, _ = seen(seed, clutter=12.0, p_detect=0.8, scans=25)
+    crowd = np.tile(spots[4][:3], (6, 1)) + np.arange(18)[:, None] / 7  # more than are looked up at once
+    spots[4] = np.concatenate([spots[4], crowd])
+    found = [list(zip(chain.scans, chain.returns, strict=True)) for chain in chains(times, spots, width)]
+    assert found
+    assert found == plainly(times, spots, width)
+
+
+def test_of_many_objects_a_scan_each_is_held_against_a_few(monkeypatch):
+    """A draft of 5,000 objects a scan did not end, as each chain was held against each return."""
+    rng, norm, numbers = np.random.default_rng(0), np.linalg.norm, []
+    start, velocity = rng.uniform(0, 1e4, (400, 2)), rng.normal(0, 10, (400, 2))
+    monkeypatch.setattr(np.linalg, "norm", lambda apart, **how: [numbers.append(np.size(apart)), norm(apart, **how)][1])
+    spots = [start + velocity * k for k in range(8)]
+    assert len(chains(np.arange(8.0), spots, 30.0)) == 400
+    assert sum(numbers) < 50 * 8 * 400
 
 
 @pytest.mark.parametrize("spots", [[], [np.zeros((0, 2))] * 5, [np.zeros((1, 2))] * 3])

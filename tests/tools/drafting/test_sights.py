@@ -76,6 +76,20 @@ def test_a_sensor_of_short_range_loses_no_target_of_the_others(tmp_path):
 
 
 @pytest.mark.costly
+def test_of_many_objects_a_scan_a_draft_is_tried_in_their_midst(tmp_path, monkeypatch):
+    """The first 8,000 returns were four scans of 2,000 objects: all tracks were called short, and nothing fitted."""
+    monkeypatch.setattr(config, "PROVEN", 400)
+    rng = np.random.default_rng(7)
+    start, velocity = rng.uniform(0, 6000, (100, 2)), rng.normal(0, 8, (100, 2))
+    spots = [(time, *(start[i] + velocity[i] * time + rng.normal(0, 2, 2))) for time in range(24) for i in range(100)]
+    (tmp_path / "d.csv").write_text("time_s,x_m,y_m\n" + "".join(f"{t},{x:.2f},{y:.2f}\n" for t, x, y in spots))
+    draft = drafted(tmp_path / "d.csv")
+    assert draft.failure == ""
+    assert "on 0.2 of the returns of 20 scans" in draft.text
+    assert len(vedette.load(tomllib.loads(draft.text)).run().tracks) == 100
+
+
+@pytest.mark.costly
 @pytest.mark.parametrize(("speed", "said"), [(12.0, True), (0.0, False)])
 def test_targets_that_are_not_as_the_first_were_are_told(tmp_path, monkeypatch, speed, said):
     """Boats that come after hours in which only buoys lay there make no tracks, and nothing said so."""
