@@ -43,7 +43,7 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
 
     ConfigError if another process holds it, if it cannot be written to, or if one of the files `names` in it is read or a
     link; IsADirectoryError if one is a folder and its name does not end with /. A lock that a killed process left is taken
-    over, told on standard error.
+    over, told on standard error. SIGTERM ends what is done meanwhile as Ctrl-C does.
     """
     if folder is None:
         yield
@@ -58,7 +58,8 @@ def locked(folder: Path | None, reads: Inputs = NOTHING_READ, names: Iterable[st
     path = folder / LOCK
     left = _holder(path)
     try:
-        with _locked(path, Problem("--out", f"writes into {str(folder)!r}: wait for it, or name another folder")):
+        told = f"writes into {str(folder)!r}: wait for it, or name another folder"
+        with _locked(path, Problem("--out", told)), terminable():
             if left is not None:
                 print(f"vedette: {folder}: the lock of a process{left} that has ended is taken over", file=sys.stderr)
             yield

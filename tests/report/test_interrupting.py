@@ -80,6 +80,27 @@ def test_pictures_that_are_interrupted_cost_no_other_file(tmp_path, monkeypatch,
     assert not found["interrupted"]
 
 
+TERMINATED = """
+import os, signal, sys
+from vedette.cli import main
+from vedette_report.drawing import brought
+brought.save = lambda *given: os.kill(os.getpid(), signal.SIGTERM)
+sys.exit(main(["run", "config.json", "--out", "out"]))
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there SIGTERM cannot be heard")
+@pytest.mark.costly
+def test_a_run_that_is_terminated_ends_as_by_ctrl_c(tmp_path):
+    """As batch systems and `timeout` do: nothing was left of all scans but a lock."""
+    (tmp_path / "config.json").write_text(json.dumps(config()))
+    done = subprocess.run([sys.executable, "-c", TERMINATED], cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert done.returncode == 130, done.stderr
+    found = interrupting.left(tmp_path / "out")
+    assert found["recorded"] == found["series"] == found["counted"] > 0
+    assert not list((tmp_path / "out").glob(".*"))
+
+
 def test_a_run_whose_last_scan_is_tracked_writes_its_files_first(tmp_path, monkeypatch, capfd):
     """Ctrl-C while it is judged cost all scans; a second one leaves none, as before."""
     judged = run.figures
