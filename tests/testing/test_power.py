@@ -68,12 +68,16 @@ def test_a_filter_that_is_off_by_half_is_always_found(study):
         assert not study.judge(played, study.ALPHA, study.BAND, 0).consistent
 
 
-@pytest.mark.nightly("a hundred worlds of each kind cost a minute")
-@pytest.mark.parametrize("kind", ["white", "correlated", "heavy-tailed", "by distance"])
+WORLDS = {"white": (100, 0.99), "correlated": (40, 0.95), "heavy-tailed": (40, 0.95), "by distance": (40, 0.95)}
+"""How many are drawn, and how often right reports are right. Of 100 each, when this was written, 100, 100, 95 and 99."""
+
+
+@pytest.mark.nightly("forty worlds of each kind cost a minute of CPU")
+@pytest.mark.parametrize("kind", WORLDS)
 def test_errors_that_are_not_white_are_named_and_white_ones_are_not(study, kind):
-    """Of 100 drawn worlds each, when this was written: 100 white ones were consistent; 100, 95 and 99 others were named."""
-    count, _ = study.named(kind, 100)
-    assert count >= (95 if kind == "white" else 90)
+    """Right reports fail in one of 1,000 draws at most, those that name .6 of the errors pass in two."""
+    count, right = WORLDS[kind]
+    assert study.named(kind, count)[0] >= stats.binom.ppf(0.001, count, right)
 
 
 @pytest.mark.nightly("300 trackers cost half a minute")
