@@ -30,6 +30,9 @@ def check_folder(folder: Path) -> None:
     """Raise ConfigError if results cannot be written into `folder`. It creates nothing."""
     existing = folder
     while not existing.exists() and existing != existing.parent:
+        if existing.is_symlink():
+            told = f"is a link to {str(existing.readlink())!r}, which is not there: make it, or delete the link"
+            raise ConfigError.at("--out", f"{str(existing)!r} {told}")
         existing = existing.parent
     if not existing.is_dir():
         raise ConfigError.at("--out", f"{str(existing)!r} is a file, and results need a folder")
@@ -218,8 +221,10 @@ def unfinished(path: Path) -> Iterator[Path]:
         with naming(path):
             yield place
             place.replace(path)
-    except BaseException:
+    except BaseException as error:
         place.unlink(missing_ok=True)
+        if isinstance(error, OSError) and error.filename == str(place):
+            error.filename = str(path)
         raise
     finally:
         if held is not None:

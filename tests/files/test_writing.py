@@ -66,3 +66,9 @@ def test_without_a_lock_a_file_is_written_under_a_name_of_its_own(tmp_path, monk
     write_text(tmp_path / "a.txt", "whole")
     assert (tmp_path / "a.txt").read_text() == "whole"
     assert len(list(tmp_path.iterdir())) == (2 if error is BlockingIOError else 1)  # another one's is not ours to remove
+
+
+def test_an_error_names_the_file_that_was_to_be_written(tmp_path):
+    with pytest.raises(FileNotFoundError) as raised:
+        write_text(tmp_path / "nowhere" / "a.txt", "whole")
+    assert raised.value.filename == str(tmp_path / "nowhere" / "a.txt")

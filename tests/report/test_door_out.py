@@ -101,6 +101,13 @@ def test_a_linked_folder_is_followed(given):
     assert sorted(files(given / "far")) == FILES
 
 
+def test_a_link_to_no_folder_is_told(given, capsys):
+    """It said that the file exists."""
+    (given / "out").symlink_to("elsewhere")
+    assert "'elsewhere'" in refused(capsys, "run", "config.json", "--out", "out/new")
+    assert not (given / "elsewhere").exists()
+
+
 @pytest.mark.parametrize("name", ["tracks.jsonl", "series.npz", "recording.jsonl", "config.json"])
 @pytest.mark.by_turns
 def test_a_page_or_an_export_does_not_take_the_place_of_its_run(ran, capsys, name):
