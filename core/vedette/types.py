@@ -57,12 +57,6 @@ class Detections:
         return cls(values, np.ones(values.shape[:-1], dtype=bool))
 
     @property
-    def bare(self) -> bool:
-        """Whether no return states anything but z."""
-        certain = self.evidence is None and self.noise is None and self.missing is None
-        return certain and self.identity is None and self.time is None
-
-    @property
     def complete(self) -> Mask:
         """Which returns are valid and lack no component (*b, k)."""
         return self.valid if self.missing is None else self.valid & ~np.any(self.missing, axis=-1)

@@ -118,7 +118,11 @@ def admitted(scan: Scan, gates: Mapping[str, SensorGate], since: float) -> Detec
         and LONG_AGO < since <= scan.time <= ABSURD
         and scan.frame is None
         and scan.pose is None
-        and detections.bare
+        and detections.evidence is None
+        and detections.noise is None
+        and detections.missing is None
+        and detections.identity is None
+        and detections.time is None
         and sensor_gate.axes
         and kernels.is_plain(detections.z, detections.valid, sensor_gate.axes, ABSURD)
     ):

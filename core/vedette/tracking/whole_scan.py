@@ -45,6 +45,8 @@ def in_one_call(plan: Plan, state: State, scan: Scan, observed: Detections | Fra
 
 def _like_any(returns: Detections) -> bool:
     """Return whether returns state nothing of their own, and none is padding."""
-    if not returns.bare:
+    if returns.evidence is not None or returns.noise is not None or returns.missing is not None:
+        return False
+    if returns.identity is not None or returns.time is not None:
         return False
     return False not in returns.valid.tolist() if returns.valid.ndim == 1 else bool(returns.valid.all())
