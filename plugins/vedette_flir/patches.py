@@ -13,6 +13,11 @@ BRIGHTEST = 1.5
 NOISY = 0.75
 """Part of a target's amplitude that is taken for noise, at most, so that something is left. By hand."""
 
+NEWLY = 6.0
+"""How far a new thing stands out from what changes as well, in standard deviations of its mean, at least. By hand, on the
+drawn targets of `python -m benchmarks.flir_departing 5 12 19 26`.
+"""
+
 HALO = 2
 """How many px beyond a thing are its own: cameras and codecs draw a halo."""
 
@@ -195,3 +200,24 @@ def peak(score: Array) -> tuple[int, int, Array]:
             bend = a - 2.0 * b + c
             off[k] = 0.0 if bend > -1e-9 else np.clip(0.5 * (a - c) / bend, -0.5, 0.5)
     return j, i, off
+
+
+def clearest(change: Array, errs: Array, size: float, polarity: float = 0.0) -> Array:
+    """Return the places (k, 2) of what is new in a change (h, w) of an image, the clearest first, as column and row.
+
+    It is compared with how much all around changed, and with what an error of a place makes of it at each cell: `errs`. A
+    thing has so many cells in `size`; `polarity` 1: one that became brighter, -1: darker, 0: either.
+    """
+    seen = np.isfinite(change)
+    if not seen.any():
+        return np.zeros((0, 2))
+    change = np.where(seen, change - np.median(change[seen]), 0.0)
+    spread = np.median(np.abs(change[seen])) / 0.6745 + 1.0
+    weight = seen / (spread**2 + errs**2)
+    wide = max(0.2 * size, 0.7)
+    with one_thread() as cv2:
+        mean, sure = (cv2.GaussianBlur(each, (0, 0), wide) for each in (change * weight, weight))
+        clear = (polarity * mean if polarity else np.abs(mean)) / np.sqrt(sure + 1e-12) * np.sqrt(4.0 * np.pi) * wide
+        most = cv2.dilate(clear, np.ones((2 * int(np.ceil(wide)) + 1,) * 2, np.uint8))
+    at = np.argwhere((clear == most) & (clear > NEWLY))
+    return at[np.argsort(-clear[tuple(at.T)], kind="stable"), ::-1].astype(float)

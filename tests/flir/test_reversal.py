@@ -23,6 +23,7 @@ def drawn(k, cloud, dark, shown, turn, path=path):
     """Frame k of a land of 60 count, its cloud and its dark spots; a target of 120 count hides what is behind it."""
     y, x = (axis + by * k for axis, by in zip(np.ogrid[: SIZE[0], : SIZE[1]], turn[::-1], strict=True))
     behind = 60.0 + 5.0 * (np.sin(x / 6.0) * np.cos(y / 5.0) + 0.8 * np.sin(0.31 * x + 0.23 * y))
+    behind = behind + 4.0 * np.sin(x / 16.3 - y / 23.0)  # so that no row of the land repeats another
     behind = behind + (cloud - 60.0) / (1.0 + np.exp(-(x - 95.0) / 5.0))
     behind = behind - 50.0 * np.sum([gaussian(x, y, at, (4.0, 2.5)) for at in dark], axis=0)
     at = path(k)

@@ -12,7 +12,7 @@ from vedette import Array
 from vedette_flir.estimators.seen_before import CLEAR, SCENE, new_in, shown
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Look, Matcher
-from vedette_flir.patches import HALO
+from vedette_flir.patches import HALO, blurred, clearest, peak
 from vedette_flir.sources.images import one_thread
 
 CELLS = 160
@@ -26,8 +26,14 @@ hand.
 FEWEST = 1.0
 """Cells of a target's longer side from which on what is kept shows it. By hand, on drawn frames of 1,280 px."""
 
+NEWEST = 3
+"""Places that are looked at for what is new there. By hand."""
+
 ERRS = (-0.7, 0.0, 0.7)
 """Cells by which the place of a part of the scene may err, where it has few edges: a target is new for each. By hand."""
+
+TURNED = 0.001
+"""Likeness that a turn by two cells costs, so that of places alike, as of a row of posts, the nearest is taken. By hand."""
 
 SURELY = 0.9
 """Existence from which on a target is held in a frame that is kept. By hand."""
@@ -88,7 +94,20 @@ class Elsewhere:
             return np.nan, np.inf
         at, off, step = scale * part.at, scale * part.off, scale * SCENE.step(size)
         places = (evolve(part, at=at, off=off + step * np.array(err)) for err in product(ERRS, ERRS))
-        return float(np.min([new_in(by, look, before, each, step, apart=True) for each in places])), changed
+        return float(np.fmin.reduce([new_in(by, look, before, each, step, apart=True) for each in places])), changed
+
+    def places(self, known: TemplateAppearance) -> list[Array]:
+        """Return where what was not there in the earlier frame is clearest in this one, of the polarity of a target."""
+        if not self.appearance.earlier_at[0, 2] >= YOUNG:
+            return []
+        then, now, scale, turned = self._registered
+        with one_thread() as cv2:
+            turn = np.array([[1.0, 0.0, turned[0]], [0.0, 1.0, turned[1]]])
+            there = cv2.warpAffine(then, turn, now.shape[::-1], borderValue=np.nan)
+        slope = np.hypot(*np.gradient(blurred(now)))
+        wide = float(np.mean(known.size)) / scale
+        at = clearest(now - there, ERRS[-1] * slope, wide, float(np.sign(known.amplitude)))
+        return [scale * (place + 0.5) - 0.5 for place in at[:NEWEST]]
 
     @cached_property
     def _registered(self) -> tuple[Array, Array, float, Array]:
@@ -96,12 +115,13 @@ class Elsewhere:
         now, scale = _reduced(self.pixels)
         then = self.appearance.earlier[0][: now.shape[0], : now.shape[1]]
         with one_thread() as cv2:
-            coarse, middle = (cv2.pyrDown(np.ascontiguousarray(each)) for each in (then, now))
-            (height, width), (down, right) = middle.shape, (side // 4 for side in middle.shape)
-            template = middle[down : height - down, right : width - right]
-            likeness = cv2.matchTemplate(coarse, template, cv2.TM_CCOEFF_NORMED)
-        row, column = np.unravel_index(np.argmax(likeness), likeness.shape)
-        return then, now, scale, 2.0 * np.array([right - column, down - row])
+            before, seen = (cv2.pyrDown(_without_outliers(each)) for each in (then, now))
+            down, right = (side // 4 for side in before.shape)
+            template = before[down : before.shape[0] - down, right : before.shape[1] - right]
+            likeness = cv2.matchTemplate(seen, template, cv2.TM_CCOEFF_NORMED)
+        y, x = np.ogrid[: likeness.shape[0], : likeness.shape[1]]
+        row, column, fine = peak(likeness - TURNED * np.hypot(x - right, y - down))
+        return then, now, scale, 2.0 * (np.array([column - right, row - down]) + fine)
 
 
 def _reduced(pixels: Array) -> tuple[Array, float]:
@@ -111,3 +131,13 @@ def _reduced(pixels: Array) -> tuple[Array, float]:
     image = np.ascontiguousarray(pixels, dtype=np.float32)
     with one_thread() as cv2:
         return (image if scale == 1.0 else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)), scale
+
+
+def _without_outliers(image: Array) -> Array:
+    """Return an image with what stands out clipped: a target, or what is like one, would be laid upon another.
+
+    Beyond 1.5 times the range of the middle half (Tukey, Exploratory Data Analysis, 1977).
+    """
+    low, high = np.quantile(image, (0.25, 0.75))
+    fence = 1.5 * (high - low)
+    return np.clip(image, np.float32(low - fence), np.float32(high + fence))

@@ -75,9 +75,10 @@ def judged(
     travelled = float(np.hypot(*(look.place - appearance.offset - past)))
     appearance, newness, changed = remembered(by, appearance, pixels, look, existence >= LOST)
     off = float(np.max(np.abs(look.place - where) / appearance.size))
-    if off > APART and look.likeness > ALIKE and not np.isfinite(newness):
+    asked = existence < LOST or (off > APART and not np.isfinite(newness))
+    if asked and look.likeness > ALIKE:
         told = elsewhere.new(by, look)
-        newness, changed = told if np.isfinite(told[0]) else (newness, changed)
+        newness, changed = told if np.isfinite(told[0]) and not told[0] >= newness else (newness, changed)
     appearance, stands = stood(appearance, travelled, existence * (look.likeness > ALIKE), look.likeness)
     usual_first, least = float(appearance.usual_first), float(appearance.least)
     first = 0.0 if look.negative else look.first

@@ -10,16 +10,12 @@ from vedette_flir.estimators.seen_before import SCENE, ShownAgain, shown
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.evidence import DIM
 from vedette_flir.newcomers import PLACE
-from vedette_flir.patches import sample
-from vedette_flir.sources.images import one_thread
+from vedette_flir.patches import clearest, sample
 
 THINGS, CLEAREST = 3, 6
 """Things that are followed, and places in a frame where they may be: the clearest of what is new. These and the constants
 below are by hand, on the drawn targets of `python -m benchmarks.flir_departing 5 12 19 26`.
 """
-
-CLEAR = 6.0
-"""How far a thing stands out from what changes as well, in standard deviations of its mean, at least."""
 
 OFTEN, MISSED, FAR = 5, 3, 3.0
 """Frames that show it at least, frames in a row that may not, and px by which it may be off from where it was expected."""
@@ -123,24 +119,11 @@ def _change(appearance: TemplateAppearance, part: ShownAgain, step: float) -> Ar
 def _new_things(change: Array, slopes: Array, box: Array) -> Array:
     """Return the places (k, 2) of what is clearest of what is new, in px from the middle of the grid.
 
-    The change (48, 48) is compared with how much all around changed, and with what an error of a place by `PLACE` px makes
-    of a slope.
+    The change (48, 48) is compared with what an error of a place by `PLACE` px makes of a slope.
     """
     step, middle = SCENE.step(box), 0.5 * (SCENE.cells - 1)
-    seen = np.isfinite(change)
-    if not seen.any():
-        return np.zeros((0, 2))
-    change = np.where(seen, change - np.median(change[seen]), 0.0)
-    spread = np.median(np.abs(change[seen])) / 0.6745 + 1.0
-    weight = seen / (spread**2 + np.nan_to_num(PLACE**2 * (slopes[0] ** 2 + slopes[1] ** 2)))
-    wide = max(0.2 * float(box.mean()) / step, 0.7)
-    with one_thread() as cv2:
-        mean, sure = (cv2.GaussianBlur(each, (0, 0), wide) for each in (change * weight, weight))
-        clear = np.abs(mean) / np.sqrt(sure + 1e-12) * np.sqrt(4.0 * np.pi) * wide
-        most = cv2.dilate(clear, np.ones((2 * int(np.ceil(wide)) + 1,) * 2, np.uint8))
-    at = np.argwhere((clear == most) & (clear > CLEAR))
-    best = at[np.argsort(-clear[tuple(at.T)], kind="stable")[:CLEAREST]]
-    return step * (best[:, ::-1] - middle)
+    errs = PLACE * np.nan_to_num(np.hypot(slopes[0], slopes[1]))
+    return step * (clearest(change, errs, float(box.mean()) / step)[:CLEAREST] - middle)
 
 
 def _things(rows: Array) -> list[Thing]:

@@ -32,6 +32,9 @@ would change little, and adds its whole brightness: what is left of a spot of th
 By hand, on drawn spots and `ir_clips`.
 """
 
+SEEN = 0.5
+"""Part of a place, by the weight of its cells, that both frames must show: at the edge of a frame, the part within it."""
+
 BETTER = 0.8
 """How much nearer what is seen must be to what was seen for a camera that did not stand still. By hand."""
 
@@ -150,21 +153,25 @@ def new_in(by: Matcher, look: Look, before: Array, part: ShownAgain, step: float
         return np.nan
     behind = sample(before, middle + then, 1.0, cells)
     change = sample(part.now, middle + now, 1.0, cells) - behind
-    if not np.isfinite(change).all():
+    seen, whole = np.isfinite(change), mask_of((appearance.size + 2.0) / step, cells)
+    mask = whole * seen
+    if mask.sum() < SEEN * whole.sum():
         return np.nan
+    change, behind = np.where(seen, change, 0.0), np.where(seen, behind, 0.0)
     fine, amplitude = by.grid(appearance.size)[0], float(appearance.amplitude)
-    over = behind - median(before[np.isfinite(before)])
-    centre, mask = np.full(2, 0.5 * (by.cells - 1)), mask_of((appearance.size + 2.0) / step, cells)
-    beside, likeness = mask_of(np.full(2, float(cells)), cells) if apart else mask, []
+    over, centre = behind - median(before[np.isfinite(before)]), np.full(2, 0.5 * (by.cells - 1))
+    beside, likeness = mask_of(np.full(2, float(cells)), cells) * seen if apart else mask, []
     changed = _spread(change, mask)
-    for known in (appearance.patch, appearance.latest):
+    for known in (appearance.patch, by.latest(appearance)):
         patch = sample(known, centre, step / fine, cells)
         adds = patch * amplitude
         itself = alike(over, adds, beside) > ITSELF[apart]
         for expected in [adds] if itself else [adds, adds - np.minimum(patch, 1.0) * over]:
             scale = np.clip(changed / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
             likeness.append(alike(change, scale * expected, mask))
-    return max(likeness)
+    new = max(likeness)
+    against = new + part.rest / abs(amplitude) < NEWNESS[1]
+    return new if seen.all() or against else np.nan  # what is shown of a part of a place tells only that it was there
 
 
 def _follows(by: Matcher, appearance: TemplateAppearance, pixels: Array, ahead: Array) -> bool:

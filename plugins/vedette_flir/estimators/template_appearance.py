@@ -8,7 +8,7 @@ from attrs import evolve, frozen
 from vedette import Array
 from vedette_flir.estimators.matches import Appearance
 from vedette_flir.evidence import COMMON
-from vedette_flir.scene_changes import FADING, change, is_cut, is_wide, outline
+from vedette_flir.scene_changes import FADING, change, is_cut, outline
 
 
 @frozen(eq=False)
@@ -89,8 +89,7 @@ def with_scene(appearance: TemplateAppearance, pixels: Array, part: float) -> tu
     `part` of its spread.
     """
     scene, recent = outline(pixels), float(appearance.recent)
-    changed = change(appearance.scene, scene)
-    cut = is_cut(appearance.scene, changed, recent, part) and is_wide(appearance.scene, scene, changed)
+    changed, cut = change(appearance.scene, scene), is_cut(appearance.scene, scene, recent, part)
     recent = changed if recent == np.inf else max(changed, FADING * recent)
     usual = np.minimum(appearance.usual, COMMON) if cut else appearance.usual
     earlier_at = np.where(cut, np.nan, appearance.earlier_at)

@@ -208,12 +208,16 @@ class Matcher:
 
         It is expected to be as bright as its template: what looks alike and is fainter is what is left of one that fades.
         """
-        known, mask = look.known, self.mask(look.known.size)
+        known = look.known
         if look.dull:
             return 0.0
-        bright, latest = (np.sqrt(np.sum(mask * each**2)) for each in (known.patch, known.latest))
-        shown = kept(look.shown, float(known.amplitude))
-        return alike(shown, known.latest * bright / max(float(latest), 1e-9), mask)
+        return alike(kept(look.shown, float(known.amplitude)), self.latest(known), self.mask(known.size))
+
+    def latest(self, known: TemplateAppearance) -> Array:
+        """Return how a target looked in the last frames, as bright as its template."""
+        mask = self.mask(known.size)
+        bright, latest = (float(np.sqrt(np.sum(mask * each**2))) for each in (known.patch, known.latest))
+        return known.latest * (bright / max(latest, 1e-9))
 
     def alone(self, pixels: Array, look: Look) -> float:
         """Return by how much a place is more like the target than the second best of the others within `AROUND` sizes."""

@@ -1,0 +1,95 @@
+"""A target that was lost is sought in the whole frame: what stood there before, and what is like it, is weighed."""
+
+import numpy as np
+import pytest
+from attrs import evolve
+
+from support.infrared import land
+from vedette_flir.estimators import earlier, seen_before
+from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
+from vedette_flir.estimators.template import TemplateFilter
+from vedette_flir.estimators.template_search import NEAR, Matcher
+from vedette_flir.estimators.whole_frame import sought
+from vedette_flir.motion.constant_axes import Carrying
+from vedette_flir.motion.image_velocity import ImageVelocity
+
+SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
+BOX, BY = np.array([10.0, 10.0]), Matcher(36, 0.3, 1.6, 2.5, 40.0)
+START = np.array([70.0, 40.0])
+FILTER = TemplateFilter(Carrying(ImageVelocity(), {"width": "px", "height": "px"}))
+
+
+def drawn(k, places, turn=(0.0, 0.0)):
+    """Frame k of a land that is brighter below, and spots like the target, so many times as bright if that is said."""
+    spots = [(np.array(at[:2], float), PEAK * (at[2] if len(at) > 2 else 1.0), SPREAD) for at in places]
+    return land(k, spots, turn, SIZE, 43, texture=3.0, below=0.6)
+
+
+def found(then, now, here, expected, turn=(0.0, 0.0)):
+    """Return place and log-odds of a target that was at `START` in one frame, lost for a while, and is sought in another.
+
+    `then` and `now`: the places of spots; `here`: where it is expected now, with the log-odds `expected`.
+    """
+    before, after = drawn(0, [*then, START]), drawn(20, now, turn)
+    known = kept_frame(before, FILTER.first(before, START, BOX).appearance, START, held=True)
+    known = evolve(known, earlier_at=known.earlier_at + [0.0, 0.0, YOUNG + 12.0])
+    here = np.array(here, float)
+    elsewhere = Elsewhere(known, after, here)
+    look = BY.look(after, here, NEAR, known)
+    best, odds = sought(BY, after, known, look, expected, elsewhere, same_scene=True)
+    return best.place, odds
+
+
+def test_what_speaks_against_the_place_expected_speaks_against_what_is_found_there_again():
+    """A track has come to stand on a spot like its target, which comes back elsewhere."""
+    twin, back = (72.0, 41.0), (150.0, 60.0)
+    place, odds = found([], [twin, back], twin, -10.0)
+    assert np.abs(place - back).max() < 1.0
+    assert odds > 1.0
+    place, odds = found([], [twin], twin, -10.0)
+    assert odds < 0.0
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0), (0.4, 0.2)], ids=["stands", "turns"])
+def test_what_is_new_in_a_scene_is_found_among_things_as_bright(monkeypatch, turn):
+    """Fourteen spots like it stand there that are brighter."""
+    rng = np.random.default_rng(43)
+    standing = [at for at in rng.uniform([20.0, 8.0], [225.0, 80.0], (60, 2)) if np.hypot(*(at - START)) > 25.0][:14]
+    back = np.array([120.0, 104.0, 0.8])
+    found_at, odds = found(standing, [*standing, back], START, -8.0, turn)
+    assert np.abs(found_at - (back[:2] - 20.0 * np.array(turn))).max() < 1.5
+    assert odds > 0.0
+    monkeypatch.setattr(Elsewhere, "places", lambda *_: [])
+    found_at, odds = found(standing, [*standing, back], START, -8.0, turn)
+    assert odds < 0.0
+
+
+def test_what_stood_at_the_edge_of_a_frame_is_known_there(monkeypatch):
+    for edge in ((150.0, 116.0), (237.0, 60.0)):
+        assert found([edge], [edge], START, -8.0)[1] < 0.0
+        assert found([], [(150.0, 60.0)], START, -8.0)[1] > 0.0
+    monkeypatch.setattr(seen_before, "SEEN", 1.1)
+    assert found([(150.0, 116.0)], [(150.0, 116.0)], START, -8.0)[1] > 0.0
+
+
+def test_what_comes_into_view_is_taken_for_one_of_the_things_like_it():
+    """The camera turns; at its edge comes a spot that was not in view. If others stand in the scene, it is one of those."""
+    turn, new = (1.5, 0.0), (255.0, 60.0)
+    standing = [(110.0, 75.0), (160.0, 90.0), (180.0, 30.0)]
+    assert found([], [new], (60.0, 40.0), -8.0, turn)[1] > 0.0
+    assert found(standing, [*standing, new], (60.0, 40.0), -8.0, turn)[1] < 0.0
+
+
+def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monkeypatch):
+    """In a plain scene, the earlier frame fits best with the target in it laid upon a spot of this one."""
+    y, x = np.ogrid[: SIZE[0], : SIZE[1]]
+    wave = 60.0 + 3.0 * np.sin(x / 23.0) * np.cos(y / 17.0)
+    then, now = (
+        wave + 60.0 * np.exp(-((x - at[0]) ** 2 + (y - at[1]) ** 2) / 8.0) + np.random.default_rng([47, k]).normal(size=SIZE)
+        for k, at in enumerate([(100.0, 55.0), (125.0, 65.0)])
+    )
+    place = np.array([100.0, 55.0])
+    known = kept_frame(then, FILTER.first(then, place, BOX).appearance, place, held=True)
+    assert np.abs(Elsewhere(known, now, place)._registered[3]).max() < 3.0
+    monkeypatch.setattr(earlier, "_without_outliers", lambda image: image)
+    assert np.abs(Elsewhere(known, now, place)._registered[3]).max() > 10.0
