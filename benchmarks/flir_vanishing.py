@@ -15,7 +15,7 @@ import argparse
 import numpy as np
 
 from benchmarks.flir_clips import Clip, follow, tracker
-from vedette import Array, Mask
+from vedette import Array
 
 SIZE, FRAMES, GONE = np.array([200, 128]), 100, 40
 SKIPPED, SOON, NEAR = 11, 15, 4.0
@@ -66,7 +66,7 @@ def vanishing(seed: int) -> tuple[Clip, int]:
     return Clip(f"draw {seed}", np.array(frames), boxes, ()), back
 
 
-def part(frames: list[Mask]) -> str:
+def part(frames: list[Array]) -> str:
     """Return in which part of the frames, and of how many."""
     every = np.concatenate(frames)
     return f"{every.mean():.2f} of {len(every)}"
@@ -79,14 +79,13 @@ def main() -> None:
     )
     parser.add_argument("--draws", nargs=2, type=int, default=(0, 24), metavar=("FROM", "TO"))
     made = tracker()
-    told: list[Mask] = []
-    found: list[Mask] = []
+    told: list[Array] = []
+    found: list[Array] = []
     for seed in range(*parser.parse_args().draws):
         clip, back = vanishing(seed)
         one = follow(made, clip, 0, FRAMES)
         told.append(one.doubted[GONE + SKIPPED : back])
-        held: Mask = np.where(one.doubted, np.inf, one.error) < NEAR
-        found.append(held[back + SOON :])
+        found.append(np.where(one.doubted, 0.0, one.error < NEAR)[back + SOON :])
         print(f"    {clip.name}: told {part(told[-1:])}, found {part(found[-1:])}")
     print(f"{len(told)} draws: told {part(told)}, found {part(found)}")
 
