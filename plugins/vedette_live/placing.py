@@ -52,6 +52,11 @@ class Placing:
         """Return where a sensor stands that has a site; None for others, whose parameters say it."""
         return self._at[name].pose(self.sensors[name], self.frame) if name in self.sites else None
 
+    def doubts(self) -> tuple[str, ...]:
+        """Return a sentence for each sensor whose north may not be the one that is meant."""
+        told = (station.askew(name, self.sensors[name]) for name, station in self._at.items())
+        return tuple(sentence for sentence in told if sentence)
+
     def sensor(self, stated: str) -> str:
         """Return the tracker's name of a sensor; ValueError if it has no such one."""
         name = self.names.get(stated, stated)

@@ -101,6 +101,20 @@ class Station:
         there = self.position if east_north(frame)[0] == "x" else self.position[[1, 0, 2]]
         return Pose(there if "z" in sensor.observes else there[:2], heading=0.0 if own is None else own.heading)
 
+    def askew(self, name: str, sensor: Sensor) -> str:
+        """Return a sentence if its own north is farther from the plane's than its bearings err, and no heading is stated."""
+        pose = stands(sensor)
+        if self.northed or pose is None or np.any(pose.heading) or "bearing" not in sensor.measurement:
+            return ""
+        turn = float(np.arctan2(self.axes[0, 1], self.axes[1, 1]))
+        i = sensor.measurement.names.index("bearing")
+        sigma = float(np.sqrt(sensor.noise(np.zeros(len(sensor.observes)))[..., i, i]))
+        if abs(turn) <= sigma:
+            return ""
+        turned, err = (f"{np.degrees(angle):.2g} deg" for angle in (abs(turn), sigma))
+        told = f"north there is {turned} from the plane's, and its bearings err by {err}"
+        return f"{name}: {told}: if they are from its own north, say by `sites` where it stands"
+
     def level(self, r: Array, azimuth: Array, altitude: Array) -> Array:
         """Return the elevation (k,) above its own horizon of what is r away at an altitude, over the sphere that curves
         as the ellipsoid does in that direction. What is higher than it is far is overhead.

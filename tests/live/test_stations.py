@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 from vedette import Array, Sensor
 from vedette.errors import ConfigError
@@ -132,3 +133,13 @@ def test_a_site_that_says_nothing_or_too_much_is_refused(sites: dict[str, Site],
     with pytest.raises(ConfigError) as told:
         StreamSource(Asterix(), "none.ast", origin=origin, sites=sites).open(sensors, np.random.default_rng(0))
     assert [problem.place for problem in told.value.problems] == [f"source.{place}"]
+
+
+def test_a_radar_far_from_the_origin_without_a_site_is_told() -> None:
+    """Its north was taken for the plane's without a word: 117 km away places were up to 3.4 km off."""
+    far = RangeBearing(50.0, 0.0014, x=100e3, y=-60e3)
+    turned, blunt, near = (evolve(far, x=x, sigma_bearing=sigma) for x, sigma in ((1e5, 0.0014), (1e5, 0.05), (1e3, 0.0014)))
+    sensors = {"far": far, "near": near, "blunt": blunt, "turned": evolve(turned, heading=-0.02), "sited": FLAT}
+    told = Placing(sensors, {}, ORIGIN, sites={"sited": SITE}).doubts()
+    assert [sentence.partition(":")[0] for sentence in told] == ["far"]
+    assert Placing(sensors, {}, None).doubts() == ()

@@ -79,7 +79,7 @@ class StreamSource(Source):
         scans.sort(key=lambda scan: (scan.time, scan.sensor))
         rows = {"messages": Rows(count, count - bad, bad)}
         notes = placed(self.origin, self.frame)
-        return Recording(tuple(scans), refused=tuple(refused), notes=notes, rows=rows)
+        return Recording(tuple(scans), refused=tuple(refused), notes=notes, warnings=placing.doubts(), rows=rows)
 
 
 def _pieces(path: Path) -> Iterator[bytes]:
