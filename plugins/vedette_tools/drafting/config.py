@@ -210,7 +210,8 @@ def _facts(best: Reading, name: str, reported: bool) -> Facts:
     probability = _detected(seen, hits, looks)
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
     sigmas = plausible(noise, float(np.max(high - low)))
-    third = max(third_noise(seen.chains, seen.thirds), SURER if reported else 1e-6) if seen.thirds else 0.0
+    least = max(SURER if reported else 1e-6, best.table.roundings.get(best.table.third, 0.0))
+    third = max(third_noise(seen.chains, seen.thirds), least) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
     each = len(every) / max(len(seen.times), 1)
     clutter = max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, each))

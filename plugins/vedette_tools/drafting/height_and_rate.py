@@ -1,4 +1,4 @@
-"""What returns measure beside a position in the plane: a height, or a range rate."""
+"""What returns measure beside a position in the plane: a height, an elevation, or a range rate."""
 
 from __future__ import annotations
 
@@ -15,12 +15,18 @@ from vedette_tools.drafting.chains import Chain
 from vedette_tools.drafting.titles import Meaning, meaning
 
 THIRD: dict[str, dict[str, tuple[str, ...]]] = {
-    "range": {"range_rate": ("range_rate",)},
+    "range": {"elevation": ("elevation",), "range_rate": ("range_rate",)},
     "latitude": {"altitude": ("altitude", "z")},
     "x": {"z": ("z", "altitude")},
     "east": {"z": ("z", "altitude")},
 }
 """By the first axis of the position: what else a source reads, and the axes that titles may name it by."""
+
+UPWARD = ("elevation", "z", "altitude")
+"""What of these makes a position one in space."""
+
+UPRIGHT = 90.0
+"""deg: no elevation is larger."""
 
 VELOCITY = ("vx", "vy", "speed", "course")
 """The axes of a platform's velocity."""
@@ -49,9 +55,14 @@ def third_column(first: str, measured: Mapping[str, Meaning], columns: Mapping[s
     for key, names in THIRD[first].items():
         for name in names:
             cells = columns[measured[name].title] if name in measured else []
-            if len(set(cells)) > 1 and all(map(is_number, cells)):
+            if len(set(cells)) > 1 and all(map(is_number, cells)) and not _is_length(measured[name], cells):
                 return {key: name}
     return {}
+
+
+def _is_length(given: Meaning, cells: Sequence[str]) -> bool:
+    """Return whether a column that is called an elevation tells heights."""
+    return given.axis == "elevation" and not given.unit and max(abs(float(cell)) for cell in cells) > UPRIGHT
 
 
 def own_velocity(

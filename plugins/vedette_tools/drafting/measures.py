@@ -47,7 +47,7 @@ SEVERAL = 5
 """So many altitudes that are whole steps are so by no chance: of whole numbers one in ten million."""
 
 GON = "0.9 deg"
-ANGLES, SPEEDS = ("bearing", "heading", "course"), ("range_rate", "vx", "vy", "speed")
+ANGLES, SPEEDS = ("bearing", "elevation", "heading", "course"), ("range_rate", "vx", "vy", "speed")
 
 
 def add_unit(
@@ -63,7 +63,10 @@ def add_unit(
         return
     usual = "rad" if axis in ANGLES else "m/s" if axis in SPEEDS else "m"
     unit = given.unit
-    if not unit and axis in ANGLES:
+    if not unit and axis == "elevation":  # those in deg may all be below 2 pi
+        unit = units.get("bearing", "rad")
+        guessed[given.title] = f"is in {unit}, as bearings are{_unknown(given)}"
+    elif not unit and axis in ANGLES:
         largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
         unit = "deg" if largest > 2.0001 * math.pi else "rad"
         guessed[given.title] = f"is in {unit}: it goes up to {largest:.4g}{_unknown(given)}"

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import combinations
-from math import sqrt
+from itertools import combinations, pairwise
+from math import gcd, sqrt
 
 from vedette.units import in_unit
 from vedette_files.tables.numbers import is_number
@@ -16,6 +16,9 @@ DEVIATION, VARIANCE = ("sigma", "std", "stddev", "stdev", "sd", "deviation"), ("
 
 EARTH = 6.371e6
 """m: the radius of the earth."""
+
+SEVERAL = 8
+"""Of so many numbers all are whole steps by no chance: of twice the last digit, one time in 128."""
 
 MOST = 0.9
 """Of so many rows the errors are above 0, or the columns are not read."""
@@ -55,12 +58,13 @@ def _above_0(cells: Sequence[str]) -> bool:
 
 
 def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) -> dict[str, float]:
-    """Return the deviation, in SI units, that the cells of each axis have for want of digits; 0 where these do not tell it.
-
-    That of latitudes and longitudes is in m, along a meridian.
+    """Return the deviation, in SI units, that the cells of each axis have for want of digits, or as all are whole steps of
+    more, as altitudes of 25 ft; 0 where these do not tell it. That of latitudes and longitudes is in m, along a meridian.
 
     >>> {axis: round(size, 2) for axis, size in roundings({"x": ["1.25", "7.1"], "y": ["30"]}, {"x": "km"}).items()}
     {'x': 2.89, 'y': 0.29}
+    >>> round(roundings({"altitude": [str(25 * (1400 + k)) for k in range(9)]}, {"altitude": "ft"})["altitude"], 2)
+    2.2
     """
     found = {}
     for axis, cells in columns.items():
@@ -74,5 +78,11 @@ def roundings(columns: Mapping[str, Sequence[str]], units: Mapping[str, str]) ->
         given = [cell.lower() for cell in cells if is_number(cell)]
         digits = max((len(cell.partition(".")[2]) for cell in given), default=0)
         told = bool(given) and not any("e" in cell for cell in given)  # not where degrees have minutes
-        found[axis] = step * 10.0**-digits / sqrt(12) if told else 0.0
+        found[axis] = step * 10.0**-digits * _steps(given, digits) / sqrt(12) if told else 0.0
     return found
+
+
+def _steps(cells: Sequence[str], digits: int) -> int:
+    """Return how many of their last digits numbers are apart, all of them; 1 of few, which may be so by chance."""
+    there = sorted({round(float(cell) * 10**digits) for cell in cells})
+    return gcd(*(b - a for a, b in pairwise(there))) if len(there) >= SEVERAL else 1

@@ -58,7 +58,7 @@ def opened(table: Table) -> Recording:
 
 def _experiment(table: Table) -> Experiment:
     parts = dict(TRACKER)
-    if table.third and not table.polar:
+    if table.upward:
         motion = {"kind": "constant_velocity", "sigma_accel": 1.0, "axes": ["x", "y", "z"]}
         parts |= {
             "estimator": {"kind": "ekf", "motion": motion},
@@ -73,6 +73,8 @@ def _sensor(table: Table) -> dict[str, Any]:
     polar |= dict(zip(FLAT, table.stands[table.sensors[0]], strict=True)) if table.sensors[0] in table.stands else {}
     if table.third == "range_rate":
         return {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
+    if table.third == "elevation":
+        return {"kind": "range_bearing_elevation", **polar, "sigma_elevation": 1e-3}
     if table.polar:
         return {"kind": "range_bearing", **polar}
     if table.third:

@@ -10,7 +10,7 @@ from attrs import evolve, field, frozen
 
 from vedette_files.tables.columnar import FrameTable
 from vedette_files.tables.rows import Dialect
-from vedette_tools.drafting.height_and_rate import VELOCITY
+from vedette_tools.drafting.height_and_rate import UPWARD, VELOCITY
 from vedette_tools.drafting.several import FLAT, POLAR
 from vedette_tools.drafting.titles import Meaning
 
@@ -76,8 +76,13 @@ class Table:
 
     @property
     def third(self) -> str:
-        """What is measured beside a position in the plane: range_rate, z or altitude; or ""."""
-        return next((axis for axis in ("range_rate", "z", "altitude") if axis in self.measured), "")
+        """What is measured beside a position in the plane: elevation, range_rate, z or altitude; or ""."""
+        return next((axis for axis in (*UPWARD, "range_rate") if axis in self.measured), "")
+
+    @property
+    def upward(self) -> bool:
+        """Whether positions are in space."""
+        return self.third in UPWARD
 
     @property
     def floors(self) -> tuple[float, ...]:

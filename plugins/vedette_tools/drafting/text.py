@@ -10,9 +10,6 @@ from vedette_tools import toml_text
 from vedette_tools.drafting.design import GATE, Design, Facts, rounded
 from vedette_tools.drafting.table import Table
 
-HEIGHTS = ("z", "altitude")
-"""How a source names the third axis of a position."""
-
 LIVES, STAYS, LOOKS = 3600.0, 600.0, 20.0
 """s: how long targets that report in turn stay, at least, and others unless stated; some report every few minutes only. By
 hand, on AIS. All stay for so many scans, however seldom these come."""
@@ -136,7 +133,7 @@ def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted:
     kind = "ekf" if table.polar else "kalman"
     told = f"of greatest likelihood over {_count(fitted, 'stretch', 'stretches')} of tracks" if fitted else _GUESS
     told = "these targets keep their courses; with less a filter would hardly notice a turn" if steady else told
-    space = ', axes = ["x", "y", "z"]' if table.third in HEIGHTS else ""
+    space = ', axes = ["x", "y", "z"]' if table.upward else ""
 
     wandering = next((each.errors.correlated for each in facts.values() if each.errors), None) if design.correlated else None
 
@@ -182,10 +179,13 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
         yield "# smoothed by the receivers' own filters: all positions of one may be off by metres, which no track shows"
     doubt = "" if facts.chains else f"  # {_GUESS}"
     if table.polar:
-        yield f'kind = "range_bearing{"_rate" if table.third else ""}"'
+        beside = {"range_rate": "_rate", "elevation": "_elevation"}.get(table.third, "")
+        yield f'kind = "range_bearing{beside}"'
         yield f"sigma_range = {rounded(errors * facts.sigmas[0])!r}{doubt}"
         yield f'sigma_bearing = "{rounded(math.degrees(errors * facts.sigmas[1])):g} deg"{doubt}'
-        if table.third:
+        if table.upward:
+            yield f'sigma_elevation = "{rounded(math.degrees(errors * facts.third)):g} deg"'
+        elif table.third:
             yield f"sigma_rate = {rounded(errors * facts.third)!r}"
             yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
             yield f"crossing_speed = {rounded(1.5 * speed)!r}"

@@ -17,7 +17,7 @@ from vedette_tools.drafting.titles import GRAD, MEASURES, UNITS, Meaning, meanin
 POSITIONS = (("range", "bearing"), ("latitude", "longitude"), ("x", "y"), ("east", "north"))
 """Pairs of axes of which one tells where returns are."""
 
-OTHERS = ("z", "altitude", "range_rate")
+OTHERS = ("z", "altitude", "elevation", "range_rate")
 """What may be measured beside a position."""
 
 PIXELS = "px"

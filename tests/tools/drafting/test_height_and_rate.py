@@ -165,3 +165,36 @@ def test_a_height_without_tracks_is_left_out(tmp_path):
     rows = ["t,x,y,z", *(f"{k},{rng.uniform(0, 1e4):.1f},{rng.uniform(0, 1e4):.1f},{k % 7}" for k in range(5))]
     text = drafted(rows, tmp_path)
     assert "z is left out: no track was found that tells its noise" in text
+
+
+def elevations():
+    """Range, bearing and elevation of two aircraft that pass near the radar at 9 km: 30 m, .1 deg, .1 deg, in clear air."""
+    rng, rows = np.random.default_rng(5), []
+    for time in 4.0 * np.arange(60):
+        for start, pace in (([-20e3, 4e3], [200.0, 20.0]), ([3e3, 25e3], [0.0, -220.0])):
+            x, y = np.array(start) + time * np.array(pace)
+            r, b, e = np.sqrt(x**2 + y**2 + 9e3**2), np.arctan2(x, y), np.arcsin(9e3 / np.sqrt(x**2 + y**2 + 9e3**2))
+            angles = np.rad2deg([b, e]) + rng.normal(0, 0.1, 2)
+            rows += [f"{time},{r + rng.normal(0, 30):.1f},{angles[0] % 360:.4f},{angles[1]:.4f}"]
+    return ["t,range_m,az_deg,el_deg", *rows]
+
+
+@pytest.mark.costly
+def test_elevations_place_targets_in_space(tmp_path):
+    """They were thrown away, and slant ranges taken for distances over ground: 3.5 km off."""
+    config = tomllib.loads(drafted(elevations(), tmp_path))
+    assert config["sensors"]["sensor"]["kind"] == "range_bearing_elevation"
+    assert float(config["sensors"]["sensor"]["sigma_elevation"].removesuffix(" deg")) == pytest.approx(0.1, rel=0.3)
+    result = vedette.load(config).run()
+    assert len(result.tracks) == 2
+    for track in result.tracks:
+        assert track.mean[-1, track.space.names.index("z")] == pytest.approx(9e3, abs=200.0)
+
+
+@pytest.mark.costly
+def test_heights_in_steps_have_the_errors_of_steps(tmp_path):
+    """A transponder's, of 25 ft, were drafted with .15 m."""
+    titles, *rows = heights()[0]
+    stepped = [f"{row.rpartition(',')[0]},{25 * (260 + (k if k % 10 == 0 else 0))}" for k, row in enumerate(rows)]
+    R = tomllib.loads(drafted([f"{titles}_ft", *stepped], tmp_path))["sensors"]["sensor"]["R"]
+    assert np.sqrt(R[2][2]) > 0.95 * 7.62 / np.sqrt(12)
