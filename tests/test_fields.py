@@ -45,6 +45,7 @@ ACCEPTED = [
     ("speed", 100, 100.0),
     ("bearing", "180 deg", math.pi),
     ("bearing", "-3 mrad", -0.003),
+    ("bearing", "1600 mil", math.pi / 2),
     ("part", 0, 0.0),
     ("part", 1, 1.0),
     ("count", 9.0, 9),

@@ -21,7 +21,7 @@ _SI = {
     "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
     "m/s^1.5": {"m/s^1.5": 1.0, "m/s^2": 1.0, "g": 9.80665},
     "m/s^2.5": {"m/s^2.5": 1.0, "m/s^3": 1.0},
-    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180},
+    "rad": {"rad": 1.0, "mrad": 1e-3, "deg": math.pi / 180, "mil": math.pi / 3200},
     "rad/s": {"rad/s": 1.0, "deg/s": math.pi / 180},
     "rad/s^2": {"rad/s^2": 1.0, "deg/s^2": math.pi / 180},
     "rad/s^1.5": {"rad/s^1.5": 1.0, "deg/s^1.5": math.pi / 180, "rad/s^2": 1.0, "deg/s^2": math.pi / 180},
@@ -30,7 +30,7 @@ _SI = {
     "deg": {"deg": 1.0, "rad": 180 / math.pi},
 }
 """SI unit to spelling and factor. The root of a white noise's spectral density has a half power of seconds; what the noise
-gains in 1 s, which has the same number, may be written in its stead: older configs do.
+gains in 1 s, which has the same number, may be written in its stead: older configs do. A circle has 6,400 mil.
 """
 
 _NUMBER = re.compile(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?(?![eE][-+]?\d))\s*([^\W\d_].*)?$")

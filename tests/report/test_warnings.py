@@ -125,6 +125,17 @@ def _with_degrees(experiment, source):
     return config | {"source": source | {"detections": source["detections"] | {"units": {"bearing": "deg"}}}}
 
 
+@pytest.mark.parametrize("lacks", [True, False])
+def test_returns_that_lack_a_component_are_said_to_start_no_track(lacks):
+    """The lifecycle, noise and clutter were to be compared with the data."""
+    whole = {"kind": "range_bearing_rate", "sigma_range": 10.0, "sigma_bearing": 0.01, "sigma_rate": 1.0}
+    sensors = {"radar": {"kind": "partial", "optional": {"range_rate": 50.0}, "of": {**whole, "crossing_speed": 10.0}}}
+    missing = np.array([[False, False, lacks]])
+    scans = [Scan(float(t), "radar", Detections([[1000.0, 0.5, 0.0]], [True], missing=missing)) for t in range(30)]
+    (word,) = said(scans, sensors=sensors, lifecycle={"kind": "m_of_n", "hits": 40, "looks": 40})
+    assert ("lack range_rate" in word and "'poisson'" in word) == lacks
+
+
 @pytest.mark.parametrize(("angle", "told"), [(0.45, True), (0.5, False)])
 def test_a_radar_that_is_turned_against_the_truth_is_said(angle, told):
     times = np.arange(30.0)

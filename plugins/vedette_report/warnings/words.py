@@ -6,6 +6,7 @@ A run does not end for any of it, and none of it is certain; each is one sentenc
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import compress
 from typing import TypeAlias
 
 import numpy as np
@@ -57,7 +58,8 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
         better = (
             "does a target move there, and stand out?"
             if intake.frames
-            else "compare the lifecycle, the sensor's noise and its clutter with the data"
+            else _incomplete(experiment.tracker, scans)
+            or "compare the lifecycle, the sensor's noise and its clutter with the data"
         )
         yield from _because(experiment, result, told, better)
     if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
@@ -87,6 +89,20 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
             f"of {score.tracks:,} confirmed tracks none was ever near a true object: compare axes, units and origin of "
             "truth and tracks, and judge.cover_radius"
         )
+
+
+def _incomplete(tracker: Tracker, scans: Sequence[Scan]) -> str:
+    """Return that all returns of the sensors that may start tracks lack components, as they then start none; or ""."""
+    birth = tracker.birth
+    if birth is None or birth.kind == "poisson":
+        return ""
+    own = [scan for scan in scans if scan.frame is None and birth.starts_from(scan.sensor)]
+    lacking = [scan for scan in own if np.any(scan.detections.valid)]
+    if not lacking or any(np.any(scan.detections.complete) for scan in lacking):
+        return ""
+    sensor, missing = lacking[0].sensor, lacking[0].detections.missing
+    axes = compress(tracker.sensors[sensor].measurement.names, np.any(missing, axis=0))  # type: ignore[arg-type]
+    return f"returns that lack a component, as all of {sensor} lack {', '.join(axes)}, start tracks with 'poisson' alone"
 
 
 def held(tracker: Tracker) -> Iterator[str]:

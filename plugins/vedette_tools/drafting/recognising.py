@@ -182,8 +182,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     for axis, name in every.items():
         add_unit(axis, axis, measured[name], columns, units, guessed)
     if axes == POLAR and "elevation" in measured and "elevation" not in names:
-        flat = f"{measured['elevation'].title} is not read, for it is always the same or not in each row"
-        assumed.append(f"{flat}, and targets are taken to lie in the plane")
+        flat = f"{measured['elevation'].title}, always the same or not in each row, is not read: targets lie in the plane"
+        assumed.append(f"{flat}, and the kind range_bearing_elevation tracks them in space")
     lost_units = [unknown_unit(axis, measured[name]) for axis, name in every.items() if axis not in {*GEODETIC, *ANGLES}]
     aside = file_beside(path, wishes.platform)
     platform = platform_of(aside[1]) if aside else platform_of(table.own) if axes == POLAR else {}

@@ -39,7 +39,7 @@ UNITS: dict[str, dict[str, str]] = {
         "gon": "0.9 deg",
         **dict.fromkeys(("grad", "grads"), GRAD),
         "mrad": "mrad",
-        **dict.fromkeys(("mil", "mils"), "0.05625 deg"),
+        **dict.fromkeys(("mil", "mils"), "mil"),
         **dict.fromkeys(("acp", "acps"), "0.087890625 deg"),
         "e7": "1e-7 deg",
         **dict.fromkeys(("semicircle", "semicircles"), "8.381903171539307e-8 deg"),

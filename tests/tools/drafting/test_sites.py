@@ -81,7 +81,7 @@ def test_ranges_and_rows_of_a_radar_have_their_axes():
         title: meaning(title).axis for title in ("site_lat", "radar_x", "sensor_lon_deg", "station") if meaning(title).own
     }
     assert own == {"site_lat": "latitude", "radar_x": "x", "sensor_lon_deg": "longitude"}
-    assert (meaning("THETA_ACP").unit, meaning("az[mil]").unit) == ("0.087890625 deg", "0.05625 deg")
+    assert (meaning("THETA_ACP").unit, meaning("az[mil]").unit) == ("0.087890625 deg", "mil")
     assert [meaning(title).axis for title in ("centroid_x", "DistLat", "dist_long_m")] == ["x", "y", "x"]
     assert [meaning(title).axis for title in ("Abscisse (m)", "Ordonnée (m)", "elapsed_s")] == ["x", "y", "time"]
 
