@@ -101,7 +101,7 @@ def _incomplete(tracker: Tracker, scans: Sequence[Scan]) -> str:
     if not lacking or any(np.any(scan.detections.complete) for scan in lacking):
         return ""
     sensor, missing = lacking[0].sensor, lacking[0].detections.missing
-    axes = compress(tracker.sensors[sensor].measurement.names, np.any(missing, axis=0))  # type: ignore[arg-type]
+    axes = compress(tracker.sensors[sensor].measurement.names, np.any(missing, axis=0))
     return f"returns that lack a component, as all of {sensor} lack {', '.join(axes)}, start tracks with 'poisson' alone"
 
 

@@ -138,7 +138,9 @@ def _filtered(windows: Windows, sigmas: Array, accel: float, speed: float, outli
         singles.append(np.where(windows.used[:, i], single, 0.0))
         gain = np.where((distance < outlier)[:, None, None], gain, 0.0)
         beyond += int(np.count_nonzero((distance >= outlier) & windows.used[:, i]))
-        mean, P = mean + gain @ apart, P - gain @ P[:, :2, :]
+        rest = np.eye(4) - np.pad(gain, ((0, 0), (0, 0), (0, 2)))
+        mean = mean + gain @ apart  # P after Joseph: the shorter P - gain @ P[:, :2] may lose its sign to rounding
+        P = rest @ P @ np.swapaxes(rest, -1, -2) + gain @ R[:, i] @ np.swapaxes(gain, -1, -2)
     return float(np.sum(singles)), beyond / max(int(np.count_nonzero(windows.used)), 1)
 
 
