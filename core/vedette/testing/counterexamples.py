@@ -96,8 +96,9 @@ def shortened(text: str) -> str:
     return line if len(line) <= WIDTH else line[: WIDTH - 4] + " ..."
 
 
-def counterexample(what: str, component: Component, data: Any, check: Callable[[], None] | None) -> str:
+def counterexample(what: str, pair: tuple[Any, ...], check: Callable[[], None] | None) -> str:
     """Return what is wrong, the last call, the component as code, and the data: four lines."""
+    component, data = pair
     lines = [what.replace("\n", " ")]
     if check is not None and (call := last_call(component, check)):
         lines.append(f"  after {shortened(call)}")

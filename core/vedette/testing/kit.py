@@ -186,7 +186,7 @@ def examine(cls: type[Component], law: Law, drawn: st.SearchStrategy[Any], profi
     except (TooLong, Flaky) as unsure:
         too_long = f"takes longer than {profile.seconds:g} s of CPU time"
         what = too_long if isinstance(unsure, TooLong) else "it fails once and holds when tried again with the same"
-        told = counterexample(what, *tried.pair, None) if tried.pair else what  # nothing, where it is late as it is drawn
+        told = counterexample(what, tried.pair, None) if tried.pair else what  # nothing, where it is late as it is drawn
         return Outcome(law, "failed", told, tried.held + 1, alpha)
     except Unsatisfiable:
         text = f"{cls.__name__}: none could be built from what was drawn{refused[0]}; pass strategies for its parameters"
@@ -257,7 +257,7 @@ def _why(law: Law, pair: tuple[Any, ...], error: Exception) -> str:
         raised = f"{method}raised {type(error).__name__}: {error}{line}"
         what = str(error) if isinstance(error, AssertionError) else raised
     shown = law.effort == "shown" or not pair
-    return what if shown else counterexample(what, *pair, lambda: law.check(*pair))
+    return what if shown else counterexample(what, pair, lambda: law.check(*pair))
 
 
 def _promise(law: Law, component: Component, data: Any) -> str:

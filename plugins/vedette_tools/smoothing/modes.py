@@ -69,7 +69,8 @@ def bank(
         fresh = partial(Beliefs.at, z, noise, (speed[rows] ** 2)[:, None, None], (d, b, s, m))
         if k == 0:
             now, prior = fresh(), np.broadcast_to(share, (b, s, m))
-            like, missed = np.zeros((b, s, m)), np.zeros((b, s), dtype=int)
+            like: Array = np.zeros((b, s, m))
+            missed = np.zeros((b, s), dtype=int)
         else:
             now, mu, missed = now.first(b), mu[:b], missed[:b]
             prior = (1 - switch) * mu + switch * share
