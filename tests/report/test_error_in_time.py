@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from scipy.stats import multivariate_normal
 
-from vedette_report.detector_errors import in_time as error_in_time
-from vedette_report.detector_errors.in_time import Fit, Path, Pieces, compared
+from vedette_report.detector_errors import pieces as in_pieces
+from vedette_report.detector_errors.in_time import compared
+from vedette_report.detector_errors.pieces import Fit, Path, Pieces
 
 DT = 0.1
 
@@ -27,17 +28,24 @@ def straight(rng, alike, deviation, count=600, axes=8, white=0.0):
     ]
 
 
-def test_the_likelihood_is_that_of_all_returns_at_once():
+@pytest.mark.parametrize("memory", [np.inf, 2.0])
+def test_the_likelihood_is_that_of_all_returns_at_once(memory):
     """Of the third return and those after it, by the whole covariance of returns at uneven times; the place is unknown."""
     rng = np.random.default_rng(1)
     times = np.cumsum(rng.uniform(0.5, 2.0, 24))
     path = Path(times, rng.normal(size=24))
     pieces = Pieces.of([path])
-    fit = Fit(np.log(2.0), np.log(0.3), 0.5, 0.7)
-    t, tau, q = times - times[0], 2.0 * pieces.dt, 0.3 * 0.7 / pieces.dt**1.5
+    fit = Fit(np.log(2.0), np.log(0.3), 0.5, 0.7, memory)
+    t, tau, q = times - times[0], 2.0 * pieces.dt, 0.3 * 0.7 * (1 + 1 / memory) / pieces.dt**1.5
     early, late = np.minimum(t[:, None], t), np.maximum(t[:, None], t)
-    speed = error_in_time.DIFFUSE * 0.7 * np.hypot(1.0, 0.5) / pieces.dt
-    cov = speed**2 * t[:, None] * t + q**2 * (early**2 * late / 2 - early**3 / 6)
+    speed = in_pieces.DIFFUSE * 0.7 * np.hypot(1.0, 0.5) / pieces.dt
+    if np.isinf(memory):
+        cov = speed**2 * t[:, None] * t + q**2 * (early**2 * late / 2 - early**3 / 6)
+    else:  # the integral of a velocity that is forgotten, from 0, and of the first one
+        T = memory * pieces.dt
+        left, both = np.exp(-t / T), np.exp(-(late - early) / T) + np.exp(-(late + early) / T)
+        cov = speed**2 * T**2 * np.outer(1 - left, 1 - left)
+        cov += (q * T) ** 2 * (early - T * (1 - left[:, None] - left) - T / 2 * both)
     cov += 0.7**2 * (np.exp(-np.abs(t[:, None] - t) / tau) + 0.25 * np.eye(24))
     z = path.values - path.values[0]
     apart = np.diff(np.eye(24), axis=0)
@@ -46,7 +54,7 @@ def test_the_likelihood_is_that_of_all_returns_at_once():
         for k in (2, 24)
     ]
     assert pieces.singles(fit).sum() == pytest.approx(whole[1] - whole[0], abs=1e-3)
-    squares, logs = pieces.sums(*(np.array([one]) for one in (fit.tau, fit.accel, fit.part)))
+    squares, logs = pieces.sums(*fit.parameters)
     each = -0.5 * (squares / 0.49 + logs + 22 * np.log(2 * np.pi * 0.49))
     assert pieces.singles(fit).sum() == pytest.approx(each[0])
 
@@ -77,6 +85,17 @@ def test_white_errors_of_targets_that_turn_are_not_called_correlated():
     paths = [Path(times, 30 * np.sin(times / 5 + i) + rng.normal(size=600)) for i in range(6)]
     assert not compared(paths).wins
     assert compared([Path(times[:10], times[:10])]) is None
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("keeps", [0.0, 0.6])
+def test_what_wanders_is_not_called_an_error(keeps):
+    """Brownian motion, which was held against nearly constant velocity alone, and a velocity that is forgotten."""
+    rng, steps = np.random.default_rng(6), np.zeros((4, 300))
+    for i in range(1, 300):
+        steps[:, i] = keeps * steps[:, i - 1] + rng.normal(0, 2, 4)
+    found = compared([Path(DT * np.arange(300), one + rng.normal(size=300)) for one in np.cumsum(steps, axis=1)])
+    assert not found.wins
 
 
 @pytest.mark.filterwarnings("error")

@@ -13,7 +13,8 @@ from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
 from vedette_files.tables.columnar import TablePath
-from vedette_report.detector_errors.in_time import Compared, Path, compared
+from vedette_report.detector_errors.in_time import Compared, compared
+from vedette_report.detector_errors.pieces import Path
 from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.design import WIDE, Design, Facts
