@@ -14,6 +14,13 @@ FAR, PASSES = 10.0, 2
 """A position is gross that lies so many times farther from the line between its neighbours than these do without it, and
 than is usual: by hand. Those beside one show once it is out."""
 
+BENT, MOST, CALM, WIDE = 4.0, 0.9, 3.0, 2.0
+"""Or that lies so many times farther from the cubic through two before and two after than such a part of all do, while these
+lie less than so many times as far from their line without it as is usual, and no more than so many usual waits apart: where
+an object turns about, all are far from lines. By hand: drawn outliers of an animal reach 4.4 times, its other positions 1.9;
+of 22,757 recorded positions of ships and aircraft 5 more are gross by it.
+"""
+
 
 def gaps(times: Array, whose: Indices, told: Mask, limit: float | None = None) -> Indices:
     """Return where pieces start among rows in the order of objects and times, and the number of rows.
@@ -63,15 +70,32 @@ def _spikes(paths: Paths) -> Mask:
         return outlying
     off = off_line(paths, rows - 1, rows, rows + 1)
     beside = np.maximum(off_line(paths, rows - 2, rows - 1, rows + 1), off_line(paths, rows - 1, rows + 1, rows + 2))
-    usual = np.zeros(len(paths.lengths))
-    order = np.lexsort((off, piece[rows]))
-    of = piece[rows][order]
-    first = np.searchsorted(of, np.arange(len(usual)))
-    count = np.searchsorted(of, np.arange(len(usual)), side="right") - first
-    some = count > 0
-    usual[some] = off[order][first[some] + count[some] // 2]
-    outlying[rows] = (off > FAR * beside) & (off > FAR * usual[piece[rows]]) & (off > 0)
+    of = piece[rows]
+    outlying[rows] = (off > FAR * beside) & (off > FAR * _usual(off, of)) & (off > 0)
+    bent, span = off_cubic(paths, rows), paths.times[rows + 2] - paths.times[rows - 2]
+    calm = (beside < CALM * _usual(beside, of)) & (span <= WIDE * _usual(span, of))
+    outlying[rows] |= (bent > BENT * _usual(bent, of, MOST)) & calm
     return outlying
+
+
+def _usual(values: Array, piece: Indices, part: float = 0.5) -> Array:
+    """Return what such a part of the values of each one's piece do not exceed, by default the median."""
+    order = np.lexsort((values, piece))
+    of = piece[order]
+    first, last = (np.searchsorted(of, piece, side=side) for side in ("left", "right"))
+    return np.asarray(values[order][first + np.floor(part * (last - first)).astype(int)])
+
+
+def off_cubic(paths: Paths, at: Indices) -> Array:
+    """Return how far positions lie, in m, from the cubic through two before and after, at their time; 0 if times repeat."""
+    beside = at[:, None] + np.array([-2, -1, 1, 2])
+    t, off = paths.times[beside] - paths.times[at][:, None], np.zeros((len(at), paths.spots.shape[1]))
+    for i in range(4):
+        others = np.delete(np.arange(4), i)
+        apart = np.prod(t[:, i, None] - t[:, others], axis=-1)
+        weight = np.where(apart != 0, np.prod(-t[:, others], axis=-1) / np.where(apart != 0, apart, 1.0), np.nan)
+        off += weight[:, None] * (paths.spots[at] - paths.spots[beside[:, i]])
+    return np.asarray(np.nan_to_num(np.linalg.norm(off, axis=-1)))
 
 
 def off_line(paths: Paths, before: Indices, at: Indices, after: Indices) -> Array:
