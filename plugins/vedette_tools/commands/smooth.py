@@ -47,7 +47,7 @@ def run(arguments: Namespace) -> int:
     on_one = nullcontext() if workers == 1 else processes(workers)
     on_several = dask_client(arguments.scheduler) if arguments.scheduler else on_one
     with terminable(), on_several as executor, on_terminal() as progress:
-        told, why, assumed = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
+        told, why, assumed, back = smooth_files(paths, out, arguments.by, every, gap, executor, progress, wishes)
     parts = f"{count(told.objects, 'object')} in {count(told.pieces, 'piece')}"
     others = f"; {told.elsewhere:,} rows of ranges and bearings left out: they are no positions" if told.elsewhere else ""
     left_out = told.left_out - told.elsewhere
@@ -55,6 +55,8 @@ def run(arguments: Namespace) -> int:
     print(f"{told.rows:,} rows of {parts}; {told.gross:,} positions are gross{others}{lost}")
     if told.gross > MANY_GROSS * told.rows:
         print("so many gross positions may be of several objects taken for one: --by names the column that tells them apart")
+    if back:
+        print(f"LOOKS WRONG: {back}")
     if told.mixed:
         mixed = count(told.mixed, "object")
         print(f"rows of {mixed} seem to be of several under one name: no deviation is claimed of them, their cells hold nan")

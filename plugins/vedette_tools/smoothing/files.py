@@ -21,7 +21,7 @@ from vedette_study.executors import worked_elsewhere
 from vedette_tools.drafting.recognising import NO_WISHES
 from vedette_tools.drafting.wishes import Wishes
 from vedette_tools.smoothing.batches import batches, cast, rows_in, titles_of
-from vedette_tools.smoothing.cells import GROSS
+from vedette_tools.smoothing.clocks import set_back
 from vedette_tools.smoothing.columns import Columns
 from vedette_tools.smoothing.faults import first_fault
 from vedette_tools.smoothing.noises import Model
@@ -78,12 +78,13 @@ def smooth_files(
     executor: Executor | None,
     progress: Progress,
     wishes: Wishes = NO_WISHES,
-) -> tuple[Told, str, tuple[str, ...]]:
+) -> tuple[Told, str, tuple[str, ...], str]:
     """Smooth the positions in files of one kind, as if they were one, and write them to `out`, by object and time.
 
     A name without a suffix is a new folder, of a Parquet file for each part: workers write these, and nothing is gathered.
     An executor's workers must see the folder of `out`. What is in memory does not grow with the rows. Beside what was done
-    it returns the place of the first row that was left out and why, if it is among the first of a file; and guesses.
+    it returns the place of the first row that was left out and why, if it is among the first of a file; guesses; and where
+    times of one of the first objects go back as a clock that was set back.
     """
     pa, _ = pyarrow()
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -95,7 +96,7 @@ def smooth_files(
         try:
             if not rows:
                 raise InputError(f"{paths[0]}: has a header and no rows")
-            columns, model, reports, rounding = _learned(columns, gap, parts)
+            columns, model, reports, rounding, back = _learned(columns, gap, parts)
         except InputError as error:
             raise InputError(first_fault(paths, columns) or str(error)) from None
         check_apart(reports.paths, reports.objects, columns.name, rounding, str(paths[0]), "--by COLUMN")
@@ -115,7 +116,7 @@ def smooth_files(
                     told += next(after)
                     _copy(pa, part.with_suffix(".smooth"), write)
             place.replace(out)
-    return told, first_fault(paths, columns) if told.left_out > told.elsewhere else "", columns.assumed
+    return told, first_fault(paths, columns) if told.left_out > told.elsewhere else "", columns.assumed, back
 
 
 def _done(executor: Executor | None, job: Job, parts: Sequence[Path]) -> Iterator[Told]:
@@ -140,7 +141,7 @@ def smooth_part(job: Job, part: Path) -> Told:
     told += Told(
         objects=len(np.unique(reports.codes)), written=len(smooth.rows), mixed=len(smooth.mixed),
         pieces=len(np.unique(np.stack([smooth.codes, smooth.piece]), axis=1).T),
-        gross=int(np.sum(smooth.cells.get(GROSS, 0))),
+        gross=smooth.gross,
     )  # fmt: skip
     kept = given.take(pa.array(smooth.rows))
     titles = dict.fromkeys([*given.column_names, *smooth.cells])
@@ -210,8 +211,10 @@ def _split(pa: Any, batch: Any, name: str, count: int) -> Iterator[tuple[int, An
         yield int(part[order[first]]), ordered.slice(first, last - first)
 
 
-def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tuple[Columns, Model, Reports, float]:
-    """Return the columns, the model that the objects in the first parts show, their reports, and the rounding of these."""
+def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tuple[Columns, Model, Reports, float, str]:
+    """Return the columns, the model that the objects in the first parts show, their reports, the rounding of these, and
+    where a clock was set back.
+    """
     frames, objects = [], 0
     for part in parts[:SAMPLED_PARTS]:
         frames.append(_frame(_table(part), columns))
@@ -219,7 +222,8 @@ def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tupl
         if objects >= OBJECTS:
             break
     pd = needed("pandas", "tables need pandas", "data")
-    return learned(pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0], columns, gap)
+    frame = pd.concat(frames, ignore_index=True) if len(frames) > 1 else frames[0]
+    return *learned(frame, columns, gap), set_back(frame, columns)
 
 
 @contextmanager

@@ -167,7 +167,8 @@ def seconds(name: str, value: float | str | None) -> float | None:
 @frozen(eq=False)
 class Smoothed:
     """What smoothing writes, by object and time: cells by the titles of columns, the row of the frame (n,) that each comes
-    from, whose it is (n,) and in which piece, and the objects that seem to be several, of which nothing is claimed.
+    from, whose it is (n,) and in which piece, the objects that seem to be several, of which nothing is claimed, and how many
+    reports are gross.
     """
 
     cells: Mapping[str, Any]
@@ -175,6 +176,7 @@ class Smoothed:
     codes: Indices
     piece: Indices
     mixed: Indices
+    gross: int
 
 
 def smoothed_rows(
@@ -194,7 +196,7 @@ def smoothed_rows(
         cells[GROSS] = smooth.gross
     else:
         cells[columns.time.title] = as_before(frame[columns.time.title], wider.times[asked], columns)
-    return Smoothed(cells, rows, codes, piece, several)
+    return Smoothed(cells, rows, codes, piece, several, int(np.count_nonzero(smooth.gross)))
 
 
 def _codes(names: Any) -> Indices:

@@ -54,6 +54,29 @@ def test_an_object_across_files_is_smoothed_whole_and_parts_change_nothing(frame
     assert not list(Path().glob(".*"))
 
 
+def test_gross_positions_are_counted_where_others_are_asked_for(frame, capsys):
+    """The cells of resampled rows mark none: that was told as 0."""
+    frame.loc[[30, 90], "x"] += 3000.0
+    frame.to_csv("plots.csv", index=False)
+    assert main(["smooth", "plots.csv", "--every", "10 s", "--workers", "1", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["gross"] == 2
+
+
+@pytest.mark.parametrize("back", [3600.0, 0.0])
+def test_a_clock_that_was_set_back_is_told(back, tmp_path, monkeypatch, capsys):
+    """Of one object of two; times of the other, and those of a clock that goes on, are not."""
+    monkeypatch.chdir(tmp_path)
+    times = np.arange(60) * 300.0
+    when = pd.to_datetime(np.concatenate([times, times - back * (times > 9000.0)]) + 1.76e9, unit="s")
+    table = pd.DataFrame(
+        {"id": np.repeat(["a", "b"], 60), "time": when, "x": np.tile(times, 2), "y": np.sin(np.arange(120))}
+    )
+    table.to_csv("plots.csv", index=False)
+    assert main(["smooth", "plots.csv", "--workers", "1"]) == 0
+    told = [line for line in capsys.readouterr().out.splitlines() if line.startswith("LOOKS WRONG: times of 'b'")]
+    assert bool(told) == bool(back)
+
+
 def test_other_cells_come_back_as_they_stand(frame, capsys):
     frame["note"] = [f"0{i}" if i % 3 else "" for i in range(len(frame))]
     frame.rename(columns={"id": "mmsi"}).to_csv("plots.csv", index=False)
