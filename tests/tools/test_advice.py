@@ -128,10 +128,10 @@ def test_the_opposite_of_what_is_advised_costs(folder, capsys):
 @pytest.mark.parametrize("apart", [False, True])
 @pytest.mark.costly
 def test_errors_along_two_axes_that_one_number_states_are_told_together(apart, folder, capsys, monkeypatch):
-    """The mutant: each axis by itself. Here y seems white by chance, and what is proposed for x is wrong for both."""
+    """The mutant: each axis by itself. Here x seems white by chance, and what is proposed for y is wrong for both."""
     if apart:
         monkeypatch.setattr(errors_in_tracks, "_stated_once", lambda sensor, axes: [])
-    likelihood, _ = gained("correlated errors", 103, folder, capsys)
+    likelihood, _ = gained("correlated errors", 107, folder, capsys)
     assert (likelihood < 0) == apart
 
 

@@ -12,6 +12,8 @@ from vedette.units import say
 from vedette_report.detector_errors.pieces import TINY, Errors, Fit, Path, Pieces
 from vedette_report.detector_errors.shape import long_run
 
+__all__ = ["Compared", "Errors", "Path", "compared"]
+
 LONGEST, MOST = 400, 64
 """Paths are cut into pieces of at most so many returns, of which so many are enough."""
 

@@ -14,8 +14,7 @@ from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
 from vedette.types import Scan, Track
-from vedette_report.detector_errors.in_time import Compared, compared
-from vedette_report.detector_errors.pieces import Path
+from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
 from vedette_report.known import known
 

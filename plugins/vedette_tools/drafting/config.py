@@ -13,8 +13,7 @@ from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Scan
 from vedette_files.tables.columnar import TablePath
-from vedette_report.detector_errors.in_time import Compared, compared
-from vedette_report.detector_errors.pieces import Path
+from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_tools.drafting.chains import unbroken
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.design import WIDE, Design, Facts
@@ -53,6 +52,9 @@ truth with three decimals .00003.
 
 FASTEST = 3000.0
 """m/s: hardly anything that is tracked is faster. By hand."""
+
+LEAST_THIRD = 1e-6
+"""Of a height or a range rate an error is at least so large, in its unit, or over all their spread where that is smaller."""
 
 WANDERS = 30.0
 """Errors that last longer than so many scans are not told from motion. Chosen by hand."""
@@ -211,9 +213,10 @@ def _facts(best: Reading, name: str, reported: bool) -> Facts:
     probability = _detected(seen, hits, looks)
     low, high = np.percentile(every, [1, 99], axis=0) if len(every) else (np.zeros(2), np.ones(2))
     sigmas = plausible(noise, float(np.max(high - low)))
-    least = max(SURER if reported else 1e-6, best.table.roundings.get(best.table.third, 0.0))
-    third = max(third_noise(seen.chains, seen.thirds), least) if seen.thirds else 0.0
     others = np.concatenate(seen.thirds) if seen.thirds else np.zeros(1)
+    smallest = SURER if reported else LEAST_THIRD * (min(float(np.ptp(others)), 1.0) or 1.0)
+    least = max(smallest, best.table.roundings.get(best.table.third, 0.0))
+    third = max(third_noise(seen.chains, seen.thirds), least) if seen.thirds else 0.0
     each = len(every) / max(len(seen.times), 1)
     clutter = max((len(every) - hits) / max(len(seen.times), 1), 0.05 * min(1.0, each))
     return Facts(
