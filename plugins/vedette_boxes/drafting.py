@@ -82,7 +82,7 @@ max_out_of_coverage = 1.0
 [judge]
 cover_radius = {near:.3g}  # px, as all that is told of points here; box_hota, box_mota and box_idf1 go by overlap
 gospa_cutoff = {near:.3g}
-"""
+{gap}"""
 
 
 def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
@@ -108,6 +108,7 @@ def draft(path: Path, wishes: Mapping[str, Any]) -> str | None:
             rate_from="" if _number(info, "frameRate") else ": that is assumed, change it",
             title=json.dumps(f"Boxes of {path.name}"), path=json.dumps(str(path)),
             truth=f"truth = {json.dumps(str(true))}\n" if true else "",
+            gap=f"truth_gap = {1.5 / rate:.3g}  # s: where the truth leaves frames out, nothing is judged\n" if true else "",
             least=0.9 * float(np.min(rows.box[:, 2:])), most=1.1 * float(np.max(rows.box[:, 2:])),
             speed=usual, near=usual / 2, place=place, size=size, **told, **guess.numbers,
         )  # fmt: skip

@@ -130,6 +130,7 @@ def test_a_draft_is_written_and_runs_and_its_results_are_read(tmp_path, capsys):
     assert results(tmp_path, experiment, result) == ["mot.txt"]
     again = judge_files(tmp_path / "gt.txt", tmp_path / "mot.txt")
     truth, own = result.recording.truth, experiment.judge
+    assert own.truth_gap == pytest.approx(1.5 / experiment.source.rate, rel=0.01)
     told = judge(result.tracks, truth, result.scans, own, figures=installed_figures()).figures()
     assert told["box_hota"] == pytest.approx(again["hota"], abs=2e-4)  # the file has three digits of a pixel
     assert told["box_mota"] == pytest.approx(again["mota"], abs=2e-3)

@@ -5,10 +5,11 @@ import pytest
 from attrs import evolve, field, frozen
 
 import vedette
-from vedette import Detections, Recording, Scan, Source
+from vedette import Detections, Recording, Scan, Source, Space, Trajectory
 from vedette.metrics import judge
 from vedette_files import DATED
 from vedette_report.summary.words import summary
+from vedette_report.warnings.joined import joined
 from vedette_report.warnings.words import warnings
 
 SENSORS = {
@@ -163,3 +164,11 @@ def test_an_axis_that_a_sensor_sees_and_the_motion_holds_is_told(motion, deviati
     found = said([plane(t, [5.0 + t, 7.0]) for t in range(20)], sensors=sensors, **parts)
     assert len(found) == told
     assert all(one.startswith("lag begins with a deviation, beacon sees it") for one in found)
+
+
+@pytest.mark.parametrize(("gap", "told"), [(1.0, False), (20.0, True)])
+def test_a_truth_of_which_lines_make_much_is_told(gap, told):
+    """22,927 of 172,026 true boxes were of gaps of the file, and counted as missed."""
+    times = np.arange(100.0) + gap * (np.arange(100) > 50)
+    path = Trajectory("a", Space.of(x="m", y="m"), times, np.zeros((100, 2)))
+    assert bool(list(joined([path]))) == told

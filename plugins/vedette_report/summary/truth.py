@@ -26,7 +26,7 @@ def against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[t
     if score.velocity_rmse_mps is not None:
         yield "velocity error", f"{score.velocity_rmse_mps:.3g} {unit}/s RMSE while covered"
     yield "identity switches", f"{score.id_switches}"
-    yield "lost", f"{percent(score.lost)} of the objects"
+    yield "lost", f"{percent(score.lost)} of the objects, for more than {judge.lost_scans} scans in a row"
     yield "first covered", maybe(score.confirmed_after_s, "s after an object's first scan, on average")
     near = "" if judge.near is None else f" within {judge.near:g} {unit} of an object"
     yield "false tracks", f"{maybe(score.false_tracks, 'at a time')}{near}"

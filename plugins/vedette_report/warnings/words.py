@@ -22,6 +22,7 @@ from vedette.types import LazyScans, Recording, Scan, Track
 from vedette_files import DATED, beyond_period
 from vedette_report.figures import count
 from vedette_report.warnings.coalescence import LONG, coalesced
+from vedette_report.warnings.joined import joined
 from vedette_report.warnings.late import late
 from vedette_report.warnings.rehearsal import rehearsed, silenced
 from vedette_report.warnings.stated import otherwise
@@ -79,6 +80,8 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
     yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])
     if tracks or not score.tracks:  # which may all have come later
         yield from otherwise(experiment.tracker, scans, tracks)
+    if experiment.judge.truth_gap is None:
+        yield from joined(result.recording.truth)
     if result.recording.truth and score.scans < ENOUGH <= intake.scans:
         yield (
             f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
