@@ -43,6 +43,9 @@ ASTERIX = {"sac", "sic"}
 FAR_OFF = 50.0
 """So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
 
+AROUND = 10_800.0
+"""NM: nothing on the earth is farther than halfway around it."""
+
 SEVERAL = 5
 """So many altitudes that are whole steps are so by no chance: of whole numbers one in ten million."""
 
@@ -57,6 +60,11 @@ def add_unit(
     if given.unit == GRAD:
         unit, told = _of_grad(numbers(columns[given.title]), columns)
         given, guessed[given.title] = evolve(given, unit=unit), f"is in {'gon' if unit == GON else unit}: {told}"
+    if given.unit == "NM" and axis in ("x", "y", "z"):
+        largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
+        given = evolve(given, unit="1e-9 m") if largest > AROUND else given
+        told = f"nanometres: it goes up to {largest:,.0f}" if largest > AROUND else "nautical miles, not nanometres"
+        guessed[given.title] = f"is in {told}"
     if axis in GEODETIC:
         if given.unit not in ("", "deg"):
             units[place] = given.unit

@@ -167,3 +167,11 @@ def test_decimal_commas_are_told_from_points(tmp_path):
     assert commas.source()["decimal"] == ","
     assert "decimal" not in points.source()
     assert commas.units == points.units == {"range": "NM", "bearing": "deg"}
+
+
+@pytest.mark.parametrize(("x", "unit", "told"), [("56863.7", "1e-9 m", "nanometres: it goes"), ("12.5", "NM", "nautical")])
+def test_nm_that_reach_beyond_the_earth_are_nanometres(tmp_path, x, unit, told):
+    """Spots of a microscope were read in nautical miles, and nothing said so."""
+    found = table(tmp_path, "t,x (nm),y (nm)\n" + "".join(f"{i},{x},{x}\n" for i in range(9)))
+    assert found.units == {"x": unit, "y": unit}
+    assert told in found.guessed["x (nm)"]

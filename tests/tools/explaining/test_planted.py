@@ -178,6 +178,7 @@ PLANTED: dict[str, tuple[str, str, list[str]]] = {
     "a spread that ends every track": ("lifecycle", "0 % are ever confirmed", ["lifecycle.max_spread=1.0"]),
     "a judge stricter than the estimates": ("judge.cover_radius", "less than one", ["judge.cover_radius=0.5"]),
     "a cutoff below the errors": ("judge.gospa_cutoff", "less than one", ["judge.gospa_cutoff=0.5"]),
+    "a judge to whom all are one": ("judge.cover_radius", "in which", ["judge.cover_radius=1e5"]),
 }  # fmt: skip
 
 
