@@ -198,3 +198,14 @@ def test_heights_in_steps_have_the_errors_of_steps(tmp_path):
     stepped = [f"{row.rpartition(',')[0]},{25 * (260 + (k if k % 10 == 0 else 0))}" for k, row in enumerate(rows)]
     R = tomllib.loads(drafted([f"{titles}_ft", *stepped], tmp_path))["sensors"]["sensor"]["R"]
     assert np.sqrt(R[2][2]) > 0.95 * 7.62 / np.sqrt(12)
+
+
+@pytest.mark.costly
+def test_errors_of_heights_in_micrometres_are_as_small_as_they_are(tmp_path):
+    """No smaller ones than 1e-6 m were drafted, ten times what they are."""
+    rng, times = np.random.default_rng(9), np.arange(60)
+    spots = [(times * 0.3 + at + rng.normal(0, 0.1, (3, 60))).T for at in (0.0, 20.0, 40.0)]
+    rows = [f"{time},{x:.4f},{y:.4f},{z:.4f}" for time in times for x, y, z in (own[time] for own in spots)]
+    (tmp_path / "d.csv").write_text("\n".join(["t_s,x (um),y (um),z (um)", *rows]))
+    R = tomllib.loads(draft_config(tmp_path / "d.csv"))["sensors"]["sensor"]["R"]
+    assert R[2][2] == pytest.approx(R[0][0], rel=0.5)
