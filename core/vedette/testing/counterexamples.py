@@ -98,8 +98,7 @@ def shortened(text: str) -> str:
 
 def counterexample(what: str, pair: tuple[Any, ...], check: Callable[[], None] | None) -> str:
     """Return what is wrong, the last call, the component as code, and the data: four lines."""
-    component, data = pair
-    lines = [what.replace("\n", " ")]
+    (component, data), lines = pair, [what.replace("\n", " ")]
     if check is not None and (call := last_call(component, check)):
         lines.append(f"  after {shortened(call)}")
     exact = say(data)  # which can be pasted; `--replay` repeats what is too long for that
