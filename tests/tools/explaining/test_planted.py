@@ -284,4 +284,9 @@ def test_no_shipped_example_has_any(name: str) -> None:
 )
 @pytest.mark.costly
 def test_no_example_has_any_on_its_recording(name: str, data: str, more: list[str]) -> None:
-    assert [str(each) for each in told(EXAMPLES / name, [f"source.path={recording(data)}", *more])] == []
+    found = [str(each) for each in told(EXAMPLES / name, [f"source.path={recording(data)}", *more])]
+    if "lidar" in str(more):  # its chance of detection is stated low, as the example says: far boats are hardly ever seen
+        (low,) = found
+        assert low.startswith("sensors.lidar: states that 0.15 of the looks")
+    else:
+        assert found == []
