@@ -189,11 +189,10 @@ def similarity(image: Array, patches: Array, mask: Array) -> Array:
 
 
 def peak(score: Array) -> tuple[int, int, Array]:
-    """Return row and column of the largest of `score` (q, q), and the offset, x and y, of a parabola's vertex from there."""
+    """Return row and column of the largest of `score` (h, w), and the offset, x and y, of a parabola's vertex from there."""
     j, i = (int(k) for k in np.unravel_index(np.argmax(score), score.shape))
     off = np.zeros(2)
-    last = len(score) - 1
-    if 0 < i < last and 0 < j < last:
+    if 0 < i < score.shape[1] - 1 and 0 < j < score.shape[0] - 1:
         for k, (a, b, c) in enumerate(
             ((score[j, i - 1], score[j, i], score[j, i + 1]), (score[j - 1, i], score[j, i], score[j + 1, i]))
         ):

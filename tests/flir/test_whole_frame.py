@@ -80,6 +80,24 @@ def test_what_comes_into_view_is_taken_for_one_of_the_things_like_it():
     assert found(standing, [*standing, new], (60.0, 40.0), -8.0, turn)[1] < 0.0
 
 
+@pytest.mark.parametrize("shape", [(160, 90), (90, 160)], ids=["tall", "wide"])
+@pytest.mark.parametrize("gone", [(20.0, 0.0), (0.0, 20.0), (22.0, 40.0), (24.0, 3.0), (5.0, -3.0)])
+def test_how_far_a_scene_went_is_known_in_frames_of_any_shape(shape, gone):
+    """Up to a quarter of each side; what went farther is taken for less, and ends no run."""
+    y, x = np.ogrid[: shape[0], : shape[1]]
+    waves = [(3.1, 0.21, 0.4), (0.7, 0.13, 2.0), (1.9, 0.17, 1.0), (2.4, 0.29, 5.0)]
+
+    def scene(off):
+        u, v = x - off[0], y - off[1]
+        return 60.0 + 8.0 * sum(np.sin(w * (u * np.cos(a) + v * np.sin(a)) + phase) for a, w, phase in waves)
+
+    place = np.array(shape[::-1]) / 2.0
+    known = kept_frame(scene((0.0, 0.0)), FILTER.first(scene((0.0, 0.0)), place, BOX).appearance, place, held=True)
+    _, _, scale, turned = Elsewhere(known, scene(gone), place)._registered
+    within = np.all(np.abs(gone) < np.array(shape[::-1]) / 4.0 - 2.0)
+    assert not within or np.abs(scale * turned - gone).max() < 1.0
+
+
 def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monkeypatch):
     """In a plain scene, the earlier frame fits best with the target in it laid upon a spot of this one."""
     y, x = np.ogrid[: SIZE[0], : SIZE[1]]
