@@ -70,7 +70,7 @@ def sought(
     apart = np.array([_apart(found, look) for look in found])
     scenery = np.where(known_there, np.exp(plain) - np.exp(np.minimum(odds, plain)), 0.0)
     odds[1:] -= np.where(known_there, 0.0, np.log1p(apart @ scenery))[1:]
-    odds += np.where(_apart(found, here), 0.0, min(expected, 0.0))
+    odds += np.where(apart[0], 0.0, min(expected, 0.0))  # `here` is the first
     odds[0] += max(expected, 0.0)
     best = int(np.argmax(odds))
     return found[best], float(odds[best] - np.logaddexp.reduce([0.0, *odds[apart[best]]]))
