@@ -36,6 +36,8 @@ beyond the second is refused, long before the far side of the earth folds over.
 """
 NORTHWARD = 1e-4
 """deg, so little that a meridian is straight, and no digit is lost."""
+EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
+"""Radius in m, and flattening, of the ellipsoid WGS 84."""
 RADIUS = 6371e3
 """Mean radius of the earth in m."""
 
@@ -105,6 +107,13 @@ class Origin:
     def of(cls, note: str) -> Origin:
         """Return the origin that a recording's note `origin` states, in deg and m; ValueError if it states none."""
         return cls(*(float(part) for part in note.split(",")))
+
+
+def curvature_radii(latitude: Array | float) -> tuple[Array, Array]:
+    """Return the radii (*b) in m with which the ellipsoid curves along a meridian and across it, at latitudes in rad."""
+    squared = FLATTENING * (2 - FLATTENING)
+    w = 1 - squared * np.sin(latitude) ** 2
+    return _floats(EQUATOR * (1 - squared) / w**1.5), _floats(EQUATOR / np.sqrt(w))
 
 
 def complaint(columns: Mapping[str, str]) -> str | None:

@@ -13,11 +13,9 @@ from vedette.errors import Problem
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.types import Pose
-from vedette_files import Origin, east_north
+from vedette_files import Origin, curvature_radii, east_north
 from vedette_standard import stands
 
-EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
-"""m, of the ellipsoid WGS 84."""
 STEEP = 0.1
 """Cosine of the elevation, 84 deg, above which a range rate is no longer divided by it. By hand: there a radar's cone of
 silence has begun, and the quotient would be noise.
@@ -119,9 +117,7 @@ class Station:
         """Return the elevation (k,) above its own horizon of what is r away at an altitude, over the sphere that curves
         as the ellipsoid does in that direction. What is higher than it is far is overhead.
         """
-        squared = FLATTENING * (2 - FLATTENING)
-        across = EQUATOR / np.sqrt(1 - squared * np.sin(np.radians(self.place.latitude)) ** 2)
-        along = across**3 / EQUATOR**2 * (1 - squared)
+        along, across = curvature_radii(np.radians(self.place.latitude))
         radius = 1 / (np.cos(azimuth) ** 2 / along + np.sin(azimuth) ** 2 / across) + self.place.altitude
         up = ((altitude - self.place.altitude) * (2 * radius + altitude - self.place.altitude) - r**2) / (2 * radius)
         elevation: Array = np.arcsin(np.clip(up / np.maximum(r, NEAR), -1.0, 1.0))

@@ -6,9 +6,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array, Indices, Mask
-
-EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
-"""Radius in m, and flattening, of the ellipsoid WGS 84."""
+from vedette_files import curvature_radii
 
 POLAR, DEGREE = 80.0, 111_694.0
 """deg: the plane of an object that comes nearer to a pole touches the earth there; m: a degree of latitude at a pole."""
@@ -75,7 +73,5 @@ class Plane:
 def _lengths(latitude: Array) -> Array:
     """Return how long a degree is to east and to north, (k, 2) in m."""
     angle = np.radians(np.clip(latitude, -POLAR, POLAR))
-    squared = FLATTENING * (2 - FLATTENING)
-    w = 1 - squared * np.sin(angle) ** 2
-    north = EQUATOR * (1 - squared) / w**1.5
-    return np.radians(np.stack([EQUATOR * np.cos(angle) / np.sqrt(w), north], axis=-1))
+    along, across = curvature_radii(angle)
+    return np.radians(np.stack([across * np.cos(angle), along], axis=-1))
