@@ -132,7 +132,8 @@ def test_a_site_that_says_nothing_or_too_much_is_refused(sites: dict[str, Site],
     sensors = {"radar": FLAT, "fixed": PositionVelocity(5.0, 0.5), "moved": RangeBearing(5.0, 0.01, x=7.0)}
     with pytest.raises(ConfigError) as told:
         StreamSource(Asterix(), "none.ast", origin=origin, sites=sites).open(sensors, np.random.default_rng(0))
-    assert [problem.place for problem in told.value.problems] == [f"source.{place}"]
+    as_run = told.value.within("source")
+    assert [problem.place for problem in as_run.problems] == [f"source.{place}"]
 
 
 def test_a_radar_far_from_the_origin_without_a_site_is_told() -> None:

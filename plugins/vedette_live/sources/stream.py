@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import Factory, evolve, frozen
+from attrs import Factory, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, InputError, Problem
@@ -51,7 +51,7 @@ class StreamSource(Source):
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return the scans in time order; InputError if the file is missing or holds none for the tracker's sensors."""
         if problems := misplaced(self.sites, sensors, self.origin):
-            raise ConfigError([evolve(problem, place=f"source.{problem.place}") for problem in problems])
+            raise ConfigError(problems)
         path = find(self.path, f"a recorded stream. Format: {self.format.kind}")
         check_regular(path)
         placing = Placing(sensors, named(self.sensors, self.sensor), self.origin, self.frame, self.sites)
