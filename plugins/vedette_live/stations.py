@@ -47,7 +47,7 @@ def misplaced(sites: Mapping[str, Site], sensors: Mapping[str, Sensor], origin: 
     for name, site in sites.items():
         place, sensor = f"sites.{name}", sensors.get(name)
         if sensor is None:
-            problems.append(Problem(place, f"must be of one of {', '.join(map(repr, sensors))}"))
+            problems.append(Problem(place, f"names no sensor of the tracker: must be {' or '.join(map(repr, sensors))}"))
         elif origin is None:
             problems.append(Problem(place, "needs an origin, where x and y are 0"))
         elif not origin.reaches(site.latitude, site.longitude):
