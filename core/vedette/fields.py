@@ -189,6 +189,15 @@ def array(
     return _field(read, default, unit, doc, eq=cmp_using(eq=np.array_equal), ndim=ndim)
 
 
+def pair(unit: str, doc: str, *, of: str = "x, y", default: Any = NOTHING) -> Any:
+    """Declare two numbers in `unit`; `of` names them."""
+
+    def problem(values: Array) -> str | None:
+        return None if len(values) == 2 else f"must be [{of}], got {len(values)} numbers"
+
+    return array(unit, doc, ndim=1, default=default, check=problem)
+
+
 def _numeric(value: Any) -> bool:
     """Tell whether nested lists hold neither booleans nor strings, which numpy would convert to numbers."""
     if isinstance(value, list | tuple):

@@ -45,10 +45,6 @@ LARGEST = 2**20
 """Bytes of the sidecar file."""
 
 
-def _pair(values: Array) -> str | None:
-    return None if values.shape == (2,) else f"must be [x, y], got {values.tolist()}"
-
-
 def _colours(values: Array) -> str | None:
     fine = values.size == 0 or (values.shape[1] == 3 and len(values) > 1 and bool(np.all((values >= 0) & (values <= 255))))
     return None if fine else f"must hold at least two [red, green, blue] from 0 to 255, got {values.tolist()}"
@@ -70,7 +66,7 @@ class PictureGeometry:
     """
 
     metres_per_pixel: float = fields.quantity("m", "side of a pixel", above=0)
-    centre: Array = fields.array("px", "[x, y] of the own ship's antenna; middles of pixels are whole", ndim=1, check=_pair)
+    centre: Array = fields.pair("px", "[x, y] of the own ship's antenna; middles of pixels are whole")
     width: int = fields.integer("pixels in a row", at_least=1, at_most=65536)
     height: int = fields.integer("rows", at_least=1, at_most=65536)
     range: float | None = fields.quantity("m", "radius of the radar's disc; default: all pixels", default=None, above=0)

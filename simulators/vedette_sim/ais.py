@@ -8,8 +8,9 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import Array, InputError, fields
-from vedette_marine.ais import KNOT, ROT_STEP, Reports, turn_rate
+from vedette import Array, fields
+from vedette_files.libraries import needed
+from vedette_marine.ais import KNOT, Reports, rate_of_turn, turn_rate
 from vedette_sim.ships import Ship
 
 STEP = 1.0 / 3.0
@@ -70,10 +71,9 @@ class Transponder:
     """
 
     carriage: str = fields.choice("class A or B", ("A", "B"), default="A")
-    antenna: Array = fields.array(
-        "m", "[x, y] of its GNSS antenna, forward and to port of the hull's centre", ndim=1, default=(0.0, 0.0),
-        check=lambda v: None if len(v) == 2 else f"must be [x, y], got {len(v)} numbers",
-    )  # fmt: skip
+    antenna: Array = fields.pair(
+        "m", "[x, y] of its GNSS antenna, forward and to port of the hull's centre", default=(0.0, 0.0)
+    )
     mmsi: int = fields.integer("its number; default: made from its place in the config", default=0, at_most=999_999_999)
     gnss: float = fields.quantity("m", "standard deviation of the position, east and north each", default=2.1, at_least=0)
     gnss_seconds: float = fields.quantity("s", "time after which that error is correlated by 1/e", default=60.0, above=0)
@@ -123,10 +123,7 @@ def reports(
     path: Ship, transponder: Transponder, mmsi: int, last: float, origin: tuple[float, float], rng: np.random.Generator
 ) -> Reports:
     """Return a ship's reports until `last` s, as received; `origin` is the latitude and longitude in deg of x = y = 0."""
-    try:
-        from pymap3d import enu2geodetic
-    except ImportError:
-        raise InputError("places on the globe need pymap3d: pip install 'vedette[marine]'") from None
+    enu2geodetic = needed("pymap3d", "places on the globe need pymap3d", "marine").enu2geodetic
     end = last if path.disappears is None else min(last, path.disappears)
     grid = path.appears + STEP * np.arange(int(np.floor((end - path.appears) / STEP)) + 1)
     speed = np.hypot(*path.states(grid)[:, 2:].T) / KNOT
@@ -136,7 +133,7 @@ def reports(
     place, velocity = true + transponder.gnss * _correlated(times, transponder.gnss_seconds, rng), (soon - true) / 0.05
     latitude, longitude, _ = enu2geodetic(place[:, 0], place[:, 1], 0.0, *origin, 0.0)
     rate = -np.degrees(path.heading(times + 0.05) - path.heading(times)) / 0.05 * 60.0
-    rot = np.clip(np.round(ROT_STEP * np.sign(rate) * np.sqrt(np.abs(rate))), -126, 126)
+    rot = rate_of_turn(rate)
     return Reports(
         mmsi,
         times,

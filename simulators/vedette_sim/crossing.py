@@ -9,13 +9,10 @@ from attrs import frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import common_state, draw_jump_markov, union_state
-from vedette_sim.random_motion import check_life, check_models, life
+from vedette_sim.life import check_life, life
+from vedette_sim.random_motion import check_models
 
 _PLANE = ("x", "y", "vx", "vy")
-
-
-def _pair(values: Array) -> str | None:
-    return None if len(values) == 2 else f"must be [x, y], got {len(values)} numbers"
 
 
 @final
@@ -43,7 +40,7 @@ class Crossing:
     """
 
     models: tuple[MotionModel, ...] = fields.part("how each moves; several models take turns at each scan time")
-    at: Array = fields.array("m", "[x, y] of the place where they meet", ndim=1, check=_pair)
+    at: Array = fields.pair("m", "[x, y] of the place where they meet")
     time: float = fields.quantity("s", "when they meet", at_least=0)
     speed: float = fields.quantity("m/s", "first speed", above=0)
     count: int = fields.integer("how many", default=2, at_least=2, at_most=1000)

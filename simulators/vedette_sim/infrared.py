@@ -175,7 +175,7 @@ class InfraredScene(Source):
     targets: Mapping[str, HotTarget] = fields.part("name to target")
     width: int = fields.integer("pixels of a row", default=64, at_least=8, at_most=512)
     height: int = fields.integer("rows", default=64, at_least=8, at_most=512)
-    corner: Array = fields.array("px", "[x, y] of the first pixel", ndim=1, default=(0.0, 0.0))
+    corner: Array = fields.pair("px", "[x, y] of the first pixel", default=(0.0, 0.0))
     frames: int = fields.integer("number of frames", default=300, at_least=1, at_most=100_000)
     rate: float = fields.quantity("1/s", "frames per second", default=30.0, above=0)
     sigma: float = fields.quantity("count", "standard deviation of the pixels' white noise", default=1.0, at_least=0)
@@ -183,15 +183,12 @@ class InfraredScene(Source):
     clutter: float = fields.quantity("count", "standard deviation of the background", default=0.0, at_least=0)
     clutter_length: float = fields.quantity("px", "scale l of the background's correlation", default=2.0, above=0)
     clutter_time: float = fields.quantity("s", "time after which the background's correlation is 1/e", default=1.0, above=0)
-    drift: Array = fields.array("px/s", "[x, y] of the image's drift by the platform's", ndim=1, default=(0.0, 0.0))
+    drift: Array = fields.pair("px/s", "[x, y] of the image's drift by the platform's", default=(0.0, 0.0))
     dead: float = fields.probability("part of the pixels that are dead", default=0.0, below=1)
 
     def __attrs_post_init__(self) -> None:
         if not self.targets:
             raise ValueError("targets: must hold at least one target, got none")
-        for name, given in (("drift", self.drift), ("corner", self.corner)):
-            if len(given) != 2:
-                raise ValueError(f"{name}: must be [x, y], got {len(given)} numbers")
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return all frames, and each target's x, y, jitter jx, jy and box: it appears at x + jx, y + jy."""

@@ -27,12 +27,13 @@ from vedette_marine.ais import Reports, trajectories
 from vedette_marine.geometry import PictureGeometry
 from vedette_sim import ppi_display as display
 from vedette_sim.ais import antenna_path, reports
+from vedette_sim.life import life
 from vedette_sim.marine_hull import Vessel
 from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain, land_mask
 from vedette_sim.marine_synthesis import Synthesis, World
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import SeaClutter, opencv, own_stream
-from vedette_sim.ships import PLANE, Ship
+from vedette_sim.sea import SeaClutter, own_stream
+from vedette_sim.ships import PLANE, Ship, check_ownship
 
 LOST, AIS = 16, 17
 """Numbers of the random streams, beside those of the synthesis."""
@@ -156,8 +157,7 @@ class RadarPicturesScene(Source):
         if self.last > _MOST_TURNS * min(self.radar.period, 1.0):
             text = f"must make a scene of at most {_MOST_TURNS:g} s and turns of the antenna, got {self.last:.6g} s"
             raise ValueError(f"interval: {text}")
-        if self.ownship.appears > 0 or self.ownship.disappears is not None:
-            raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
+        check_ownship(self.ownship)
         for name, vessel in self.vessels.items():
             if vessel.path.appears >= self.last:
                 raise ValueError(f"vessels.{name}.path.appears: must be before the end at {self.last:.6g} s")
@@ -221,8 +221,7 @@ class RadarPicturesScene(Source):
         made = []
         for name, vessel in self.vessels.items():
             path = vessel.path
-            end = self.last if path.disappears is None else min(path.disappears, self.last)
-            edges = np.unique([path.appears, *times[(times > path.appears) & (times < end)], end])
+            edges = life(path.appears, path.disappears, times, self.last)
             body = np.broadcast_to([vessel.length, vessel.width], (len(edges), 2))
             heading = BODY.canonical(np.column_stack([path.states(edges), path.heading(edges), body]))
             made.append(Trajectory(name, BODY, edges, heading))
@@ -263,7 +262,7 @@ class Painter:
         """Draw the interface once."""
         radar, size = scene.radar, scene.radar.size
         blank: tuple[NDArray[np.uint8], Array] = (np.zeros((size, size, 3), dtype=np.uint8), np.zeros((0, 4)))
-        overlay, boxes = display.interface(radar, scene.title, opencv()) if scene.interface else blank
+        overlay, boxes = display.interface(radar, scene.title) if scene.interface else blank
         geometry = PictureGeometry(
             metres_per_pixel=radar.metres_per_pixel,
             centre=np.full(2, radar.centre),
@@ -276,17 +275,17 @@ class Painter:
             overlays=boxes,
             colours=display.COLOURS,
         )
-        land = land_mask(scene.land, size, radar.metres_per_pixel, opencv()) if scene.land and scene.chart else None
+        land = land_mask(scene.land, size, radar.metres_per_pixel) if scene.land and scene.chart else None
         known = geometry.as_json() | {"land": land}
         return cls(scene, synthesis, geometry, display.palette(), np.ascontiguousarray(np.moveaxis(overlay, 2, 0)), known)
 
     def pixels(self, time: float) -> NDArray[np.uint8]:
         """Return the screen at `time`: blue, green, red (3, h, w)."""
-        picture = display.coloured(self.synthesis.picture(time), self.colours, opencv())
+        picture = display.coloured(self.synthesis.picture(time), self.colours)
         if self.scene.interface:
             np.maximum(picture, self.overlay, out=picture)
             bow = float(self.synthesis.world.bow(np.array(time)))
-            display.heading_line(picture, self.scene.radar, bow if self.scene.radar.up == "north-up" else 0.0, opencv())
+            display.heading_line(picture, self.scene.radar, bow if self.scene.radar.up == "north-up" else 0.0)
         return picture
 
     def scan(self, time: float, sensor: str) -> Scan:
@@ -296,4 +295,4 @@ class Painter:
         else:
             frame = Frame(cast(Any, self.pixels(time)), geometry=self.known)
         plain = Scan.image(time, sensor, frame)
-        return Scan(plain.time, plain.sensor, plain.detections, self.synthesis.world.pose(time), plain.frame)
+        return Scan(plain.time, plain.sensor, plain.detections, self.scene.ownship.pose(time), plain.frame)

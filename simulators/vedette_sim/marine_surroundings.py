@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, final
+from typing import final
 
 import numpy as np
 from attrs import frozen
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from vedette import Array, fields
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import Float32, gaussian_taps, own_stream
+from vedette_sim.sea import Float32, gaussian_taps, opencv, own_stream
 
 _DOTS = {
     "A": ".-", "B": "-...", "C": "-.-.", "D": "-..", "E": ".", "F": "..-.", "G": "--.", "H": "....", "I": "..",
@@ -26,11 +26,6 @@ _MOST_CELLS = 50_000_000
 """A raster of land with more cells is taken for a wrong unit."""
 
 
-def pair(values: Array) -> str | None:
-    """Say what is wrong with [x, y], or return None."""
-    return None if len(values) == 2 else f"must be [x, y], got {len(values)} numbers"
-
-
 def _corners(values: Array) -> str | None:
     if values.shape[0] < 3 or values.shape[1] != 2:
         return f"must hold at least 3 corners [x, y], got {values.tolist()}"
@@ -42,9 +37,7 @@ def _corners(values: Array) -> str | None:
 class Land:
     """Ground within an outline: a static, rough echo that falls by R^-3 and fades inland."""
 
-    outline: Array = fields.array(
-        "m", "corners [x, y], east and north", ndim=2, check=_corners,
-    )  # fmt: skip
+    outline: Array = fields.array("m", "corners [x, y], east and north", ndim=2, check=_corners)
     level: float = fields.quantity("1", "decibels above the noise at 1 km", default=45.0, at_most=120)
     roughness: float = fields.quantity("1", "standard deviation of its echo's decibels", default=6.0, at_least=0, at_most=30)
     depth: float = fields.quantity("m", "way through land after which it is fainter by 1/e", default=600.0, above=0)
@@ -60,10 +53,10 @@ class Rain:
     True
     """
 
-    at: Array = fields.array("m", "middle [x, y] at the start", ndim=1, check=pair)
+    at: Array = fields.pair("m", "middle [x, y] at the start")
     radius: float = fields.quantity("m", "standard deviation of its profile", above=0)
     level: float = fields.quantity("1", "decibels above the noise in its middle, were it at 1 km", default=20.0, at_most=100)
-    drift: Array = fields.array("m/s", "velocity [x, y]", ndim=1, default=(0.0, 0.0), check=pair)
+    drift: Array = fields.pair("m/s", "velocity [x, y]", default=(0.0, 0.0))
 
     def profile(self, x: Array, y: Array, time: float) -> Array:
         """Return the mean power relative to the noise's at places x, y (*b), as if each were at 1 km."""
@@ -77,7 +70,7 @@ class Rain:
 class Buoy:
     """A small anchored object: one point whose echo fluctuates exponentially from turn to turn."""
 
-    at: Array = fields.array("m", "place [x, y]", ndim=1, check=pair)
+    at: Array = fields.pair("m", "place [x, y]")
     cross_section: float = fields.quantity("m^2", "its mean radar cross-section", default=10.0, above=0)
 
 
@@ -94,7 +87,7 @@ class Racon:
     [False, True, True, False, False, True]
     """
 
-    at: Array = fields.array("m", "place [x, y]", ndim=1, check=pair)
+    at: Array = fields.pair("m", "place [x, y]")
     letter: str = fields.choice("what it sends", tuple(_DOTS), default="K")
     on: float = fields.quantity("s", "how long it answers", default=18.0, above=0)
     every: float = fields.quantity("s", "from one start to the next", default=45.0, above=0)
@@ -135,14 +128,14 @@ class Racon:
 class LandRaster:
     """The land's echo on a grid of the world, with fixed roughness, and how much of it an antenna sees."""
 
-    def __init__(self, lands: tuple[Land, ...], radar: PpiRadar, box: Array, seed: int, stream: int, cv2: Any) -> None:
+    def __init__(self, lands: tuple[Land, ...], radar: PpiRadar, box: Array, seed: int, stream: int) -> None:
         """Set up the grid; `box` holds the antenna's least and greatest x, y on its path (2, 2)."""
         self._step, self._radar = radar.metres_per_pixel, radar
         self._origin = box[0] - radar.range
         columns, rows = np.ceil((box[1] + radar.range - self._origin) / self._step).astype(int) + 1
         if rows * columns * len(lands) > _MOST_CELLS:
             raise ValueError(f"takes {rows} x {columns} cells of {self._step:.6g} m, as far as the own ship goes; too many")
-        self._layers = []
+        cv2, self._layers = opencv(), []
         for number, land in enumerate(lands):
             mask = np.zeros((rows, columns), dtype=np.uint8)
             cv2.fillPoly(mask, [np.rint((land.outline - self._origin) / self._step).astype(np.int32)], 1)
@@ -170,10 +163,10 @@ def _index(at: Float32, size: int) -> NDArray[np.intp]:
     return np.clip(np.rint(at), 0, size - 1).astype(np.intp)
 
 
-def land_mask(lands: tuple[Land, ...], size: int, step: float, cv2: Any) -> NDArray[np.uint8]:
+def land_mask(lands: tuple[Land, ...], size: int, step: float) -> NDArray[np.uint8]:
     """Return 255 on land (size, size), north-up, the middle at the origin, pixels of `step` m."""
     mask = np.zeros((size, size), dtype=np.uint8)
     for land in lands:
         pixels = land.outline / step * [1.0, -1.0] + 0.5 * (size - 1)
-        cv2.fillPoly(mask, [np.rint(pixels).astype(np.int32)], 255)
+        opencv().fillPoly(mask, [np.rint(pixels).astype(np.int32)], 255)
     return mask

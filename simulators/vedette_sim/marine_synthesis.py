@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from attrs import define, field, frozen
 
-from vedette import Array, Pose
+from vedette import Array
 from vedette_sim import ppi_display as display
 from vedette_sim.marine_hull import Vessel
 from vedette_sim.marine_surroundings import Buoy, Land, LandRaster, Racon, Rain
@@ -44,12 +44,6 @@ class World:
     rains: tuple[Rain, ...] = ()
     buoys: tuple[Buoy, ...] = ()
     racons: tuple[Racon, ...] = ()
-
-    def pose(self, time: float) -> Pose:
-        """Return the antenna's pose; its heading is counter-clockwise from east."""
-        at = np.array(time)
-        state = self.ownship.states(at)
-        return Pose(state[:2], state[2:], float(self.ownship.heading(at)))
 
     def bow(self, times: Array) -> Array:
         """Return own ship's heading clockwise from north, not wrapped (*s)."""
@@ -88,8 +82,7 @@ class Synthesis:
 
     def __attrs_post_init__(self) -> None:
         radar, sea = self.world.radar, self.world.sea
-        cv2 = opencv()
-        self._raster = Raster(radar, cv2)
+        self._raster = Raster(radar)
         bins = len(radar.ranges)
         # Interpolating two cells linearly is a triangle of variance 2/3; the Gaussian supplies the rest of the beam's width.
         rest = [float(np.sqrt(max(2.0 * spread**2 - 2.0 / 3.0, 0.01))) for spread in radar.spread]
@@ -104,7 +97,7 @@ class Synthesis:
         if self.world.lands:
             way = self.world.ownship.states(np.linspace(0.0, last, 200))[:, :2]
             box = np.array([way.min(axis=0), way.max(axis=0)])
-            self._land = LandRaster(self.world.lands, self.world.radar, box, self.seed, LAND, opencv())
+            self._land = LandRaster(self.world.lands, self.world.radar, box, self.seed, LAND)
             if np.all(box[0] == box[1]) and np.ptp(self.world.bow(np.linspace(0.0, last, 200))) == 0:
                 self._still = self._land.mean(box[0], self.world.radar.bearings + float(self.world.bow(np.array(0.0))))
 

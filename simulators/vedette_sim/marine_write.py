@@ -18,7 +18,7 @@ from attrs import evolve
 import vedette
 from vedette import ConfigError, InputError, Progress, VedetteError
 from vedette.progress import silent
-from vedette_marine.ais import KNOT, ROT_STEP
+from vedette_marine.ais import KNOT, rate_of_turn
 from vedette_marine.geometry import write_geometry
 from vedette_report.progress import on_terminal
 from vedette_sim.marine_scene import RadarPicturesScene
@@ -36,7 +36,6 @@ def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Gener
     The same `rng` gives the same pictures as the scene used as a source. Each picture's row is written with it, so that
     what exists after an interruption can be read.
     """
-    cv2 = opencv()
     seed = int(rng.integers(2**63))
     painter, times = scene.painter(seed), scene.times(seed)
     try:
@@ -44,8 +43,8 @@ def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Gener
         geometry = painter.geometry
         if scene.land and scene.chart:
             geometry = evolve(geometry, land="land.png")
-            chart = land_mask(scene.land, scene.radar.size, scene.radar.metres_per_pixel, cv2)
-            _write(folder / geometry.land, chart, cv2)
+            chart = land_mask(scene.land, scene.radar.size, scene.radar.metres_per_pixel)
+            _write(folder / geometry.land, chart)
         write_geometry(folder, geometry)
         _table(folder / "truth.csv", TRUTH, _truth_rows(scene, times))
         _table(folder / "ais.csv", AIS, _ais_rows(scene, seed))
@@ -54,8 +53,8 @@ def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Gener
             rows.writerow(FRAMES)
             for number, time in enumerate(progress(times.tolist(), "pictures")):
                 name = f"{number:06d}.png"
-                _write(folder / name, np.moveaxis(painter.pixels(time), 0, 2), cv2)
-                pose = painter.synthesis.world.pose(time)
+                _write(folder / name, np.moveaxis(painter.pixels(time), 0, 2))
+                pose = scene.ownship.pose(time)
                 velocity = np.zeros(2) if pose.velocity is None else pose.velocity
                 bow = np.mod(0.5 * np.pi - float(pose.heading), 2.0 * np.pi)
                 rows.writerow([name, *(f"{value:.6f}" for value in (time, bow, *pose.position, *velocity))])
@@ -65,7 +64,8 @@ def write_pictures(scene: RadarPicturesScene, folder: Path, rng: np.random.Gener
     return len(times)
 
 
-def _write(path: Path, picture: Any, cv2: Any) -> None:
+def _write(path: Path, picture: Any) -> None:
+    cv2 = opencv()
     fine, coded = cv2.imencode(".png", np.ascontiguousarray(picture), [cv2.IMWRITE_PNG_COMPRESSION, 3])
     if not fine:
         raise InputError(f"{path}: OpenCV cannot write this picture")
@@ -90,8 +90,7 @@ def _ais_rows(scene: RadarPicturesScene, seed: int) -> Iterable[list[object]]:
     """Return all reports in order of time."""
     rows: list[tuple[float, list[object]]] = []
     for sent in scene.ais(seed).values():
-        rot = -np.degrees(sent.turn) * 60.0
-        rot = np.round(ROT_STEP * np.sign(rot) * np.sqrt(np.abs(rot)))
+        rot = rate_of_turn(-np.degrees(sent.turn) * 60.0)
         for i, time in enumerate(sent.time.tolist()):
             row: list[object] = [f"{time:.2f}", sent.mmsi, f"{sent.latitude[i]:.8f}", f"{sent.longitude[i]:.8f}"]
             row += [f"{np.degrees(sent.course[i]):.1f}", f"{sent.speed[i] / KNOT:.1f}", f"{np.degrees(sent.heading[i]):.0f}"]

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, final
+from typing import ClassVar, final
 
 import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, fields
-from vedette_sim.sea import Float32
+from vedette_sim.sea import Float32, opencv
 
 STANDARD_WIDTH = float(np.sqrt(8.0 * np.log(2.0)))
 """Width at half height of a Gaussian of standard deviation 1."""
@@ -43,8 +43,7 @@ class PpiRadar:
     >>> got = radar.levels(np.full((1, 300), 10.0, dtype=np.float32))[0, [40, 299]]
     >>> np.allclose(got, [10 - 5 + 30 * np.log10(202.5 / 800), 5.0], atol=1e-4)
     True
-    >>> import cv2
-    >>> shown = Raster(radar, cv2).picture(np.full((256, 300), 255, dtype=np.uint8))
+    >>> shown = Raster(radar).picture(np.full((256, 300), 255, dtype=np.uint8))
     >>> np.array_equal(shown > 0, np.hypot(*(np.mgrid[:320, :320] - 159.5)) <= 150)  # black beyond the disc
     True
     """
@@ -140,7 +139,7 @@ def _window(at: Array, spread: float) -> tuple[Array, NDArray[np.intp]]:
 class Raster:
     """Where each pixel of the disc lies among the sweeps; OpenCV's fixed-point maps, made once."""
 
-    def __init__(self, radar: PpiRadar, cv2: Any) -> None:
+    def __init__(self, radar: PpiRadar) -> None:
         middle, n = radar.centre, radar.azimuths
         down, right = (np.mgrid[: radar.size, : radar.size] - middle) * radar.metres_per_pixel
         away = np.hypot(right, down)
@@ -148,13 +147,13 @@ class Raster:
         column = away / radar.cell - 0.5
         self.outside = away > radar.range
         # One sweep more at either end, so that a pixel between the last and the first lies between two.
+        cv2 = opencv()
         self._maps = cv2.convertMaps(column.astype(np.float32), (row + 1.0).astype(np.float32), cv2.CV_16SC2)
-        self._remap = cv2.remap
-        self._linear = cv2.INTER_LINEAR
 
     def picture(self, sweeps: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Map sweeps (azimuths, range bins), row 0 up on the screen and then clockwise, to a picture (h, w)."""
         closed = np.concatenate([sweeps[-1:], sweeps, sweeps[:1]])
-        made: NDArray[np.uint8] = self._remap(closed, *self._maps, self._linear)
+        cv2 = opencv()
+        made: NDArray[np.uint8] = cv2.remap(closed, *self._maps, cv2.INTER_LINEAR)
         made[self.outside] = 0
         return made

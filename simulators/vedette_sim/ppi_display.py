@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from vedette import Array
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import Float32
+from vedette_sim.sea import Float32, opencv
 
 Picture = NDArray[np.uint8]
 
@@ -57,14 +55,14 @@ def palette() -> Picture:
     return made
 
 
-def coloured(picture: Picture, colours: Picture, cv2: Any) -> Picture:
+def coloured(picture: Picture, colours: Picture) -> Picture:
     """Map brightness (h, w) to colour (3, h, w)."""
-    return np.stack([cv2.LUT(picture, table) for table in colours])
+    return np.stack([opencv().LUT(picture, table) for table in colours])
 
 
-def interface(radar: PpiRadar, title: str, cv2: Any) -> tuple[Picture, Array]:
+def interface(radar: PpiRadar, title: str) -> tuple[Picture, Array]:
     """Return what the interface draws over every picture (h, w, 3), 0 where nothing, and the boxes (n, 4) of its texts."""
-    size, middle = radar.size, radar.centre
+    cv2, size, middle = opencv(), radar.size, radar.centre
     screen = np.zeros((size, size, 3), dtype=np.uint8)
     reach = radar.range / radar.metres_per_pixel
     at = (round(middle * 16), round(middle * 16))
@@ -79,13 +77,13 @@ def interface(radar: PpiRadar, title: str, cv2: Any) -> tuple[Picture, Array]:
     miles = radar.range / 1852.0
     left = [title, f"RANGE {miles:.2f} NM", f"RINGS {miles / 4:.3f} NM", f"{up}  RM"]
     right = [f"GAIN {radar.gain:+.0f} DB", f"PULSE {radar.pulse / 149.896:.2f} US", f"{60.0 / radar.period:.0f} RPM"]
-    boxes = [_text(screen, left, cv2, right=False), _text(screen, right, cv2, right=True)]
+    boxes = [_text(screen, left, right=False), _text(screen, right, right=True)]
     return screen, np.array(boxes, dtype=float)
 
 
-def _text(screen: Picture, lines: list[str], cv2: Any, *, right: bool) -> tuple[int, int, int, int]:
+def _text(screen: Picture, lines: list[str], *, right: bool) -> tuple[int, int, int, int]:
     """Write lines into an upper corner; return x, y, width and height of their box."""
-    size = screen.shape[0]
+    cv2, size = opencv(), screen.shape[0]
     scale, step = size / 2048.0, max(8, round(size / 57))
     widths = [cv2.getTextSize(line, cv2.FONT_HERSHEY_SIMPLEX, scale, 1)[0][0] for line in lines]
     widest = max(widths)
@@ -95,9 +93,9 @@ def _text(screen: Picture, lines: list[str], cv2: Any, *, right: bool) -> tuple[
     return max(x - 2, 0), MARGIN, min(widest + 4, size), step * len(lines) + step // 2
 
 
-def heading_line(screen: Picture, radar: PpiRadar, bearing: float, cv2: Any) -> None:
+def heading_line(screen: Picture, radar: PpiRadar, bearing: float) -> None:
     """Draw own ship's heading, `bearing` clockwise from up, on a picture (3, h, w)."""
     middle, reach = radar.centre, radar.range / radar.metres_per_pixel
     tip = (round(middle + reach * np.sin(bearing)), round(middle - reach * np.cos(bearing)))
     for plane, level in zip(screen, RING, strict=True):
-        cv2.line(plane, (round(middle), round(middle)), tip, level, 1)
+        opencv().line(plane, (round(middle), round(middle)), tip, level, 1)

@@ -10,6 +10,7 @@ from attrs import frozen
 
 from vedette import Array, MotionModel, Space, Trajectory, fields
 from vedette.sampling import common_state, draw_jump_markov, union_state
+from vedette_sim.life import check_life, life
 
 _PLANE = {"x": (0.0, 10.0), "y": (50.0, 20.0), "vx": (3.0, 1.0), "vy": (-2.0, 4.0)}
 STARTS = (_PLANE, {**_PLANE, "turn_rate": (0.05, 0.1)})
@@ -30,18 +31,6 @@ def check_models(
     wanted = [name for name in union_state(models).names if name not in elsewhere]
     if sorted(start) != sorted(wanted):
         raise ValueError(f"start: must give the axes {', '.join(wanted) or 'none'}, got {', '.join(start) or 'none'}")
-
-
-def check_life(appears: float, disappears: float | None) -> None:
-    """Raise ValueError if an object is gone before it comes."""
-    if disappears is not None and disappears <= appears:
-        raise ValueError(f"disappears: must be after it appears at {appears:.6g} s, got {disappears:.6g} s")
-
-
-def life(appears: float, disappears: float | None, scan_times: Array, duration: float) -> Array:
-    """Return the times at which an object is known: when it appears, at each scan, when it is gone or the scene ends."""
-    last = duration if disappears is None else min(disappears, duration)
-    return np.unique([appears, *scan_times[(scan_times > appears) & (scan_times < last)], last])
 
 
 @final

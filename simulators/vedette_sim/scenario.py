@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from heapq import merge
 from typing import ClassVar, final
 
@@ -27,12 +28,13 @@ from vedette import (
 from vedette.sampling import common_state, corners, draw_clutter, returns, shuffled
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
+from vedette_sim.life import life
 from vedette_sim.lockstep import Gaze, drawn_states, look_together, ship_states
 from vedette_sim.look import Look
 from vedette_sim.population import Population
-from vedette_sim.random_motion import Drawn, life
+from vedette_sim.random_motion import Drawn
 from vedette_sim.resolution import merged_returns
-from vedette_sim.ships import PLANE, Ship
+from vedette_sim.ships import PLANE, Ship, check_ownship
 from vedette_sim.streamed_scene import BLOCK, LazyScene, Views
 from vedette_study.scenes import Scenes
 
@@ -137,8 +139,8 @@ class Simulation(Source):
         for name in self.sensors:
             if name not in self.looks:
                 raise ValueError(f"sensors.{name}: never looks; there are looks of {', '.join(self.looks)}")
-        if self.ownship is not None and (self.ownship.appears > 0 or self.ownship.disappears is not None):
-            raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")
+        if self.ownship is not None:
+            check_ownship(self.ownship)
 
     def open(self, sensors: Mapping[str, Sensor], rng: np.random.Generator) -> Recording:
         """Return all scans in time order, and the truth at every scan time. ConfigError if scene and sensors disagree."""
@@ -259,8 +261,11 @@ class Simulation(Source):
         views = Views(len(times), m, lambda object_name: _stream(root, "view", name, object_name))
         false, order = _stream(root, "clutter", name), _stream(root, "order", name)
         cells, gaps = self.looks[name].cells(sensor.measurement), _stream(root, "missing", name)
-        coarse = bool(np.any(np.isfinite(cells)))
-        merges, near_by = sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None, _stream(root, "merge", name)
+        report = returns
+        if np.any(np.isfinite(cells)):
+            report = partial(merged_returns, cells=cells)
+        elif sensor.unresolved(np.zeros((1, len(sensor.observes)))) is not None:
+            report = partial(merged_returns, cells=None, rng=_stream(root, "merge", name))
         for begin in range(0, len(times), BLOCK):
             block = times[begin : begin + BLOCK]
             near = [each for each in truth if each.times[0] <= block[-1] and block[0] <= each.times[-1]]
@@ -273,22 +278,14 @@ class Simulation(Source):
                 pose, here = self._pose(time), np.flatnonzero(alive[i])
                 with _blamed_on(f"looks.{name}"):
                     placed = sensor.placed(pose)
-                    if coarse:
-                        z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], cells)
-                    elif merges:
-                        z, seen = merged_returns(placed, x[i, here], uniform[here, i], standard[here, i], None, near_by)
-                    else:
-                        z, seen = returns(placed, x[i, here], uniform[here, i], standard[here, i])
+                    z, seen = report(placed, x[i, here], uniform[here, i], standard[here, i])
                     if clutter is not None:
                         more, kept = draw_clutter(placed, clutter, false)
                         z, seen = np.concatenate([z, more]), np.concatenate([seen, kept])
                 yield Scan(time, name, self.looks[name].with_gaps(shuffled(z, seen, order), sensor, gaps), pose)
 
     def _pose(self, time: float) -> Pose | None:
-        if self.ownship is None:
-            return None
-        state = self.ownship.states(np.array(time))
-        return Pose(state[:2], state[2:], float(self.ownship.heading(np.array(time))))
+        return None if self.ownship is None else self.ownship.pose(time)
 
 
 def _states(path: Trajectory, times: Array, axes: Space) -> tuple[Mask, Array]:

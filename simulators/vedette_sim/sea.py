@@ -9,6 +9,7 @@ from attrs import Factory, define, field, frozen
 from numpy.typing import NDArray
 
 from vedette import Array, fields
+from vedette_files.libraries import needed
 
 Float32 = NDArray[np.float32]
 
@@ -23,12 +24,8 @@ _REACH = 6.0
 
 
 def opencv() -> Any:
-    """Return the module `cv2`; ValueError if it is not installed."""
-    try:
-        import cv2
-    except ImportError:
-        raise ValueError("simulated radar pictures need OpenCV: pip install 'vedette[vision]'") from None
-    return cv2
+    """Return the module `cv2`; InputError if it is not installed."""
+    return needed("cv2", "simulated radar pictures need OpenCV", "vision")
 
 
 @final

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import final
 
 import numpy as np
-from attrs import Factory, field, frozen
+from attrs import Factory, asdict, field, frozen
 
-from vedette import Array, Space, fields
+from vedette import Array, Pose, Space, fields
+from vedette_sim.life import check_life
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 """The axes of a ship's state."""
@@ -38,17 +39,10 @@ class Leg:
     )
     accel: float | None = fields.quantity("m/s^2", "acceleration along the course, negative to slow down", default=None)
     decel: float | None = fields.quantity("m/s^2", "how hard it brakes to rest", default=None, above=0)
-    push: Array | None = fields.array(
-        "m/s^2", "acceleration [x, y] that stays as it is whatever the course", ndim=1, default=None,
-        check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}",
-    )  # fmt: skip
+    push: Array | None = fields.pair("m/s^2", "acceleration [x, y] that stays as it is whatever the course", default=None)
 
     def __attrs_post_init__(self) -> None:
-        given = [
-            name
-            for name in ("seconds", "rate", "lateral_accel", "accel", "decel", "push")
-            if getattr(self, name) is not None
-        ]
+        given = [name for name, value in asdict(self, recurse=False).items() if name != "do" and value is not None]
         if all(sorted(given) != sorted(takes) for takes in _TAKES[self.do]):
             right = ", or ".join(" and ".join(takes) for takes in _TAKES[self.do])
             raise ValueError(f"do: {self.do!r} takes {right}; got {' and '.join(given) or 'none of these'}")
@@ -122,9 +116,7 @@ class Ship:
     True
     """
 
-    start: Array = fields.array(
-        "m", "position [x, y] where it appears", ndim=1, check=lambda v: None if len(v) == 2 else f"must be [x, y], got {v}"
-    )
+    start: Array = fields.pair("m", "position [x, y] where it appears")
     course: float = fields.quantity("rad", "first course, from the +x axis towards +y", default=0.0)
     speed: float = fields.quantity("m/s", "first speed", default=0.0, at_least=0)
     legs: tuple[Leg, ...] = fields.part("manoeuvres, one after the other", default=())
@@ -133,8 +125,7 @@ class Ship:
     _legs: Array = field(init=False, repr=False, eq=False, default=Factory(_lay, takes_self=True))
 
     def __attrs_post_init__(self) -> None:
-        if self.disappears is not None and self.disappears <= self.appears:
-            raise ValueError(f"disappears: must be after it appears at {self.appears:.6g} s, got {self.disappears:.6g} s")
+        check_life(self.appears, self.disappears)
 
     def states(self, times: Array) -> Array:
         """Return x, y, vx, vy at `times` (*s) in s, none of them before it appears: (*s, 4)."""
@@ -145,9 +136,20 @@ class Ship:
         """Return the course in rad at `times` (*s), also at rest; not wrapped: (*s)."""
         return self.at(times)[3]
 
+    def pose(self, time: float) -> Pose:
+        """Return the pose of what it carries; the heading is from the +x axis towards +y."""
+        state = self.states(np.array(time))
+        return Pose(state[:2], state[2:], float(self.heading(np.array(time))))
+
     def at(self, times: Array) -> tuple[Array, Array, Array, Array, Array]:
         """Return `times` (*s) in s, none of them before it appears, and x, y, course and speed there, (*s) each."""
         times = np.asarray(times, dtype=float)
         if not np.all((times >= self.appears) & np.isfinite(times)):
             raise ValueError(f"times: must be finite and no earlier than it appears at {self.appears:.6g} s, got {times}")
         return _move(self._legs[np.searchsorted(self._legs[:, 0], times, side="right") - 1], times)
+
+
+def check_ownship(carrier: Ship) -> None:
+    """Raise ValueError unless what carries the sensors is there all the time."""
+    if carrier.appears > 0 or carrier.disappears is not None:
+        raise ValueError("ownship: must be there all the time, without `appears` and `disappears`")

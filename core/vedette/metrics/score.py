@@ -15,10 +15,6 @@ from vedette.roles import MotionModel
 from vedette.space import Array
 
 
-def _two(values: Array) -> str | None:
-    return None if len(values) == 2 else f"must be [x, y], got {len(values)} numbers"
-
-
 @final
 @frozen
 class Bound:
@@ -84,12 +80,8 @@ class Judge:
     lost_scans: int = fields.integer(
         "scans in a row with a larger error after which a target is lost", default=5, at_least=1
     )
-    offset: Array = fields.array(
-        "m",
-        "[x, y] by which all estimates are known to be off; removed before judging",
-        ndim=1,
-        default=(0.0, 0.0),
-        check=_two,
+    offset: Array = fields.pair(
+        "m", "[x, y] by which all estimates are known to be off; removed before judging", default=(0.0, 0.0)
     )
     truth_gap: float | None = fields.quantity(
         "s", "truth is interpolated over gaps of at most this; in longer ones nothing is said of the object, nor of tracks "

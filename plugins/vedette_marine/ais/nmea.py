@@ -14,7 +14,7 @@ from vedette import Problem, Rows
 from vedette.fields import ABSURD
 from vedette_files.input_files import lines, shown
 from vedette_files.libraries import needed
-from vedette_marine.ais.reports import KNOT, ROT_STEP, Reports, by_ship, turn_rate
+from vedette_marine.ais.reports import KNOT, Reports, by_ship, rate_of_turn, turn_rate
 
 POSITIONS = (1, 2, 3, 18, 19, 27)
 """Message types that hold a ship's position: class A, class B, long range."""
@@ -163,4 +163,4 @@ def _rot(message: Any) -> float:
     number = float(value.value if hasattr(value, "value") else value)
     if abs(number) >= 127 and hasattr(value, "value"):
         return number
-    return float(np.sign(number) * np.rint(np.sqrt(abs(number)) * ROT_STEP))
+    return float(rate_of_turn(np.array(number)))

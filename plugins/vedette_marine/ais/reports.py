@@ -73,6 +73,11 @@ def turn_rate(rot: Array) -> Array:
     return np.where(known, -np.deg2rad(rate) / 60.0, np.nan) + 0.0
 
 
+def rate_of_turn(turn: Array) -> Array:
+    """Convert turns (*b) in deg/min to starboard to the rate of turn as sent, which is 126 at most."""
+    return np.clip(np.round(ROT_STEP * np.sign(turn) * np.sqrt(np.abs(turn))), -126, 126)
+
+
 def east_north(latitude: Array, longitude: Array, origin: tuple[float, float]) -> Array:
     """Return east and north (s, 2) in m of the local tangent plane at `origin`, latitude and longitude in deg, on WGS 84."""
     geodetic2enu = needed("pymap3d", "latitudes and longitudes need pymap3d", "marine").geodetic2enu

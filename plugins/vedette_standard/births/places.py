@@ -33,10 +33,6 @@ def present(dt: float, lifetime: float) -> float:
     return -lifetime * math.expm1(-dt / lifetime)
 
 
-def _pair(numbers: Array) -> str | None:
-    return None if len(numbers) == 2 else f"must be two numbers, got {len(numbers)}"
-
-
 @final
 @frozen
 class Edge:
@@ -47,10 +43,10 @@ class Edge:
     along the line, too.
     """
 
-    start: Array = fields.array("m", "x and y of one end", ndim=1, check=_pair)
-    end: Array = fields.array("m", "x and y of the other end", ndim=1, check=_pair)
+    start: Array = fields.pair("m", "x and y of one end")
+    end: Array = fields.pair("m", "x and y of the other end")
     width: float = fields.quantity("m", "standard deviation of the position across the line", above=0)
-    speed: Array = fields.array("m/s", "mean and standard deviation of the speed", ndim=1, check=_pair)
+    speed: Array = fields.pair("m/s", "mean and standard deviation of the speed", of="mean, standard deviation")
     parts: int = fields.integer("number of Gaussians along the line", default=8, at_least=1)
     others: dict[str, tuple[float, float]] = fields.table("further state axis to [mean, standard deviation]", pairs=True)
     initial: float = fields.quantity("1", "expected number before the first scan", default=0.0, at_least=0)

@@ -52,7 +52,7 @@ def test_targets_that_come_in_across_a_line_are_spread_evenly_along_it():
     ("made", "said"),
     [
         (lambda: Edge([0.0, 0.0], [0.0, 0.0], 1.0, [1.0, 1.0]), "end: must differ from start"),
-        (lambda: Edge([0.0, 0.0, 1.0], [0.0, 1.0], 1.0, [1.0, 1.0]), "start: must be two numbers, got 3"),
+        (lambda: Edge([0.0, 0.0, 1.0], [0.0, 1.0], 1.0, [1.0, 1.0]), r"start: must be \[x, y\]"),
         (lambda: Poisson(), "appear: must hold at least one"),
         (lambda: Uniform(BOX, SPREAD), "rate: must be > 0 unless `initial` is"),
         (lambda: Uniform({}, SPREAD, rate=1.0), "view: must hold the box"),
