@@ -8,7 +8,7 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import WrappedSensor, fields
+from vedette import fields
 from vedette.errors import Problem
 from vedette.roles import Sensor
 from vedette.space import Array
@@ -54,7 +54,7 @@ def misplaced(sites: Mapping[str, Site], sensors: Mapping[str, Sensor], origin: 
             problems.append(Problem(place, f"is too far from the origin {origin} for one plane"))
         elif not any(axis in sensor.measurement for axis in DIRECTED):
             problems.append(Problem(place, f"says nothing to {sensor.kind!r}, which measures neither range nor direction"))
-        elif (pose := stands(sensor)) is not None and (np.any(pose.position) or _height(sensor) != 0.0):
+        elif (pose := stands(sensor)) is not None and np.any(pose.position):
             problems.append(Problem(place, f"gives the sensor its x, y and z: leave them out of sensors.{name}"))
     return problems
 
@@ -83,8 +83,7 @@ class Station:
     def of(cls, sensor: Sensor, origin: Origin | None, frame: str) -> Station:
         """Return that of a sensor that stands at its own x, y and, if it has one, z; without origin, as at 45 deg north."""
         pose, (first, _) = stands(sensor), east_north(frame)
-        x, y = (0.0, 0.0) if pose is None else pose.position[:2].tolist()
-        height = _height(sensor)
+        x, y, height = np.zeros(3) if pose is None else np.append(pose.position, 0.0)[:3]
         east, north = (x, y) if first == "x" else (y, x)
         if origin is None:
             return cls(Origin(45.0, 0.0, height), np.array([east, north, height]), np.eye(3), northed=False)
@@ -147,13 +146,6 @@ class Station:
             rate = columns["range_rate"]
             made["range_rate"] = np.where(known, rate / np.maximum(share, STEEP), rate)
         return made
-
-
-def _height(sensor: Sensor) -> float:
-    """Return the height at which a sensor, or that which it wraps, stands in m, 0 if it has none."""
-    while isinstance(sensor, WrappedSensor):
-        sensor = sensor.of
-    return float(getattr(sensor, "z", 0.0))
 
 
 def _directions(place: Origin) -> Array:

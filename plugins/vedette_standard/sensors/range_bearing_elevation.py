@@ -6,9 +6,9 @@ import math
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
-from vedette import Array, Gaussian, Space, Twin, fields
+from vedette import Array, Gaussian, Pose, Space, Twin, fields
 from vedette_standard.sensors.clutter import per_direction
 from vedette_standard.sensors.geometry import NEAR
 from vedette_standard.sensors.placed import RangingSensor
@@ -64,6 +64,13 @@ class RangeBearingElevation(RangingSensor):
     sigma_elevation: float = fields.quantity("rad", "standard deviation of the elevation", above=0, at_most=1)
     z: float = fields.quantity("m", "height at which the radar stands", default=0.0)
     clutter_density: float = fields.quantity("1/m^3", "false returns per scan and volume", default=0.0, at_least=0)
+
+    @property
+    def pose(self) -> Pose:
+        """Where it stands, its height too."""
+        position = self._pose.position
+        height = np.broadcast_to(self._height(position.ndim - 1), position.shape[:-1])
+        return evolve(self._pose, position=np.concatenate([position[..., :2], height[..., None]], axis=-1))
 
     def _height(self, axes: int) -> Array:
         position = self._pose.position
