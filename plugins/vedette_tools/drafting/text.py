@@ -166,7 +166,6 @@ def _estimator(table: Table, facts: Mapping[str, Facts], design: Design, fitted:
 
 
 def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[str]:
-    speed, errors = design.speed, design.errors
     yield f"[sensors.{toml_text.key(name)}]"
     apart = f", usually {facts.period:.3g} s apart" if facts.scans > 1 and not facts.in_turn else ""
     if facts.in_turn:
@@ -178,49 +177,61 @@ def _sensor(table: Table, name: str, facts: Facts, design: Design) -> Iterator[s
     elif table.reported and facts.sigmas[0] < RECEIVER:
         yield "# smoothed by the receivers' own filters: all positions of one may be off by metres, which no track shows"
     doubt = "" if facts.chains else f"  # {_GUESS}"
-    if table.polar:
-        beside = {"range_rate": "_rate", "elevation": "_elevation"}.get(table.third, "")
-        yield f'kind = "range_bearing{beside}"'
-        yield f"sigma_range = {rounded(errors * facts.sigmas[0])!r}{doubt}"
-        yield f'sigma_bearing = "{rounded(math.degrees(errors * facts.sigmas[1])):g} deg"{doubt}'
-        if table.upward:
-            yield f'sigma_elevation = "{rounded(math.degrees(errors * facts.third)):g} deg"'
-        elif table.third:
-            yield f"sigma_rate = {rounded(errors * facts.third)!r}"
-            yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
-            yield f"crossing_speed = {rounded(1.5 * speed)!r}"
-        yield f"max_range = {rounded(1.1 * facts.reach)!r}"
-        if name in table.stands:
-            yield from (f"{axis} = {rounded(place, 6)!r}" for axis, place in zip("xy", table.stands[name], strict=True))
-        clutter = f"clutter_per_scan = {rounded(facts.clutter)!r}  # returns that belong to no track"
-    else:
-        if table.third:
-            flat, up = rounded((errors * facts.sigmas[0]) ** 2), rounded((errors * facts.third) ** 2)
-            yield 'kind = "linear"'
-            yield 'axes = ["x", "y", "z"]'
-            told = f"# m^2: {rounded(errors * facts.third):g} m in height"
-            yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  {told}"
-        else:
-            if design.correlated and facts.errors is not None:
-                yield f"# {facts.errors.told(name, 'each axis', 'm')}"
-                yield "# so err the estimates of a filter: if these are such, track the returns that they were made of"
-                yield 'kind = "biased"  # the error of a return goes on in the next: a part of the state, beside the motion'
-                yield f"add = {{ {', '.join(f'{axis} = {toml_text.value(own)}' for axis, own in WANDERING.items())} }}"
-                size = rounded(errors * facts.errors.correlated.correlated)
-                yield f"spread = {{ {', '.join(f'{own} = {size!r}' for own in WANDERING.values())} }}"
-                yield ""
-                yield f"[sensors.{toml_text.key(name)}.of]"
-            yield 'kind = "cartesian_position"'
-            size = facts.errors.correlated.white if design.correlated and facts.errors is not None else facts.sigmas[0]
-            yield f"sigma = {rounded(errors * size)!r}{doubt}"
-            if facts.view is not None:
-                box = [f"{axis} = {{ low = {a:.6g}, high = {b:.6g} }}" for axis, a, b in zip("xy", *facts.view, strict=True)]
-                yield f"view = {{ {', '.join(box)} }}  # of its returns, for others saw targets beyond"
-        density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
-        clutter = f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
+    yield from (_polar if table.polar else _in_space if table.third else _in_plane)(table, name, facts, design, doubt)
     often = min(design.often * facts.probability, 0.5) if facts.in_turn else facts.probability
     yield f"detection_probability = {rounded(often)!r}"
-    yield clutter
+    if table.polar:
+        yield f"clutter_per_scan = {rounded(facts.clutter)!r}  # returns that belong to no track"
+        return
+    density = rounded(facts.clutter / facts.area / (facts.height if table.third else 1.0))
+    yield f"clutter_density = {density!r}  # {rounded(facts.clutter):g} returns a scan that belong to no track"
+
+
+def _polar(table: Table, name: str, facts: Facts, design: Design, doubt: str) -> Iterator[str]:
+    """Yield the lines of a sensor of ranges and bearings, up to its detection probability."""
+    errors = design.errors
+    beside = {"range_rate": "_rate", "elevation": "_elevation"}.get(table.third, "")
+    yield f'kind = "range_bearing{beside}"'
+    yield f"sigma_range = {rounded(errors * facts.sigmas[0])!r}{doubt}"
+    yield f'sigma_bearing = "{rounded(math.degrees(errors * facts.sigmas[1])):g} deg"{doubt}'
+    if table.upward:
+        yield f'sigma_elevation = "{rounded(math.degrees(errors * facts.third)):g} deg"'
+    elif table.third:
+        yield f"sigma_rate = {rounded(errors * facts.third)!r}"
+        yield f"max_rate = {rounded(1.1 * facts.fastest)!r}"
+        yield f"crossing_speed = {rounded(1.5 * design.speed)!r}"
+    yield f"max_range = {rounded(1.1 * facts.reach)!r}"
+    if name in table.stands:
+        yield from (f"{axis} = {rounded(place, 6)!r}" for axis, place in zip("xy", table.stands[name], strict=True))
+
+
+def _in_space(table: Table, name: str, facts: Facts, design: Design, doubt: str) -> Iterator[str]:
+    """Yield those of a sensor of positions with heights."""
+    flat, up = (rounded((design.errors * sigma) ** 2) for sigma in (facts.sigmas[0], facts.third))
+    yield 'kind = "linear"'
+    yield 'axes = ["x", "y", "z"]'
+    told = f"# m^2: {rounded(design.errors * facts.third):g} m in height"
+    yield f"R = [[{flat!r}, 0, 0], [0, {flat!r}, 0], [0, 0, {up!r}]]  {told}"
+
+
+def _in_plane(table: Table, name: str, facts: Facts, design: Design, doubt: str) -> Iterator[str]:
+    """Yield those of a sensor of positions in the plane."""
+    size = facts.sigmas[0]
+    if design.correlated and facts.errors is not None:
+        yield f"# {facts.errors.told(name, 'each axis', 'm')}"
+        yield "# so err the estimates of a filter: if these are such, track the returns that they were made of"
+        yield 'kind = "biased"  # the error of a return goes on in the next: a part of the state, beside the motion'
+        yield f"add = {{ {', '.join(f'{axis} = {toml_text.value(own)}' for axis, own in WANDERING.items())} }}"
+        wandering = rounded(design.errors * facts.errors.correlated.correlated)
+        yield f"spread = {{ {', '.join(f'{own} = {wandering!r}' for own in WANDERING.values())} }}"
+        yield ""
+        yield f"[sensors.{toml_text.key(name)}.of]"
+        size = facts.errors.correlated.white
+    yield 'kind = "cartesian_position"'
+    yield f"sigma = {rounded(design.errors * size)!r}{doubt}"
+    if facts.view is not None:
+        box = [f"{axis} = {{ low = {a:.6g}, high = {b:.6g} }}" for axis, a, b in zip("xy", *facts.view, strict=True)]
+        yield f"view = {{ {', '.join(box)} }}  # of its returns, for others saw targets beyond"
 
 
 def _count(number: int, one: str, many: str = "") -> str:
