@@ -6,7 +6,8 @@ import pytest
 import vedette
 from vedette.types import Detections, Scan
 from vedette_report.whole_trackers.judging import consistency
-from vedette_report.whole_trackers.runs import MOST_FALSE, _cluttered
+from vedette_report.whole_trackers.runs import MOST_FALSE, _False
+from vedette_report.whole_trackers.world import World
 
 CONFIG = {
     "estimator": {"kind": "ekf", "motion": {"kind": "target_oriented", "sigma_forward": 3.0, "sigma_side": 30.0}},
@@ -27,11 +28,9 @@ def test_clutter_without_end_is_not_drawn(variance):
     z = np.zeros((3, 1, 2))
     scan = Scan(1.0, "radar", Detections(z, np.ones((3, 1), dtype=bool)))
     S = np.stack([np.diag([scale, scale]) for scale in (variance, 400.0, variance)])
-    without = np.array([False, False, True])
-    both, endless, counted = _cluttered(
-        tracker, tracker.sensors["radar"], scan, z[:, 0], S, without, np.random.default_rng(1)
-    )
-    assert endless.tolist() == [True, False, False]
+    drawn = _False(World(tracker.estimator, tracker.sensors), np.random.default_rng(1), np.array([False, False, True]))
+    both, counted = drawn.added(tracker, scan, z[:, 0], S)
+    assert drawn.drowned.tolist() == [True, False, True]
     counts = both.detections.valid.sum(axis=1)
     assert np.array_equal(counted[0], counts - 1)
     assert np.all(counted[1] >= counted[0])

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, final
 
 import numpy as np
-from attrs import evolve, field, fields_dict, frozen
+from attrs import define, evolve, field, fields_dict, frozen
 
 from vedette.filters import expected_return
 from vedette.roles import Sensor
@@ -14,7 +14,7 @@ from vedette.sampling import densities, returns, thinned
 from vedette.space import Array, Mask
 from vedette.testing import Misuse
 from vedette.testing.truth import draw_moded, motion_of
-from vedette.tracking import Tracker
+from vedette.tracking import State, Tracker
 from vedette.types import Detections, Gaussian, Recording, Scan
 from vedette_report.whole_trackers.world import World, world_of
 from vedette_standard import SingleTarget
@@ -135,14 +135,7 @@ def play(
     why = why_not_exact(tracker, prior)
     world = world_of(tracker, world, prior)
     assert world.start is not None
-    clutter = any(
-        np.any(np.asarray(sensor.clutter(sensor.measure(at[space.locate(sensor.observes)]))) > 0)
-        for at, space, sensors in (
-            (prior.mean, tracker.state, tracker.sensors),
-            (world.start.mean, world.estimator.state, world.sensors),
-        )
-        for sensor in sensors.values()
-    )
+    clutter = _sees_clutter(tracker, prior) or _sees_clutter(world, world.start)
     gate = tracker.gate if clutter else evolve(tracker.gate, probability=OPEN_GATE, clutter="sensor")
     tracker = evolve(tracker, lifecycle=SingleTarget(), birth=None, gate=gate)
     wide, active = draw_moded(world.estimator, world.start, times, rng, runs)
@@ -151,37 +144,12 @@ def play(
     many = Gaussian(np.broadcast_to(prior.mean, (runs, 1, n)), np.broadcast_to(prior.cov, (runs, 1, n, n)))
     state = tracker.start(many, float(times[0]), rng.spawn(1)[0])
     means, covs, surprise = [], [], []
-    before: dict[str, Array] = {}
-    usual = dict.fromkeys(world.errors, 0.0)
-    drowned = np.zeros(runs, dtype=bool)
-    looks: dict[str, list[tuple[Any, ...]]] = {name: [] for name in tracker.sensors}
+    drawn, false = _Returns(world, rng), _False(world, rng, np.zeros(runs, dtype=bool)) if clutter else None
+    looks: dict[str, list[tuple[Array, ...]]] = {name: [] for name in tracker.sensors}
     for k, time in enumerate(times[1:].tolist(), 1):
-        for name, sensor in tracker.sensors.items():
-            moments = tracker.estimator.moments(tracker.predict(state, time))
-            x = _looked_at(tracker, sensor, truth[:, k])
-            real, uniform = world.sensors[name], rng.random(runs)
-            white: Array = rng.standard_normal((runs, len(sensor.measurement)))
-            there = wide[:, k, world.estimator.state.locate(real.observes)]
-            if name in world.errors:
-                away = np.maximum(distances(real, there), 1e-9)
-                usual[name] = usual[name] or float(np.mean(away))
-                white, before[name] = world.errors[name].shaped(white, before.get(name), away / usual[name], rng)
-            z, seen = returns(real, there, uniform, white)
-            residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
-            expected = sensor.measurement.displace(z, -residual)
-            scan = Scan(time, name, Detections(z[:, None], seen[:, None]))
-            counts: Array = np.zeros((3, runs))
-            if clutter:
-                scan, grown, counts = _cluttered(tracker, world.sensors[name], scan, expected, S, drowned, rng)
-                drowned = drowned | grown
-            state = tracker.step(state, scan)
-            apart = sensor.measurement.difference(scan.detections.z, expected[:, None])
-            pooled = np.sum(state.weights[:, 0, 1:, None] * apart, axis=-2)
-            declared = np.broadcast_to(sensor.detects(x), (runs,))
-            far = distances(sensor, _looked_at(tracker, sensor, moments.mean[:, 0]))
-            there = sensor.measure(x)
-            apart = sensor.measurement.difference(z, there)
-            looks[name].append((residual, S, seen, pooled, declared, *counts, far, apart, there))
+        for name in tracker.sensors:
+            state, look = _look(tracker, state, Scan(time, name, drawn.of(name, wide[:, k])), truth[:, k], false)
+            looks[name].append(look)
         estimate = tracker.estimate(state)
         means.append(estimate.mean[:, 0])
         covs.append(estimate.cov[:, 0])
@@ -192,7 +160,59 @@ def play(
     gathered = {name: Looks(*(np.stack(part, axis=1) for part in zip(*rows, strict=True))) for name, rows in looks.items()}
     error = tracker.state.difference(truth[:, 1:], mean)
     surprised = np.stack(surprise, axis=1) if surprise else None
+    drowned = np.zeros(runs, dtype=bool) if false is None else false.drowned
     return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why, drowned, surprised)
+
+
+def _sees_clutter(of: Tracker | World, start: Gaussian) -> bool:
+    """Return whether a sensor states clutter where the target starts."""
+    places = ((sensor, start.mean[of.estimator.state.locate(sensor.observes)]) for sensor in of.sensors.values())
+    return any(np.any(np.asarray(sensor.clutter(sensor.measure(x))) > 0) for sensor, x in places)
+
+
+def _look(
+    tracker: Tracker, state: State, scan: Scan, target: Array, false: _False | None
+) -> tuple[State, tuple[Array, ...]]:
+    """Take a scan of the targets (r, n), with clutter if there is any; return the state and the fields of a look (r, ..)."""
+    sensor, z, seen = tracker.sensors[scan.sensor], scan.detections.z[:, 0], scan.detections.valid[:, 0]
+    moments = tracker.estimator.moments(tracker.predict(state, scan.time))
+    residual, S = innovation(tracker, sensor, Gaussian(moments.mean[:, 0], moments.cov[:, 0]), z)
+    expected = sensor.measurement.displace(z, -residual)
+    counts: Array = np.zeros((3, len(z)))
+    if false is not None:
+        scan, counts = false.added(tracker, scan, expected, S)
+    state = tracker.step(state, scan)
+    apart = sensor.measurement.difference(scan.detections.z, expected[:, None])
+    pooled = np.sum(state.weights[:, 0, 1:, None] * apart, axis=-2)
+    x = _looked_at(tracker, sensor, target)
+    declared = np.broadcast_to(sensor.detects(x), (len(z),))
+    far = distances(sensor, _looked_at(tracker, sensor, moments.mean[:, 0]))
+    real = sensor.measure(x)
+    return state, (residual, S, seen, pooled, declared, *counts, far, sensor.measurement.difference(z, real), real)
+
+
+@final
+@define(eq=False)
+class _Returns:
+    """Draws what the sensors of a world return of the targets; errors that last go on from scan to scan."""
+
+    world: World
+    rng: np.random.Generator
+    _usual: dict[str, float] = field(factory=dict)
+    _before: dict[str, Array] = field(factory=dict)
+
+    def of(self, name: str, x: Array) -> Detections:
+        """Return what a sensor returns (r, 1, m) of targets x (r, n) over the world's axes."""
+        sensor, runs = self.world.sensors[name], len(x)
+        there = x[..., self.world.estimator.state.locate(sensor.observes)]
+        uniform = self.rng.random(runs)
+        white: Array = self.rng.standard_normal((runs, len(sensor.measurement)))
+        if name in self.world.errors:
+            away = np.maximum(distances(sensor, there), 1e-9)
+            part = away / self._usual.setdefault(name, float(np.mean(away)))
+            white, self._before[name] = self.world.errors[name].shaped(white, self._before.get(name), part, self.rng)
+        z, seen = returns(sensor, there, uniform, white)
+        return Detections(z[:, None], seen[:, None])
 
 
 def distances(sensor: Sensor, x: Array) -> Array:
@@ -213,34 +233,42 @@ def innovation(tracker: Tracker, sensor: Sensor, predicted: Gaussian, z: Array) 
     return sensor.measurement.difference(z, expected), S
 
 
-def _cluttered(
-    tracker: Tracker, real: Sensor, scan: Scan, expected: Array, S: Array, without: Mask, rng: np.random.Generator
-) -> tuple[Scan, Mask, Array]:
-    """Add the clutter that could fall into any gate to the scan of all runs, drawn from the sensor that is `real`.
+@final
+@define(eq=False)
+class _False:
+    """Draws the clutter of the sensors of a world. The runs that are `drowned` (r,), as there was no end of it, get none."""
 
-    Also return the runs in which there is no end of it (r,), and of each run (3, r) how many false returns there are, of
-    how many candidates, and how many the tracker's own density expects of these. The runs `without` get none.
-    """
-    z, seen = scan.detections.z, scan.detections.valid
-    sensor = tracker.sensors[scan.sensor]
-    m, space = len(sensor.measurement), sensor.measurement
-    with np.errstate(over="ignore"):
-        reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
-    blind = ~without & ~np.all(reach < np.inf, axis=-1)
-    reach = np.where((without | blind)[:, None], 0.0, reach)
-    half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
-    grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5 if m < 3 else 3)] * m), axis=-1).reshape(-1, m)
-    there = expected[:, None] + half[:, None] * grid
-    bound = 1.3 * max(float(np.max(each.clutter(there))) for each in (sensor, real))
-    with np.errstate(over="ignore"):
-        mean = bound * np.prod(2 * half, axis=-1)
-    endless = blind | (mean > MOST_FALSE)
-    counts = rng.poisson(np.where(endless, 0.0, mean))
-    half = np.where(endless[:, None], 0.0, half)
-    k = int(counts.max(initial=0))
-    false = space.canonical(expected[:, None] + half[:, None] * rng.uniform(-1.0, 1.0, (len(z), k, m)))
-    candidate = np.arange(k) < counts[:, None]
-    kept = thinned(real, false, rng.random(false.shape[:-1]), bound, candidate)
-    stated = np.where(candidate, np.minimum(densities(sensor, false) / max(bound, 1e-300), 1.0), 0.0)
-    both = Detections(np.concatenate([z, false], 1), np.concatenate([seen, kept], 1))
-    return Scan(scan.time, scan.sensor, both), endless, np.stack([kept.sum(axis=1), counts, stated.sum(axis=1)])
+    world: World
+    rng: np.random.Generator
+    drowned: Mask
+
+    def added(self, tracker: Tracker, scan: Scan, expected: Array, S: Array) -> tuple[Scan, Array]:
+        """Add the clutter that could fall into any gate, around `expected` (r, m) with the spread S (r, m, m), to a scan.
+
+        Also return of each run (3, r) how many false returns there are, of how many candidates, and how many the tracker's
+        own density expects of these.
+        """
+        z, seen = scan.detections.z, scan.detections.valid
+        sensor, real = tracker.sensors[scan.sensor], self.world.sensors[scan.sensor]
+        m, space = len(sensor.measurement), sensor.measurement
+        with np.errstate(over="ignore"):
+            reach = 3.0 * np.sqrt(tracker.gate.threshold(m) * np.diagonal(S, axis1=-2, axis2=-1))
+        blind = ~self.drowned & ~np.all(reach < np.inf, axis=-1)
+        reach = np.where((self.drowned | blind)[:, None], 0.0, reach)
+        half = np.minimum(reach, [np.inf if axis.period is None else axis.period / 2 for axis in space.axes])
+        grid = np.stack(np.meshgrid(*[np.linspace(-1.0, 1.0, 5 if m < 3 else 3)] * m), axis=-1).reshape(-1, m)
+        there = expected[:, None] + half[:, None] * grid
+        bound = 1.3 * max(float(np.max(each.clutter(there))) for each in (sensor, real))
+        with np.errstate(over="ignore"):
+            mean = bound * np.prod(2 * half, axis=-1)
+        endless = blind | (mean > MOST_FALSE)
+        counts = self.rng.poisson(np.where(endless, 0.0, mean))
+        half = np.where(endless[:, None], 0.0, half)
+        k = int(counts.max(initial=0))
+        false = space.canonical(expected[:, None] + half[:, None] * self.rng.uniform(-1.0, 1.0, (len(z), k, m)))
+        candidate = np.arange(k) < counts[:, None]
+        kept = thinned(real, false, self.rng.random(false.shape[:-1]), bound, candidate)
+        stated = np.where(candidate, np.minimum(densities(sensor, false) / max(bound, 1e-300), 1.0), 0.0)
+        both = Detections(np.concatenate([z, false], 1), np.concatenate([seen, kept], 1))
+        self.drowned = self.drowned | endless
+        return Scan(scan.time, scan.sensor, both), np.stack([kept.sum(axis=1), counts, stated.sum(axis=1)])
