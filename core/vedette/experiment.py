@@ -24,7 +24,7 @@ from vedette.tracking.preprocessing import check_preprocessors, open_source
 from vedette.tracking.state import State
 from vedette.tracking.steps import Steps as Steps
 from vedette.tracking.tracker import Tracker
-from vedette.types import Gaussian, LazyScans, Recording, Scan, Track, Trajectory
+from vedette.types import Gaussian, LazyScans, Recording, Scan, Track, Trajectory, come_once
 
 Watch = Callable[[Scan, State, State, Gaussian, Array | None], None]
 """Is told of a scan, the states before and after it, and that one's estimates (t,) and mode probabilities (t, r), if any."""
@@ -230,7 +230,7 @@ class Experiment:
             tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,
             scans=tuple(taken),
             states=tuple(states),
-            framed=() if getattr(given, "once", False) else LazyScans(len(framed), lambda k: given[framed[k]]),
+            framed=() if come_once(given) else LazyScans(len(framed), lambda k: given[framed[k]]),
         )
 
     def outcome(self, steps: Steps, *, interrupted: bool) -> Result:

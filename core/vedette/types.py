@@ -273,6 +273,11 @@ class LazyScans(Sequence[Scan]):
         return self.make(range(self.length)[index])
 
 
+def come_once(scans: object) -> bool:
+    """Return whether scans are such as come once: how many there will be is not known."""
+    return isinstance(scans, LazyScans) and scans.once
+
+
 @frozen
 class Rows:
     """The numbers of rows, lines or frames read: used, refused, or left out because the tracker has no such sensor."""

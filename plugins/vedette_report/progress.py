@@ -8,6 +8,7 @@ from contextlib import contextmanager
 from typing import TypeVar
 
 from vedette.progress import Progress, silent
+from vedette.types import come_once
 
 T = TypeVar("T")
 
@@ -30,7 +31,7 @@ def on_terminal() -> Iterator[Progress]:
     ) as bar:
 
         def track(items: Sequence[T], about: str, /) -> Iterable[T]:
-            endless = getattr(items, "once", False)  # what a camera gives: nobody knows how much
+            endless = come_once(items)  # what a camera gives: nobody knows how much
             return bar.track(iter(items) if endless else items, description=about)
 
         yield track

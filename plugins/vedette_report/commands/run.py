@@ -17,7 +17,7 @@ from vedette.config import load, to_config
 from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Result, Steps
 from vedette.tracking import check_smoothing
-from vedette.types import LazyScans, Scan
+from vedette.types import LazyScans, Scan, come_once
 from vedette_files.files_read import Inputs
 from vedette_files.results import results_in, settle, unfinished_runs
 from vedette_files.writing import check_folder, locked
@@ -143,7 +143,7 @@ def _stream(
     done = stream(experiment, folder, steps=steps, reads=reads, former=former, lag=lag)
     if not arguments.stream and former is None:
         scans = steps.recording.scans
-        endless = isinstance(scans, LazyScans) and scans.once
+        endless = come_once(scans)
         long = "whose end is not known" if endless else f"of more than {LONG:,} scans or {MANY:,} returns"
         why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)

@@ -12,6 +12,7 @@ from vedette.commands import DONE, INTERRUPTED, options
 from vedette.config import load, to_config, warnings_of
 from vedette.errors import ConfigError
 from vedette.experiment import Experiment, Steps, Watch
+from vedette.types import come_once
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder
 from vedette_report.running.streaming import stream
@@ -28,7 +29,7 @@ def run(arguments: Namespace) -> int:
         check_folder(folder)
     pace, port = Pace(options.read("--speed", arguments.speed, read_speed) or 1.0), _port(arguments)
     steps = experiment.steps(progress=pace)
-    if arguments.speed is not None and getattr(steps.recording.scans, "once", False):
+    if arguments.speed is not None and come_once(steps.recording.scans):
         raise ConfigError.at("--speed", "is for recordings: these scans come at their own pace")
     view: LivePage | TerminalView
     if arguments.terminal:

@@ -23,7 +23,7 @@ from vedette.errors import ConfigError, InputError, Problem
 from vedette.experiment import Experiment, Steps
 from vedette.space import Space
 from vedette.tracking import without_bad_returns
-from vedette.types import LazyScans, Scan
+from vedette.types import Scan, come_once
 from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
 from vedette_files.json_values import parse, read_table
@@ -126,7 +126,7 @@ class Former:
         """
         if not self.drawn:
             return
-        if isinstance(steps.recording.scans, LazyScans) and steps.recording.scans.once:
+        if come_once(steps.recording.scans):
             raise InputError(f"{self.place}: its source gives each scan once, so that nobody can go on from there")
         given = lines(self.place / RECORDING)
         for wanted in head:

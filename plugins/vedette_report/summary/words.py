@@ -8,7 +8,7 @@ from vedette.experiment import Experiment, Result
 from vedette.metrics import Score
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Tracker
-from vedette.types import LazyScans
+from vedette.types import come_once
 from vedette.units import say
 from vedette_files import Terms, utc
 from vedette_report.columns import rows
@@ -138,7 +138,7 @@ def _read(experiment: Experiment, result: Result) -> Iterator[tuple[str, str]]:
         yield "note", f"{name} starts no tracks: one of its returns gives no position"
     if result.interrupted:
         scans = result.recording.scans
-        endless = isinstance(scans, LazyScans) and scans.once
+        endless = come_once(scans)
         has = "" if endless else f"; the recording has {len(scans):,}"
         yield "interrupted", f"after {count(intake.scans, 'scan')}{has}"
 

@@ -7,6 +7,8 @@ from math import inf, isfinite
 from time import monotonic, sleep, time
 from typing import Any, final
 
+from vedette.types import come_once
+
 
 @final
 class Pace:
@@ -21,7 +23,7 @@ class Pace:
 
     def __call__(self, items: Sequence[Any], about: str, /) -> Iterable[Any]:
         """Yield the scans in time."""
-        paced = isfinite(self._speed) and not getattr(items, "once", False)
+        paced = isfinite(self._speed) and not come_once(items)
         begin = first = None
         for scan in items:
             if begin is None or first is None:

@@ -13,7 +13,7 @@ from vedette.errors import VedetteError
 from vedette.experiment import Experiment
 from vedette.space import Array
 from vedette.tracking import open_source, preprocess
-from vedette.types import LazyScans, Pose, Recording, Scan
+from vedette.types import Pose, Recording, Scan, come_once
 
 MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
 """Scans at the beginning of the source that are looked at, of frames, and for preprocessors, which take their time."""
@@ -73,7 +73,7 @@ def opened(experiment: Experiment) -> Opened:
 
 def _first(recording: Recording) -> list[Scan]:
     """Return the first scans, all those of one time."""
-    if isinstance(recording.scans, LazyScans) and recording.scans.once:
+    if come_once(recording.scans):
         return []  # what comes once is left to the run
     scans: list[Scan] = []
     for _, together in groupby(islice(recording.scans, 2 * MOST_SCANS), key=lambda scan: scan.time):

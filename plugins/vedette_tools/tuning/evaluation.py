@@ -17,7 +17,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
-from vedette.types import LazyScans, Recording, Scan
+from vedette.types import Recording, Scan, come_once
 from vedette_report.detector_errors.in_tracks import Told, in_tracks
 from vedette_report.warnings.words import left_out
 from vedette_tools.tuning.field_of_view import Cover, View, views
@@ -112,7 +112,7 @@ def open_data(experiment: Experiment, part: float) -> Data:
 
 def data_of(experiment: Experiment, recording: Recording, part: float) -> Data:
     """Return the data of a recording."""
-    if isinstance(recording.scans, LazyScans) and recording.scans.once:
+    if come_once(recording.scans):
         raise ConfigError.at("source", "must be a recording: what a camera gives comes once")
     if not 0 < part <= 1:
         raise ConfigError.at("--part", f"must be > 0 and <= 1, got {part:g}")
