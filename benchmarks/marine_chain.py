@@ -111,10 +111,10 @@ def contrast(count: int) -> None:
             print(f"{cross_section:6g} {snr:7.1f}  {method:14} {figures} {error:8.1f}", flush=True)
 
 
-def milliseconds(call: Callable[[], Any], rounds: int = 20) -> float:
+def milliseconds(call: Callable[[], Any]) -> float:
     """Return the median of a call's CPU time."""
     took = []
-    for _ in range(rounds):
+    for _ in range(20):
         before = process_time()
         call()
         took.append(process_time() - before)

@@ -11,7 +11,6 @@ from attrs import frozen
 
 from vedette import Array, Experiment, Gaussian, Mask, Progress, Reproduction, Scan, Space, Trajectory, load
 from vedette.metrics import nees
-from vedette.sampling import Bounds, draw_detections
 from vedette.tracking import preprocessed, raw_sensors
 from vedette_bayes_risk import outcome, verdicts
 from vedette_bayes_risk.configs import BEYOND, CONTESTED, FILTERS, SENSORS, UNGATED, Choice
@@ -20,6 +19,7 @@ from vedette_bayes_risk.outcome import LOST, Contest, Record
 from vedette_report.findings import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
+from vedette_study.scenes import around_path
 from vedette_study.starts import over_axes, two_point
 
 R = TypeVar("R")
@@ -111,13 +111,7 @@ def draw(experiment: Experiment, runs: int, reach: float, rng: np.random.Generat
     """Draw the target's states (s, 4) and times (s,), and all sensors' scans at each time; the first two without clutter."""
     sensors = raw_sensors(experiment.preprocessors, experiment.tracker.sensors)
     flown = path(experiment, rng)
-    moments = []
-    for i, (time, state) in enumerate(zip(flown.times, flown.states, strict=True)):
-        around = {name: Bounds(spot - reach, spot + reach) for name, spot in zip("xy", state[:2], strict=True)}
-        x = np.broadcast_to(state[:2], (runs, 1, 2))
-        moments.append(
-            [Scan(float(time), name, draw_detections(sensors[name], x, rng, around if i > 1 else None)) for name in SENSORS]
-        )
+    moments = around_path(flown, {name: sensors[name] for name in SENSORS}, runs, reach, rng)
     return flown.states, flown.times, moments
 
 

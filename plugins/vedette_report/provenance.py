@@ -25,11 +25,10 @@ TOLD = ("python", "machine")
 Identity = Mapping[str, str]
 
 
-def packages_of(configs: Iterable[Any], *also: str, registry: Registry | None = None) -> tuple[str, ...]:
+def packages_of(configs: Iterable[Any], *also: str) -> tuple[str, ...]:
     """Return the packages whose code makes the results of some configs: Vedette's own, those of their kinds, and `also`."""
-    registry = Registry.installed() if registry is None else registry
     kinds = {kind for config in configs for kind in kinds_in(config)}
-    brought = {entry.cls.__module__.partition(".")[0] for entry in registry if entry.kind in kinds}
+    brought = {entry.cls.__module__.partition(".")[0] for entry in Registry.installed() if entry.kind in kinds}
     return tuple(sorted(brought | {*ALWAYS, *also}))
 
 

@@ -9,8 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette.roles import Sensor
+from vedette.sampling import Bounds, draw_detections
 from vedette.space import Array, Space
-from vedette.types import Scan
+from vedette.types import Scan, Trajectory
 
 
 @frozen(eq=False)
@@ -20,6 +21,21 @@ class Scenes:
     scans: tuple[Scan, ...]
     space: Space
     states: Array
+
+
+def around_path(
+    path: Trajectory, sensors: Mapping[str, Sensor], runs: int, reach: float, rng: np.random.Generator
+) -> list[list[Scan]]:
+    """Draw what sensors of x and y report of an object in each run: at each of its times a scan of each sensor.
+
+    Clutter is drawn on each axis up to `reach`, in m, from the object; at its first two times there is none.
+    """
+    moments = []
+    for i, (time, state) in enumerate(zip(path.times.tolist(), path.states, strict=True)):
+        around = {name: Bounds(spot - reach, spot + reach) for name, spot in zip("xy", state[:2], strict=True)}
+        x, region = np.broadcast_to(state[:2], (runs, 1, 2)), around if i > 1 else None
+        moments.append([Scan(time, name, draw_detections(each, x, rng, region)) for name, each in sensors.items()])
+    return moments
 
 
 @runtime_checkable

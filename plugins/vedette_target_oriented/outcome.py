@@ -65,8 +65,8 @@ SUDDEN = 5
 """Scans that count as the begin of a manoeuvre, and after its end."""
 
 
-def _after(*times: float, past: float = SUDDEN) -> Mask:
-    within = [(time < _TIMES) & (time + past >= _TIMES) for time in times]
+def _after(*times: float) -> Mask:
+    within = [(time < _TIMES) & (time + SUDDEN >= _TIMES) for time in times]
     kept: Mask = np.any(within, axis=0)
     return kept
 

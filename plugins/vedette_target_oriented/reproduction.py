@@ -9,13 +9,13 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Experiment, Gaussian, Progress, Reproduction, Scan, Space, load
+from vedette import Experiment, Gaussian, Progress, Reproduction, Space, load
 from vedette.metrics import nees
 from vedette.progress import silent
-from vedette.sampling import Bounds, draw_detections
 from vedette_report.findings import Claim, Element, Findings, Keep, afresh, squared_distances
 from vedette_study.lockstep import run_together
 from vedette_study.panels import mean_over_runs
+from vedette_study.scenes import around_path
 from vedette_study.starts import over_axes, two_point
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS, filters
@@ -101,14 +101,9 @@ def draw(experiment: Experiment, runs: int, rng: np.random.Generator) -> Scene:
     """Draw the aircraft's trajectory and the radar's scans in each run; the first two scans hold the target alone."""
     assert experiment.source is not None
     source: Any = experiment.source
-    sensor = source.sensors["radar"]
     path = experiment.source.open(experiment.tracker.sensors, rng).truth[0]
-    scans = []
-    for i, (time, state) in enumerate(zip(path.times, path.states, strict=True)):
-        around = {name: Bounds(spot - REACH, spot + REACH) for name, spot in zip("xy", state[:2], strict=True)}
-        x = np.broadcast_to(state[:2], (runs, 1, 2))
-        scans.append(Scan(float(time), "radar", draw_detections(sensor, x, rng, around if i > 1 else None)))
-    return Scene(path.times, path.states, tuple(scans))
+    moments = around_path(path, {"radar": source.sensors["radar"]}, runs, REACH, rng)
+    return Scene(path.times, path.states, tuple(scan for (scan,) in moments))
 
 
 def record(experiment: Experiment, scene: Scene) -> Record:
