@@ -48,12 +48,12 @@ def _correlations(part: Measured) -> tuple[Cell, Cell, Cell]:
     return mean_cell(np.sqrt(np.mean(fixed, axis=1))), mean_cell(np.sqrt(np.mean(turned, axis=1))), ratio_cell(turned, fixed)
 
 
-def _geometric(values: Array) -> Cell:
+def _geometric(values: Array, published: float | None = None) -> Cell:
     """Return the geometric mean over trajectories: variances span decades, as a speed that has grown stays large."""
     log = mean_cell(np.log(values))
     middle = float(np.exp(log.measured or 0.0))
     trimmed = None if log.trimmed is None else (kept := float(np.exp(log.trimmed[0])), kept * log.trimmed[1])
-    return Cell(middle, None if log.error is None else middle * log.error, None, trimmed)
+    return Cell(middle, None if log.error is None else middle * log.error, published, trimmed)
 
 
 def figures(measured: Mapping[str, Measured]) -> dict[tuple[str, ...], Cell]:

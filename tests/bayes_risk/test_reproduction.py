@@ -4,34 +4,12 @@ import numpy as np
 import pytest
 
 import vedette
-from support import paths
 from vedette_bayes_risk.configs import CONTESTED, FILTERS
 from vedette_bayes_risk.outcome import WINDOWS
 from vedette_bayes_risk.reproduction import DENSE_REACH, REACH, BayesRiskReproduction, contest, draw, record
 
-EXAMPLES = paths.EXAMPLES / "bayes_risk"
-FILES = {
-    "proposed": "proposed",
-    "proposed, printed": "printed",
-    "IMM/MSPDA tuned": "imm_tuned",
-    "IMM/MSPDA soft": "imm_soft",
-    "printed weights, printed P": "dense_printed",
-    "printed weights, with spread": "dense_printed_weights",
-    "corrected weights, printed P": "dense_printed_covariance",
-    "corrected weights, with spread": "dense_proposed",
-    "likelihood ratio, with spread": "dense_likelihood",
-    "likelihood ratio, PDA": "dense_pda",
-}
-
 
 # The study.
-@pytest.mark.parametrize("name", FILES)
-def test_the_example_is_the_studys_filter(name):
-    example = vedette.load(EXAMPLES / f"{FILES[name]}.toml")
-    assert vedette.to_config(example) == vedette.to_config(vedette.load((FILTERS | CONTESTED)[name]))
-    assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
-
-
 @pytest.mark.costly
 def test_the_path_is_table_1():
     truth, times, _ = draw(vedette.load(FILTERS["proposed"]), 2, 100.0, np.random.default_rng(0))

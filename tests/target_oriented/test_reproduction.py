@@ -4,20 +4,9 @@ import numpy as np
 import pytest
 
 import vedette
-from support import paths
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.outcome import PHASES, against
 from vedette_target_oriented.reproduction import TargetOrientedReproduction, draw, record
-
-EXAMPLES = paths.EXAMPLES / "target_oriented"
-FILES = {
-    "Singer": "singer",
-    "CAR": "car",
-    "TOM literal": "tom_literal",
-    "TOM smoothed": "tom_smoothed",
-    "TOM certain": "tom_certain",
-    "TOM": "tom",
-}
 
 
 # The study.
@@ -32,13 +21,6 @@ def records(pytestconfig):
             return self.setdefault(name, record(vedette.load(FILTERS[name]), scene))
 
     return Records()
-
-
-@pytest.mark.parametrize("name", FILTERS)
-def test_the_example_is_the_studys_filter(name):
-    example = vedette.load(EXAMPLES / f"{FILES[name]}.toml")
-    assert vedette.to_config(example) == vedette.to_config(vedette.load(FILTERS[name]))
-    assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
 
 
 @pytest.mark.costly

@@ -5,7 +5,6 @@ import pytest
 from attrs import evolve
 
 import vedette
-from support import paths
 from vedette import Detections, Scan
 from vedette_report.findings import Cell
 from vedette_study.lockstep import run_together
@@ -14,16 +13,6 @@ from vedette_vts.gating import watch
 from vedette_vts.outcome import GATE, MANOEUVRES, leg
 from vedette_vts.reproduction import VtsReproduction, draw, record
 from vedette_vts.verdicts import claims, figures
-
-EXAMPLES = paths.EXAMPLES / "vts"
-FILES = {
-    "CVKF": "cvkf",
-    "CVKF wide": "cvkf_wide",
-    "CAKF": "cakf",
-    "CAKF tight": "cakf_tight",
-    "IMMCV2": "immcv2",
-    "IMMCVCA": "immcvca",
-}
 
 
 @pytest.fixture(scope="module")
@@ -36,13 +25,6 @@ def study(pytestconfig):
 
 
 # The study.
-@pytest.mark.parametrize("name", FILTERS)
-def test_the_example_is_the_studys_filter(name):
-    example = vedette.load(EXAMPLES / f"{FILES[name]}.toml")
-    assert vedette.to_config(example) == vedette.to_config(vedette.load(FILTERS[name]))
-    assert {path.stem for path in EXAMPLES.glob("*.toml")} == set(FILES.values())
-
-
 @pytest.mark.costly
 def test_a_filter_that_takes_every_return_is_the_tracker_while_all_are_in_its_gate(study):
     scene, _ = study

@@ -86,10 +86,8 @@ def _unlike(one: Any, other: Any) -> tuple[Any, Any] | None:
         return None
     if type(one) is not type(other):
         return one, other
-    if not attrs.has(type(one)):
-        return None
-    names = [field.name for field in attrs.fields(type(one))]
-    return next((pair for name in names if (pair := _unlike(getattr(one, name), getattr(other, name)))), None)
+    parts = zip(held(one), held(other), strict=True) if attrs.has(type(one)) else ()
+    return next((pair for its, mine in parts if (pair := _unlike(its, mine))), None)
 
 
 def _axes(value: Any) -> Iterator[int]:
