@@ -14,6 +14,7 @@ from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.tracking import State, Tracker
 from vedette.types import Detections, Pose, Scan
+from vedette_files import code, long_names
 from vedette_live.grouping import Clock, Formed
 from vedette_report.provenance import differences, identity, packages_of
 
@@ -68,6 +69,7 @@ def scan_data(scan: Scan) -> dict[str, Any]:
         "z": seen.z.tolist(),
         "axes": seen.z.shape[-1],
         **{key: getattr(seen, name).tolist() for key, name in _ARRAYS.items() if getattr(seen, name) is not None},
+        "names": [] if seen.identity is None else long_names(seen.identity.tolist()),
         "pose": place,
     }
 
@@ -75,6 +77,8 @@ def scan_data(scan: Scan) -> dict[str, Any]:
 def scan_from(given: Mapping[str, Any]) -> Scan:
     """Return the scan of `scan_data`."""
     z = np.array(given["z"], dtype=float).reshape(-1, given["axes"])
+    for name in given.get("names", []):  # the data of an older Vedette lack it
+        code(name)
     arrays = {name: np.array(given[key]) for key, name in _ARRAYS.items() if given.get(key) is not None}
     pose = None
     if given["pose"] is not None:

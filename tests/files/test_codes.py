@@ -1,5 +1,6 @@
 """Names of objects as codes: read from tables, written with tracks, and read again."""
 
+import csv
 import json
 
 import numpy as np
@@ -9,9 +10,11 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette import Detections, Recording, Scan
+from vedette.cli import main
 from vedette_files import (
     Terms,
     code,
+    codes,
     label,
     read_recording,
     read_tracks,
@@ -19,6 +22,7 @@ from vedette_files import (
     write_tracks_csv,
     write_tracks_jsonl,
 )
+from vedette_live.saving import scan_data, scan_from
 
 CONFIG = {
     "source": {
@@ -110,3 +114,44 @@ def test_a_wrong_name_is_refused_by_itself(tmp_path, wrong):
     recording, _ = read_recording(tmp_path / "r.jsonl")
     assert [scan.time for scan in recording.scans] == [1.0]
     assert [problem.place for problem in recording.refused] == ["r.jsonl:2"]
+
+
+LONG = {"00000000-0000-4000-8000-000000000001", 'Jo "Joe", Jr.', "Île d'Yeu", "null and nothing"}
+
+
+def test_long_names_come_out_as_they_went_in(tmp_path, monkeypatch):
+    with (tmp_path / "plots.csv").open("w", newline="", encoding="utf-8") as file:
+        rows = [(i, 8 * i, 900 * k, name) for i in range(8) for k, name in enumerate(sorted(LONG))]
+        csv.writer(file).writerows([("t", "x", "y", "icao24"), *rows])
+    config = CONFIG | {"source": CONFIG["source"] | {"path": str(tmp_path / "plots.csv")}}
+    (tmp_path / "given.json").write_text(json.dumps(config))
+    assert main(["run", str(tmp_path / "given.json"), "--out", str(tmp_path / "out")]) == 0
+    forget(monkeypatch)
+    assert main(["export", str(tmp_path / "out"), "--to", str(tmp_path / "again.csv")]) == 0
+    for path in (tmp_path / "out" / "tracks.csv", tmp_path / "again.csv"):
+        with path.open(newline="", encoding="utf-8") as file:
+            assert {row["identity"] for row in csv.DictReader(file)} == LONG
+    assert all(name in (tmp_path / "out" / "summary.txt").read_text() for name in LONG)
+    forget(monkeypatch)
+    recording, _ = read_recording(tmp_path / "out" / "recording.jsonl")
+    assert {label(one) for one in recording.scans[0].detections.identity} == LONG
+
+
+def forget(monkeypatch, most=1000):
+    """Let it be as in another process."""
+    monkeypatch.setattr(codes, "_LONG", codes._LongNames(most))
+
+
+def test_a_service_that_goes_on_knows_long_names(monkeypatch):
+    name = max(LONG, key=len)
+    data = json.loads(json.dumps(scan_data(Scan(0.0, "radar", Detections([[1.0, 2.0]], [True], identity=[code(name)])))))
+    forget(monkeypatch)
+    assert label(scan_from(data).detections.identity[0]) == name
+
+
+def test_of_many_long_names_those_read_last_are_held(monkeypatch):
+    forget(monkeypatch)
+    names = [f"a name of 25 letters {i:4}" for i in range(30)]
+    held = [label(number) for number in [code(name) for name in (*names, names[25])][:-1]]
+    assert [one for one, name in zip(held, names, strict=True) if one == name] == names[-8:]
+    assert all(one.startswith("#") for one in held[:-8])

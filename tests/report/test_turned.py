@@ -96,3 +96,23 @@ def test_offsets_that_are_not_of_one_angle_are_not_told(monkeypatch):
 
 def test_what_is_not_of_the_targets_is_not_told():
     assert not any(scene(seed, off=np.radians(30.0), clutter=1500) for seed in range(6))
+
+
+def test_exact_reports_are_not_compared_with_themselves_and_an_angle_that_is_told_as_none_is_not_told():
+    tracker = vedette.build(
+        {
+            "estimator": {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
+            "sensors": {name: {"kind": "cartesian_position", "sigma": 0.15} for name in ("camera", "lidar")},
+            "associator": {"kind": "jpda"},
+            "lifecycle": {"kind": "existence"},
+            "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0}},
+        }
+    )
+    at, v = np.stack([np.full(9, 2740.0), 1120 + 3.5 * np.arange(9)], axis=1), np.array([8.0, 0.0])
+    scans = [
+        Scan(0.1 * k, sensor, attrs.evolve(Detections.of(at + 0.1 * k * v, 2), identity=np.arange(9)))
+        for k in range(47)
+        for sensor in ("camera", "lidar")
+    ]
+    assert not list(turned(tracker, scans, []))
+    assert not list(turned(tracker, [scan for scan in scans if scan.sensor == "camera"], []))

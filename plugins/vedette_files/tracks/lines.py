@@ -22,6 +22,7 @@ from vedette_files.tracks.table import columns_of
 FORMAT = "vedette tracks"
 VERSION = 1
 
+_QUOTE = '"'
 _ROWS = 2_000
 """Rows whose numbers are in memory as text at a time."""
 
@@ -59,11 +60,13 @@ class Chunk:
         in_terms = terms.table(rows.time, rows.space, rows.mean).values()
         more = [list(map(_cell, np.asarray(cells).tolist())) for cells in in_terms]
         if terms.named:
-            more.insert(0, labels(rows.identity, len(rows.track)))
+            more.insert(0, list(map(_quoted, labels(rows.identity, len(rows.track)))))
         sure = ["1" if confirmed else "0" for confirmed in rows.confirmed.tolist()]
-        cells = zip(map(str, rows.track.tolist()), map(",".join, before), sure, map(",".join, after), *more, strict=True)
-        text = "\n".join([*map(",".join, cells), ""])
-        return text if self._finite else text.replace("null", "")
+        numbers = [[",".join(line) for line in lines] for lines in (before, after)]
+        if not self._finite:
+            numbers = [[line.replace("null", "") for line in lines] for lines in numbers]
+        cells = zip(map(str, rows.track.tolist()), numbers[0], sure, numbers[1], *more, strict=True)
+        return "\n".join([*map(",".join, cells), ""])
 
     def jsonl(self) -> str:
         """Return JSON lines: one a row, and one more for each track that merged into another."""
@@ -151,6 +154,11 @@ class Chunk:
 
 def _merged(number: int, time: float, other: int) -> str:
     return line({"track": number, "time": time, "merged_into": other})
+
+
+def _quoted(name: str) -> str:
+    """Return a name as a cell: in quotes where it has a comma, a quote or an end of line."""
+    return f'"{name.replace(_QUOTE, _QUOTE * 2)}"' if any(mark in name for mark in ',"\r\n') else name
 
 
 def _cell(value: Any) -> str:

@@ -130,7 +130,7 @@ class Run:
 def _confirmed(track: Track) -> Track:
     """Return a track from where it was first confirmed on, without what is not finite."""
     kept = np.maximum.accumulate(track.confirmed) & np.isfinite(track.mean).all(axis=-1)
-    rows = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit", "mode_prob", "confirmed_at", "link")
+    rows = ("times", "mean", "cov", "confirmed", "existence", "nis", "hit", "mode_prob", "confirmed_at", "link", "identity")
     columns = {name: values[kept] for name in rows if (values := getattr(track, name)) is not None}
     chosen = np.flatnonzero(kept).tolist()
     returns = None if track.returns is None else tuple(track.returns[i] for i in chosen)

@@ -10,10 +10,13 @@ import numpy as np
 from vedette.experiment import Result
 from vedette.types import Track
 from vedette_files import Terms, labels, utc
+from vedette_files.input_files import shown
 from vedette_report.columns import aligned
 
 MOST_TRACKS = 30
 """Number of tracks that the summary tells of; `tracks.csv` has all."""
+_LONGEST = 60
+"""Characters of a name that stand in the table."""
 
 SURE, MOST_TIMES = 0.95, 5
 """Probability of a link below which ids may have been exchanged; how many such times the summary tells of."""
@@ -64,9 +67,13 @@ def _row(track: Track, terms: Terms, *, moving: bool) -> list[str]:
     first = int(np.argmax(track.confirmed))
     ends = [utc(time) if terms.dated else f"{time:.2f} s" for time in (float(track.times[first]), float(track.times[-1]))]
     names = labels(track.identity, len(track.times))
-    name = [next(filter(None, reversed(names)), "-")] if terms.named else []
+    name = [_printed(next(filter(None, reversed(names)), "-"))] if terms.named else []
     row = [f"{track.id}", *name, *ends, f"{len(track.times) - first:,}"]
     return row + list(_motion(track, terms)) if moving else row
+
+
+def _printed(name: str) -> str:
+    return name if name.isprintable() and len(name) <= _LONGEST else shown(name, _LONGEST)
 
 
 def _motion(track: Track, terms: Terms) -> tuple[str, str]:

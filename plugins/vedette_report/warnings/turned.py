@@ -22,8 +22,8 @@ LONGEST = 60.0
 """Between reports further apart than this, in s, nothing is known of where a target is."""
 SAMPLED, ENOUGH, PART, MORE = 1000, 20, 0.3, 1.5
 """So many scans are looked at, at most. An angle is told if so many returns agree on it, of so large a part of the targets'
-looks, so many times as on none, and if it is larger than a return's error and five times its own. Set by hand, before any
-scene was drawn.
+looks, so many times as on none, and if it is larger than a return's error, five times its own, and the step at which angles
+are tried. Set by hand, before any scene was drawn.
 """
 
 
@@ -59,6 +59,8 @@ def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory])
     for name, sensor in tracker.sensors.items():
         if _looks_round(sensor) and set(sensor.observes.names) <= {"x", "y", "vx", "vy"}:
             for by, targets in every.items():
+                if by == name:
+                    continue
                 own = [scan for scan in some if scan.sensor == name]
                 found = _of_sensor(name, sensor, own, by, targets, by in tracker.sensors)
                 if found is not None:
@@ -121,7 +123,8 @@ def _of_sensor(
         return None
     error = float(np.median(sigmas))
     reach = max(1.5 * error, np.radians(0.3))
-    grid = np.arange(-WIDEST, WIDEST, reach / 3.0)
+    step = reach / 3.0
+    grid = np.arange(-WIDEST, WIDEST, step)
     votes = np.zeros(len(grid), dtype=np.int64)
     for one in offsets:
         votes += np.any(np.abs(grid[:, None] - one) < reach, axis=1)
@@ -134,7 +137,7 @@ def _of_sensor(
     around = sum(bool(np.any(np.abs(one) < 2.0 * reach)) for one in offsets)
     seen = {owner for owner, agreed in zip(owners, agrees.tolist(), strict=True) if agreed}
     deviation = 1.2533 * float(np.std(nearest[agrees])) / np.sqrt(max(count, 1))
-    sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation)
+    sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation, step)
     if not sure or (abs(angle) > 4.0 * reach and count < MORE * around):
         return None
     return Turned(name, angle, deviation, len(seen), by, polar, reports)
