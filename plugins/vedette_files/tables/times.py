@@ -34,6 +34,9 @@ LOOKED_AT = 50
 
 _OF_DAY = re.compile(r"(\d{1,2})([: ])(\d{1,2})(?:\2(\d{1,2}(?:\.\d*)?))?(?: ?([AP])M)?", re.IGNORECASE)
 
+_OFFSET = re.compile(r"(\d.*\d) ([+-]\d{2}:?\d{2})(?: [A-Z]{3,5})?")
+"""An offset behind a blank, and perhaps the name of its zone, as Go writes dates: 2026-11-22 08:39:04.5 +0000 UTC."""
+
 EPOCH = datetime(1970, 1, 1, tzinfo=UTC)
 
 DATED = "s since 1970-01-01T00:00:00Z"
@@ -69,7 +72,8 @@ def stamp(cell: str, pattern: str = "") -> tuple[str, float]:
     try:
         return NUMBER, plain_number(cell)
     except ValueError:
-        cell = f"{cell[:-4]}Z" if cell.endswith((" UTC", " GMT")) else cell
+        offset = _OFFSET.fullmatch(cell)
+        cell = "".join(offset.groups()) if offset else f"{cell[:-4]}Z" if cell.endswith((" UTC", " GMT")) else cell
     try:
         date = datetime.fromisoformat(cell)
     except ValueError:

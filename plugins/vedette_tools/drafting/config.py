@@ -14,13 +14,14 @@ from vedette.types import Scan
 from vedette_files.tables.columnar import TablePath
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.design import Design
+from vedette_tools.drafting.doubtful import one_moment
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.found import Found
 from vedette_tools.drafting.held import cut, held, held_on_its_way
 from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, Proof, proved
 from vedette_tools.drafting.reading import Reading, midst, opened
-from vedette_tools.drafting.recognising import NO_WISHES, one_moment, read_table
+from vedette_tools.drafting.recognising import NO_WISHES, read_table
 from vedette_tools.drafting.seen import Seen
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.trial import SHORT, Trial, at_the_end, tried

@@ -186,16 +186,30 @@ def familiar(titles: Sequence[str]) -> str:
     return next((told for known, told in FAMILIAR.items() if small.issuperset(known)), "")
 
 
-def units_below(rows: list[list[str]]) -> list[str]:
-    """Take the rows below the header until the one that holds units, and no number or date; [], and none, without one."""
+def units_of(path: TablePath, given: tuple[list[str], list[list[str]], Dialect, range]) -> tuple[list[str], str]:
+    """Return the cells of the line that states units, and what is said of it; [] and "" without one.
+
+    given: the titles, the first rows and what else is known of them. It may stand below the titles, after as many lines as
+    hold no number or date, which are taken from the rows; or right above them.
+    """
+    titles, rows, dialect, numbers = given
     for i, row in enumerate(rows[:MOST_HEADERS]):
         if any(cell[:1].isdigit() or is_number(cell) for cell in row):
             break
-        words = [cell.strip("[]() ").lower() for cell in row]
-        if any(word in known for word in words for known in UNITS.values()):
+        if any(map(_is_unit, row)):
             del rows[: i + 1]
-            return row
-    return []
+            return row, "the row below the header states units; as a return it is refused"
+    if not isinstance(path, Path) or is_columnar(path) or numbers[0] == 1:
+        return [], ""
+    *_, (_, above) = islice(lines(path), numbers[0] - 1)
+    cells = fitted(dialect.cells(above.removeprefix("#")), len(titles)) or []
+    units = sum(_is_unit(cell.partition(" ")[0]) for cell in cells)  # ft Baro
+    told = len(cells) == len(titles) and not any(map(is_number, cells)) and units > 1
+    return (cells, f"line {numbers[0] - 1}, above the titles, states units") if told else ([], "")
+
+
+def _is_unit(cell: str) -> bool:
+    return any(cell.strip("[]() ").lower() in known for known in UNITS.values())
 
 
 def _decimal(text: Sequence[str], delimiter: str) -> str:

@@ -17,8 +17,9 @@ from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
-from vedette_tools.drafting.dates import is_day, pattern_of
-from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_below
+from vedette_tools.drafting.dates import pattern_of
+from vedette_tools.drafting.doubtful import doubtful, is_no_time, one_moment, rising
+from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_of
 from vedette_tools.drafting.height_and_rate import fullest, own_velocity, third_column
 from vedette_tools.drafting.measures import (
     ANGLES,
@@ -36,7 +37,7 @@ from vedette_tools.drafting.own_errors import own_errors, roundings
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
 from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, check_together, measured_by
-from vedette_tools.drafting.shapes import is_doubtful, pairs_of, position_of, time_of, with_hemisphere, with_made, with_rest
+from vedette_tools.drafting.shapes import pairs_of, position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
 from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words_of
 from vedette_tools.drafting.wishes import Wishes
@@ -53,8 +54,8 @@ COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimu
 class Columns:
     """The columns of a table by title, those made of others too, and which of them hold a time, a position and other things.
 
-    lines: the numbers of those that hold the titles; measured: by axis; own: of the platform; below: the row below the
-    header that states units, or []; pattern: of dates.
+    lines: the numbers of those that hold the titles; measured: by axis; own: of the platform; below: the row that states
+    units, or [], and of_units what is said of it; pattern: of dates.
     """
 
     path: TablePath
@@ -68,29 +69,25 @@ class Columns:
     own: Mapping[str, Meaning]
     time: Meaning
     pattern: str
+    of_units: str
 
     @classmethod
     def of(cls, path: TablePath, wishes: Wishes) -> Columns:
         """Read the header and the first rows; InputError if no column looks like a time."""
-        titles, rows, dialect, numbers = first_rows(path)
+        titles, rows, dialect, numbers = given = first_rows(path)
         if not wishes.columns and (known := familiar(titles)):
             raise InputError(f"{path}: holds {known}")
-        below = units_below(rows)
+        below, of_units = units_of(path, given)
         cells = {title: [row[i] for row in rows] for i, title in enumerate(titles)}
-        worded = [
-            title
-            for title, column in cells.items()
-            if 2 * sum(any(map(str.isdigit, cell)) for cell in column) <= len(column)
-            or (meaning(title).axis == "time" and len({*column}) == 1 and not is_day(column[0]))
-            or is_doubtful(title, column)
-        ]
-        below_header, own = chosen(titles, below, worded)
-        measured = wishes.measured(path, titles, below_header)
+        below_header, own = chosen(titles, below, doubtful(cells))
+        if "time" in below_header and is_no_time(below_header, cells):
+            del below_header["time"]
+        measured = wishes.measured(path, titles, below_header, below)
         time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")
         if time is not None and wishes.time and not wishes.rate:
             time = with_rest(time, cells)
         if not any(set(pair) <= set(measured) for pair in PAIRS):
-            alike = pairs_of(cells)
+            alike = pairs_of(cells, below)
             measured |= position_of(cells, _in_degrees(titles)) or (alike[0] if len(alike) == 1 else {})
         measured |= {axis: with_hemisphere(measured[axis], cells) for axis in GEODETIC if axis in measured}
         measured |= {"time": time} if time is not None else {}
@@ -105,7 +102,7 @@ class Columns:
                 f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
             )
             raise InputError(f"{path}: {told}{index}{of_header(path, titles, below or next(iter(rows), []))}")
-        return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern)
+        return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern, of_units)
 
     def geodetic(self) -> tuple[Columns, tuple[str, ...]]:
         """Return them with x and y as longitude and latitude, and what says so, if nothing else fits their values."""
@@ -125,7 +122,7 @@ class Columns:
         cells, place = self.cells[self.time.title], f"{self.path}: {self.time.title}"
         # What is looked at of a longer file may be the reports of many objects at its first moment.
         if 1 < len(self.rows) < 0.9 * LOOKED_AT and len(set(cells)) == 1:
-            raise one_moment(place, cells[0])
+            raise one_moment(place, cells[0], rising(self.cells, self.measured))
         times = numbers(cells)
         if not (wishes.rate or wishes.dates) and (advice := joined(times)):
             raise InputError(f"{place}: {advice}, got {times[0]:.15g}")
@@ -135,12 +132,6 @@ class Columns:
         """Return the column that counts scans, or ""; one that is the same in all rows names a frame of reference."""
         title = self.measured["scan"].title if "scan" in self.measured else ""
         return "" if title and len(self.rows) >= MANY and len(set(self.cells[title])) == 1 else title
-
-
-def one_moment(place: str, cell: str) -> InputError:
-    """Return the error of a table whose rows all hold the same time."""
-    several = "add rows of other moments, for one shows no motion" if cell else "a planned route has none"
-    return InputError(f"{place}: is the time, and {cell!r} in all rows; name another, --time COLUMN; {several}")
 
 
 def _in_degrees(titles: Iterable[str]) -> Callable[[Sequence[str], Sequence[str]], bool]:
@@ -276,7 +267,7 @@ def _not_read(axes: tuple[str, str], measured: Mapping[str, Meaning], titles: Se
 
 def _of_file(table: Columns, wishes: Wishes) -> list[str]:
     """Return what is assumed of titles, units, letters and the time."""
-    told = ["the row below the header states units; as a return it is refused"] if table.below else []
+    told = [table.of_units] if table.of_units else []
     top, end = table.lines[0], table.lines[-1]
     told += [f"the titles stand in lines {top} to {end} and are joined, as {table.titles[-1]!r}"] if end > top else []
     told += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []

@@ -10,7 +10,7 @@ from attrs import evolve
 
 from vedette_files.tables.composed import PARTS, PLUS, cell_of, coordinates, digits_of
 from vedette_files.tables.numbers import is_number
-from vedette_files.tables.times import LOOKED_AT, stamp
+from vedette_files.tables.times import stamp
 from vedette_tools.drafting.dates import (
     is_day,
     is_moment,
@@ -18,7 +18,6 @@ from vedette_tools.drafting.dates import (
     is_plain_day,
     is_short_day,
     is_time_of_day,
-    pattern_of,
 )
 from vedette_tools.drafting.titles import MOVING, Meaning, by_words_of, meaning, words_of
 
@@ -50,13 +49,7 @@ NO_PLACE = frozenset((
 ))  # fmt: skip
 """Words beside an x that is no place."""
 
-BEGINS = {"start", "begin", "end", "stop", "first", "eta"}
-"""Words of titles of times at which something began or ended, not of those of its rows."""
-
 UNIT = re.compile(r"[\[(][^\])]{2,}[\])]")
-
-LARGEST = {"latitude": 90.0, "longitude": 360.0}
-"""deg: what is read as one is never larger."""
 
 PARTS_OF_DEGREES = (("m", "min", "mins", "minute", "minutes"), ("s", "sec", "secs", "second", "seconds"))
 """Last words of titles of minutes and seconds beside whole degrees."""
@@ -144,8 +137,11 @@ def position_of(columns: Columns, degrees: Callable[[Sequence[str], Sequence[str
     return {axis: Meaning(name, axis, "", False, True) for axis, name in zip("xy", pair, strict=True)}
 
 
-def pairs_of(columns: Columns) -> list[dict[str, Meaning]]:
-    """Return columns whose titles are alike but for x, y and z if there is one, and may be a position: gaze X and gaze Y."""
+def pairs_of(columns: Columns, below: Sequence[str] = ()) -> list[dict[str, Meaning]]:
+    """Return columns whose titles are alike but for x, y and z if there is one, and may be a position: gaze X and gaze Y.
+
+    below: the row of units, or nothing.
+    """
     held = {title for title, cells in columns.items() if _most(cells, is_number)}
     by_word: dict[tuple[str, ...], str] = {}
     for title in columns:
@@ -155,7 +151,8 @@ def pairs_of(columns: Columns) -> list[dict[str, Meaning]]:
         other = by_word.get(tuple("y" if word == "x" else word for word in words), "")
         if words.count("x") == 1 and "y" not in words and not NO_PLACE & {*words} and {title, other} <= held:
             unit = UNIT.search(title)
-            as_x = meaning(f"x {unit[0]}" if unit else "x")
+            stated = dict(zip(columns, below, strict=False)).get(title, "")
+            as_x = meaning(f"x {unit[0]}" if unit else "x", stated)
             pair = {"x": evolve(as_x, title=title), "y": evolve(as_x, title=other, axis="y")}
             up = by_word.get(tuple("z" if word == "x" else word for word in words), "")
             found.append(pair | ({"z": evolve(as_x, title=up, axis="z")} if up in held else {}))
@@ -178,26 +175,6 @@ def with_hemisphere(given: Meaning, columns: Columns) -> Meaning:
     if _most(columns.get("".join(titles[after : after + 1]), ()), lambda cell: len(cell) == 1 and cell in letters):
         parts.append(titles[after])
     return evolve(given, title=PLUS.join(parts))
-
-
-def is_doubtful(title: str, cells: Sequence[str]) -> bool:
-    """Return whether a column is hardly what its title says: cells are no times, or beyond all latitudes and longitudes; or
-    its times are those at which something began.
-    """
-    some, axis = [cell for cell in cells if cell][:LOOKED_AT], meaning(title).axis
-    if axis == "time":
-        begins = bool(BEGINS & {*words_of(title)})
-        return begins or (bool(some) and not any(map(_is_time, some)) and not pattern_of(some)[0])
-    if axis in LARGEST:
-        return bool(some) and all(is_number(cell) and abs(float(cell)) > LARGEST[axis] for cell in some)
-    return False
-
-
-def _is_time(cell: str) -> bool:
-    try:
-        return is_day(cell) or bool(stamp(cell))
-    except ValueError:
-        return False
 
 
 def _is_whole(cell: str) -> bool:

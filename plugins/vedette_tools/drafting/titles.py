@@ -114,6 +114,9 @@ CENTRES = ("pos", "position", "pose", "center", "centre", "centroid", "p", "utm"
 COORDINATE = {*CENTRES, "coord", "coords", "coordinate", "coordinates", "loc", "location", "px", "pixel"} - {"p", "utm"}
 """Words of which one anywhere beside an x says that it is one: X_POSITION, cell x coordinate."""
 
+SIZES = {"width", "length"}
+"""Last words of titles beside which a height is the size of a box."""
+
 SPOTS = ("latitude", "longitude", "altitude", "east", "north", "x", "y", "z")
 PLACES = ("range", "bearing", "elevation", *SPOTS)
 MOVING = (
@@ -131,7 +134,7 @@ AXES: dict[str, tuple[str, ...]] = {
             "zeitstempel zeitpunkt zeit uhrzeit datum horodatage temps heure fecha_hora fecha tiempo hora tempo tijd "
             "tidspunkt tid tst now position_t tracked_at recorded_at received_at created_at observed_at measured_at seen_at "
             "logged_at datenum mjd jd elapsed gpst gps_tow gps_sow sod dttm",
-            "scan": "scan sweep turn frame umlauf umdrehung",
+            "scan": "scan sweep turn frame timestep umlauf umdrehung",
             "range_rate": "range_rate doppler radial_velocity radial_speed rr radialgeschwindigkeit radialgeschw",
             "range": "range rng distance dist r rho entfernung distanz abstand distancia avstand",
             "bearing": "bearing brg azimuth az azi theta angle peilung azimut acimut gisement relevement marcacion peiling",
@@ -263,15 +266,23 @@ def chosen(
     titles: Sequence[str], below: Sequence[str] = (), worded: Collection[str] = ()
 ) -> tuple[dict[str, Meaning], dict[str, Meaning]]:
     """Return the columns by axis: what the sensors measure, and what the own platform does. A sure title goes first, and
-    one of `worded`, whose cells are mostly words or empty, after those that hold numbers.
+    one of `worded`, whose cells are mostly words or empty, after those that hold numbers; one titled x, y or z alone goes
+    before all others of its axis, and a height beside a width and a length is a size.
 
     A heading is always the platform's. Positions that all say they are of a ship are what is measured, if nothing else is.
     """
     measured: dict[str, Meaning] = {}
     platform: dict[str, Meaning] = {}
     meanings = [meaning(title, stated) for title, stated in zip_longest(titles, below, fillvalue="")]
+    last = {"".join(words_of(each.title)[-1:]) for each in meanings}
+    meanings = [each for each in meanings if not (last >= SIZES and words_of(each.title)[-1:] == ["height"])]
     positions = {each.axis for each in meanings if not each.own} & {"range", "latitude", "x", "east"}
-    for each in sorted(meanings, key=lambda each: (each.title in worded and each.axis in MEASURES, not each.sure)):
+
+    def unsure(each: Meaning) -> tuple[bool, bool, bool]:
+        letter = each.axis in ("x", "y", "z") and words_of(each.title)[:1] == [each.axis]
+        return each.title in worded and each.axis in MEASURES, not each.sure, not letter
+
+    for each in sorted(meanings, key=unsure):
         if each.axis:
             own = each.axis == "heading" or (each.own and bool(positions) and each.axis not in ("time", "scan", "sensor"))
             (platform if own else measured).setdefault(each.axis, each)

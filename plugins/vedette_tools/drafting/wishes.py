@@ -85,8 +85,13 @@ class Wishes:
             raise ConfigError(problems)
         return wishes
 
-    def measured(self, path: object, titles: Sequence[str], meanings: Mapping[str, Meaning]) -> dict[str, Meaning]:
-        """Return the columns by axis, as found by their titles or stated; InputError for a stated one that is not there."""
+    def measured(
+        self, path: object, titles: Sequence[str], meanings: Mapping[str, Meaning], below: Sequence[str] = ()
+    ) -> dict[str, Meaning]:
+        """Return the columns by axis, as found by their titles or stated; InputError for a stated one that is not there.
+
+        below: the row of units, or nothing.
+        """
         stated = {**self.columns, **({"time": self.time} if self.time else {})}
         if self.scan not in ("", "time", BY_ROW):
             stated["scan"] = self.scan
@@ -110,7 +115,9 @@ class Wishes:
             kept["time"] = kept.pop("scan")
         for axis, title in stated.items():
             told = meaning(title)
-            kept[axis] = Meaning(title, axis, told.unit if told.axis == axis else "", False, True)
+            unit = told.unit if told.axis == axis else ""
+            unit = unit or (meaning(axis, below[titles.index(title)]).unit if below else "")
+            kept[axis] = Meaning(title, axis, unit, False, True)
             kept = {name: each for name, each in kept.items() if name == axis or each.title != title or name in stated}
         if self.rate and "time" in kept:
             kept["time"] = evolve(kept["time"], unit=f"{1 / self.rate!r} s")

@@ -1,0 +1,97 @@
+"""Files that were drafted in silence as what they are not: a box's height as z, the seconds of a minute as the time."""
+
+import json
+
+import pytest
+
+from vedette.errors import InputError
+from vedette_files.tables.times import ZONED, stamp
+from vedette_tools.drafting.recognising import read_table
+from vedette_tools.drafting.wishes import Wishes
+
+
+def table(path, head, rows):
+    path.write_text("\n".join([head, *(",".join(map(str, row)) for row in rows)]) + "\n")
+    return path
+
+
+@pytest.mark.parametrize(
+    ("head", "z"),
+    [
+        ("time,id,height,width,length,x,y,z", "z"),
+        ("time,id,height,w,l,x,y,z", "z"),
+        ("time,id,height,width,length,x,y,other", None),
+        ("time,id,height,w,l,x,y,other", "height"),
+    ],
+)
+def test_the_height_of_a_box_is_no_z(head, z, tmp_path):
+    """As in KITTI's labels: z was the box's height wherever that stood first."""
+    rows = [(t, i, 1.5 + i / 10, 1.8, 4.4, i, t, 10 + t) for t in range(5) for i in range(3)]
+    assert read_table(table(tmp_path / "d.csv", head, rows)).measured.get("z") == z
+
+
+@pytest.mark.parametrize("head", ["time,m1 x,m1 y\ns,mm,mm", "#s,mm,mm\ntime,m1 x,m1 y", "time,x,y\ns,mm,mm"])
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_row_of_units_counts_below_titles_and_above_them_and_for_columns_that_are_stated(head, stated, tmp_path):
+    """As of Vicon, and above the titles as of Garmin's G1000: mm were m, and ft were m."""
+    titles = next(line for line in head.split("\n") if line.startswith("time")).split(",")
+    wishes = Wishes(columns=dict(zip("xy", titles[1:], strict=True))) if stated else Wishes()
+    read = read_table(table(tmp_path / "d.csv", head, [(t / 100, 10.5 * t, 800 - t) for t in range(9)]), wishes=wishes)
+    assert read.units == {"x": "0.001 m", "y": "0.001 m"}
+    assert any("states units" in said for said in read.assumed)
+
+
+def test_words_above_the_titles_are_no_units(tmp_path):
+    """One cell alone may be as a unit is by chance, and a title may say otherwise."""
+    head = "#route,m,walk\ntime,x,y"
+    assert not read_table(table(tmp_path / "d.csv", head, [(t, t, t) for t in range(9)])).units
+
+
+@pytest.mark.parametrize(
+    ("cell", "seconds"),
+    [
+        ("2023-06-05 10:00:01.318353 +0000 UTC", 1.318353),
+        ("2023-06-05 12:00:01 +0200 CEST", 1.0),
+        ("2023-06-05 12:00:01 +02:00", 1.0),
+    ],
+)
+def test_dates_as_go_writes_them_are_read(cell, seconds):
+    assert stamp(cell) == (ZONED, pytest.approx(stamp("2023-06-05T10:00:00Z")[1] + seconds))
+
+
+@pytest.mark.parametrize("title", ["time_utc", "heard"])
+@pytest.mark.parametrize("seconds", [lambda k: k % 60, lambda k: 60 if k % 7 == 3 else (k * 17) % 60])
+def test_the_seconds_of_a_minute_are_no_time_beside_dates(seconds, title, tmp_path):
+    """AIS in JSON, as of aisstream: half an hour was a minute, and its rows were sorted by their seconds."""
+    rows = [
+        {
+            "report": {"Timestamp": seconds(3 * k), "Latitude": 55.1 + k / 1e4, "Longitude": 10.2 + k / 1e4},
+            "meta": {"MMSI": 219022220 + k % 3, title: f"2023-06-05 10:{k // 20:02d}:{3 * k % 60:02d}.318353 +0000 UTC"},
+        }
+        for k in range(200)
+    ]
+    path = tmp_path / "d.jsonl"
+    path.write_text("\n".join(map(json.dumps, rows)))
+    read = read_table(path)
+    assert (read.time.title, read.identity) == (f"meta.{title}", "meta.MMSI")
+
+
+def test_times_that_go_back_once_an_object_are_times_beside_dates(tmp_path):
+    rows = [(k, i, f"2023-06-05 10:{i:02d}:00", k + i, k - i) for i in range(4) for k in range(30)]
+    assert read_table(table(tmp_path / "d.csv", "t,id,last_seen,x,y", rows)).time.title == "t"
+
+
+@pytest.mark.parametrize("count", ["timestep", "FrameCount"])
+def test_a_time_that_stands_still_is_none_where_frames_are_counted(count, tmp_path):
+    """As of Argoverse 2 and of TRACAB: the table was said to be of one moment."""
+    rows = [(1700000000.5, k, f"a{i}", i + k, i - k) for k in range(30) for i in range(3)]
+    path = table(tmp_path / "d.csv", f"start_timestamp,{count},track_id,x,y", rows)
+    with pytest.raises(InputError, match=f"{count}.*--rate"):
+        read_table(path)
+    assert read_table(path, wishes=Wishes(rate=10.0)).time.title == count
+
+
+def test_of_a_time_that_stands_still_a_column_that_rises_is_named(tmp_path):
+    path = table(tmp_path / "d.csv", "t,trace.0,x,y", [("B738", 7 * k, k, 3 * k) for k in range(30)])
+    with pytest.raises(InputError, match=r"trace\.0, which rises"):
+        read_table(path)
