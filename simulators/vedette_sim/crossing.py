@@ -10,7 +10,7 @@ from attrs import frozen
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import common_state, draw_jump_markov, union_state
 from vedette_sim.life import check_life, life
-from vedette_sim.random_motion import check_models
+from vedette_sim.random_motion import check_models, switching
 
 _PLANE = ("x", "y", "vx", "vy")
 
@@ -56,9 +56,7 @@ class Crossing:
         pairs=True,
         tried=({}, {"turn_rate": (0.05, 0.1)}),
     )
-    transition: Array = fields.array(
-        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
-    )
+    transition: Array = switching()
     appears: float = fields.quantity("s", "time of their first states", default=0.0, at_least=0)
     disappears: float | None = fields.quantity("s", "time after which they are gone; default: they stay", default=None)
 

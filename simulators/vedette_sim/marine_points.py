@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from vedette import Array, ConfigError, Detections, Mask, Recording, Scan, Sensor, Source, Space, fields
 from vedette_marine.ais import Reports
 from vedette_sim.marine_scene import RadarPicturesScene
-from vedette_sim.sea import own_stream
+from vedette_sim.polar_fields import own_stream
 
 POSITION = Space.of(x="m", y="m")
 

@@ -31,8 +31,9 @@ from vedette_sim.life import life
 from vedette_sim.marine_hull import Vessel
 from vedette_sim.marine_surroundings import Buoy, Land, Racon, Rain, land_mask
 from vedette_sim.marine_synthesis import Synthesis, World
+from vedette_sim.polar_fields import own_stream
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import SeaClutter, own_stream
+from vedette_sim.sea import SeaClutter
 from vedette_sim.ships import PLANE, Ship, check_ownship
 
 LOST, AIS = 16, 17

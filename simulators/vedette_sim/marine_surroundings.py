@@ -9,8 +9,8 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, fields
+from vedette_sim.polar_fields import Float32, gaussian_taps, opencv, own_stream
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import Float32, gaussian_taps, opencv, own_stream
 
 _DOTS = {
     "A": ".-", "B": "-...", "C": "-.-.", "D": "-..", "E": ".", "F": "..-.", "G": "--.", "H": "....", "I": "..",

@@ -12,8 +12,9 @@ from vedette import Array
 from vedette_sim import ppi_display as display
 from vedette_sim.marine_hull import Vessel
 from vedette_sim.marine_surroundings import Buoy, Land, LandRaster, Racon, Rain
+from vedette_sim.polar_fields import Float32, TextureMemory, Upsampling, opencv, own_stream
 from vedette_sim.ppi import PpiRadar, Raster
-from vedette_sim.sea import Float32, SeaClutter, TextureMemory, Upsampling, opencv, own_stream
+from vedette_sim.sea import SeaClutter
 from vedette_sim.ships import Ship
 
 SPECKLE, TEXTURE, LAND, BUOY, VESSEL = range(5)

@@ -23,7 +23,7 @@ from vedette_marine.geometry import write_geometry
 from vedette_report.progress import on_terminal
 from vedette_sim.marine_scene import RadarPicturesScene
 from vedette_sim.marine_surroundings import land_mask
-from vedette_sim.sea import opencv
+from vedette_sim.polar_fields import opencv
 
 FRAMES = ("file", "time_s", "heading_rad", "east_m", "north_m", "east_mps", "north_mps")
 TRUTH = ("object", "time_s", "east_m", "north_m", "east_mps", "north_mps", "heading_rad", "length_m", "width_m")

@@ -10,7 +10,7 @@ from attrs import Factory, frozen
 
 from vedette import Array, MotionModel, Trajectory, fields
 from vedette.sampling import Bounds, common_state, draw_jump_markov, union_state
-from vedette_sim.random_motion import STARTS, check_models
+from vedette_sim.random_motion import STARTS, check_models, switching
 
 Modes = np.ndarray[Any, np.dtype[np.intp]]
 
@@ -53,9 +53,7 @@ class Population:
     area: Mapping[str, Bounds] = fields.part(
         "axis to low and high, in the axis' own unit, where the start is uniform instead", default=Factory(dict)
     )
-    transition: Array = fields.array(
-        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
-    )
+    transition: Array = switching()
     count: int = fields.integer("objects that are there from the beginning", default=0, at_most=_MOST)
     rate: float = fields.quantity("1/s", "births per second", default=0.0, at_least=0)
     lifetime: float | None = fields.quantity("s", "mean time until one is gone; default: all stay", default=None, above=0)

@@ -9,7 +9,7 @@ from attrs import frozen
 from numpy.typing import NDArray
 
 from vedette import Array, fields
-from vedette_sim.sea import Float32, opencv
+from vedette_sim.polar_fields import Float32, opencv
 
 STANDARD_WIDTH = float(np.sqrt(8.0 * np.log(2.0)))
 """Width at half height of a Gaussian of standard deviation 1."""

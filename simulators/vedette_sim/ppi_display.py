@@ -6,8 +6,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vedette import Array
+from vedette_sim.polar_fields import Float32, opencv
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import Float32, opencv
 
 Picture = NDArray[np.uint8]
 

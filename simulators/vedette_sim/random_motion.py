@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import final
+from typing import Any, final
 
 import numpy as np
 from attrs import frozen
@@ -15,6 +15,13 @@ from vedette_sim.life import check_life, life
 _PLANE = {"x": (0.0, 10.0), "y": (50.0, 20.0), "vx": (3.0, 1.0), "vy": (-2.0, 4.0)}
 STARTS = (_PLANE, {**_PLANE, "turn_rate": (0.05, 0.1)})
 """What the kit tries: its motions are over one of these."""
+
+
+def switching() -> Any:
+    """Declare how several models take turns."""
+    return fields.array(
+        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
+    )
 
 
 def check_models(
@@ -59,9 +66,7 @@ class Drawn:
     start: dict[str, tuple[float, float]] = fields.table(
         "axis to [mean, standard deviation] at the start", pairs=True, tried=STARTS
     )
-    transition: Array = fields.array(
-        "1", "probability of each next model (column) given the model (row), at each scan time", ndim=2, default=((1.0,),)
-    )
+    transition: Array = switching()
     appears: float = fields.quantity("s", "time of its first state", default=0.0, at_least=0)
     disappears: float | None = fields.quantity("s", "time after which it is gone; default: it stays", default=None)
 

@@ -10,8 +10,9 @@ import pytest
 from vedette_sim import ais, marine_hull, marine_synthesis, sea
 from vedette_sim import ppi_display as display
 from vedette_sim.marine_synthesis import World
+from vedette_sim.polar_fields import TextureMemory, Upsampling
 from vedette_sim.ppi import PpiRadar
-from vedette_sim.sea import SeaClutter, TextureMemory, Upsampling
+from vedette_sim.sea import SeaClutter
 
 
 def module_of(name):

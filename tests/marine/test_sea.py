@@ -7,7 +7,7 @@ from scipy import special, stats
 from support.marine import SMALL, within, world
 from vedette_sim import SeaClutter
 from vedette_sim.marine_synthesis import Synthesis
-from vedette_sim.sea import TextureMemory, Upsampling, own_stream
+from vedette_sim.polar_fields import TextureMemory, Upsampling, own_stream
 
 
 def clutter_power(shape, seed, **more):
