@@ -49,14 +49,7 @@ def run(arguments: Namespace) -> int:
     reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
     pictures = drawing(arguments.format, arguments.columns, arguments.style)
     lag = None if arguments.smooth is None else read_lag(arguments.smooth)
-    if arguments.stream and (arguments.keep or lag == np.inf):
-        keeps = "--keep keeps" if arguments.keep else "--smooth without a lag needs"
-        raise ConfigError.at("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")
-    if arguments.stream and experiment.retroactive:
-        told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
-        raise ConfigError.at("--stream", told)
-    if lag is not None:
-        check_smoothing(experiment.tracker)
+    _check(arguments, experiment, lag)
     keep = arguments.keep or arguments.strict or lag == np.inf or experiment.retroactive
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
@@ -92,6 +85,18 @@ def run(arguments: Namespace) -> int:
         print(f"vedette: {problem}", file=sys.stderr)
     _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
     return INTERRUPTED if result.interrupted or stopped else DONE
+
+
+def _check(arguments: Namespace, experiment: Experiment, lag: float | None) -> None:
+    """Raise ConfigError if options exclude one another, or what the config asks for."""
+    if arguments.stream and (arguments.keep or lag == np.inf):
+        keeps = "--keep keeps" if arguments.keep else "--smooth without a lag needs"
+        raise ConfigError.at("--stream", f"keeps nothing of the past, which {keeps}: give one of the two")
+    if arguments.stream and experiment.retroactive:
+        told = "judges tracks as they go, but retroactive = true tells of a track's first scans later: give one of the two"
+        raise ConfigError.at("--stream", told)
+    if lag is not None:
+        check_smoothing(experiment.tracker)
 
 
 def _is_long(scans: Sequence[Scan]) -> bool:
@@ -142,9 +147,8 @@ def _stream(
 
     done = stream(experiment, folder, steps=steps, reads=reads, former=former, lag=lag)
     if not arguments.stream and former is None:
-        scans = steps.recording.scans
-        endless = come_once(scans)
-        long = "whose end is not known" if endless else f"of more than {LONG:,} scans or {MANY:,} returns"
+        large = f"of more than {LONG:,} scans or {MANY:,} returns"
+        long = "whose end is not known" if come_once(steps.recording.scans) else large
         why = f"a run {long} keeps no history, so there are no pictures; --keep draws them"
         print(f"vedette: {why}", file=sys.stderr)
     for problem in done.problems:

@@ -7,8 +7,10 @@ import os
 import shutil
 import warnings
 from argparse import Namespace
+from collections.abc import Mapping
 from pathlib import Path
 from time import perf_counter, process_time
+from typing import Any
 
 import attrs
 
@@ -35,18 +37,21 @@ FILES = ("manifest.json", "summary.txt", "summary.json", "summary.csv", "study.z
 """Files that a study may leave, besides pictures and chunks."""
 
 
-def run(arguments: Namespace) -> int:
-    """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
-    kept = None if arguments.against is None else read_judgement(Path(arguments.against))
+def _asked(arguments: Namespace, kept: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the table of the study, with what the options say, or a judgement that it is held against."""
     table = read_study(arguments.study, alone=bool(kept or arguments.write))
     if kept is not None:
         table |= {"runs": kept["runs"], "seed": kept["seed"]}
         if arguments.runs is not None or arguments.seed is not None:
             raise ConfigError.at("--against", "the judgement says how many runs and from which seed: leave out both")
-    for name in ("runs", "seed", "chunk"):
-        given = getattr(arguments, name)
-        if given is not None:
-            table[name] = options.whole(f"--{name}", given, 0)
+    numbers = {"runs": arguments.runs, "seed": arguments.seed, "chunk": arguments.chunk}
+    return table | {name: options.whole(f"--{name}", given, 0) for name, given in numbers.items() if given is not None}
+
+
+def run(arguments: Namespace) -> int:
+    """Run the study, print its tables, write its files; return 130 if Ctrl-C ended it early."""
+    kept = None if arguments.against is None else read_judgement(Path(arguments.against))
+    table = _asked(arguments, kept)
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
