@@ -135,7 +135,7 @@ def check(
 
     `only` holds the laws that are tried, if not all, and what repeats an example of each, or "".
     """
-    from vedette.testing import Misuse, Profile, components, examine, laws_of, own_laws
+    from vedette.testing import Misuse, Profile, components, laws_of, own_laws
 
     assert isinstance(profile, Profile)
     from hypothesis.strategies import just  # which is there, as the kit is
@@ -155,16 +155,13 @@ def check(
     width = max(len(law.name) for law in laws)
     warned: Counter[str] = Counter()
     for law in laws:
-        with warnings.catch_warnings(record=True) as caught:
-            warnings.simplefilter("always")
-            try:
-                outcome = examine(cls, law, drawn, profile, only.get(law.name, ""))
-            except Misuse as lacking:
-                if only.get(law.name):
-                    raise ConfigError.at("--replay", str(lacking).removeprefix("replay: ")) from None
-                print(f"  cannot be drawn: {lacking}\n  {_CURE}")
-                return component | {"reason": str(lacking)}
-        warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)
+        try:
+            outcome = _tried(cls, law, drawn, profile, only.get(law.name, ""), warned)
+        except Misuse as lacking:
+            if only.get(law.name):
+                raise ConfigError.at("--replay", str(lacking).removeprefix("replay: ")) from None
+            print(f"  cannot be drawn: {lacking}\n  {_CURE}")
+            return component | {"reason": str(lacking)}
         if outcome.lacks:
             wanted[outcome.lacks] = None
         verdict, text = _expected(outcome.verdict, outcome.text, cls.known_failures.get(law.name))
@@ -176,15 +173,32 @@ def check(
         note = law.sentence if verdict == "held" else text.replace("\n", "\n" + " " * (width + 12))
         print(f"  {law.name:{width}}  {verdict:7} {note}", flush=True)
     _tell_beside(wanted, warned)
+    tried = _tell_counts(told, *own_laws(cls), all_of_them=not only)
+    failed = any(law["verdict"] == "failed" for law in told)
+    return component | {"failed": failed, "tried": tried, "warnings": dict(warned)}
+
+
+def _tried(cls: type[Component], law: Any, drawn: Any, profile: Any, replay: str, warned: Counter[str]) -> Any:
+    """Return what came of a law, and count what was warned of meanwhile."""
+    from vedette.testing import examine
+
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        outcome = examine(cls, law, drawn, profile, replay)
+    warned.update(f"{warning.message} ({Path(warning.filename).name}:{warning.lineno})" for warning in caught)
+    return outcome
+
+
+def _tell_counts(told: Sequence[Mapping[str, Any]], what: str, own: frozenset[str], *, all_of_them: bool) -> bool:
+    """Print how many laws held, and so on; return whether one was tried that is the component's `own`, if it has such."""
     counts = Counter(law["verdict"] for law in told)
     said = ", ".join(
         f"{counts[verdict]} {verdict}" for verdict in ("held", "failed", "broken", "skipped") if counts[verdict]
     )
-    what, of_role = own_laws(cls)
-    skipped = [law["text"] for law in told if law["verdict"] == "skipped" and (law["law"] in of_role or not of_role)]
-    tried = len(skipped) < (len(of_role) if of_role and not only else len(told))
+    skipped = [law["text"] for law in told if law["verdict"] == "skipped" and (law["law"] in own or not own)]
+    tried = len(skipped) < (len(own) if own and all_of_them else len(told))
     print(f"  {said}{'' if tried else f': no law{what} applied, since {Counter(skipped).most_common(1)[0][0]}'}")
-    return component | {"failed": counts["failed"] > 0, "tried": tried, "warnings": dict(warned)}
+    return tried
 
 
 def _those(laws: Sequence[Any], only: Iterable[str], role: str) -> Sequence[Any]:
