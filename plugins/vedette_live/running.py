@@ -161,14 +161,7 @@ class Running:
         again, late = window.again, window.late
         refused = window.take(formed)
         for one, told in refused:
-            self.counters.add("scans_refused_total")
-            if came.pop(id(one), None) is not None:
-                self.counters.add("messages_refused_total", one.messages)
-                self.listening.numbers.take(one.acknowledge)
-                for number in one.acknowledge:
-                    self.listening.numbers.refuse(number, told)
-            self.listening.leave_out(one, "refused")
-            self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
+            self._refuse(one, told, now=came.pop(id(one), None) is not None)
         for of, problems in window.flawed:
             if any(id(one) in came for one in of):  # not one that was only stepped again
                 self.counters.add("returns_left_out_total", len(problems))
@@ -196,6 +189,17 @@ class Running:
             for sink in prompt:
                 sink.put(report, partial(report_of, self.service, state))
         self._settle()
+
+    def _refuse(self, one: Formed, told: str, *, now: bool) -> None:
+        """Tell of a scan that is refused, `now` or as it was stepped again, when its messages have been answered."""
+        self.counters.add("scans_refused_total")
+        if now:
+            self.counters.add("messages_refused_total", one.messages)
+            self.listening.numbers.take(one.acknowledge)
+            for number in one.acknowledge:
+                self.listening.numbers.refuse(number, told)
+        self.listening.leave_out(one, "refused")
+        self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
 
     def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
         """Let the health tell of a sensor of which no scan is taken any more, as where one of the clocks is wrong."""
