@@ -44,6 +44,23 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
     """Yield a sentence for each thing that looks wrong, the most serious first; `first` of a run that keeps no others."""
     intake, (scans, tracks) = result.intake, (result.scans, result.tracks) if first is None else first
     yield from warnings_of(intake, result.recording, experiment.tracker.sensors)
+    yield from _nothing_found(experiment, result, score, scans)
+    yield from _on_each_other(experiment.tracker, tracks)
+    yield from held(experiment.tracker)
+    yield from (f"{place}: {said}; try {better}" for place, said, better in silenced(experiment.tracker, result.scans))
+    around = list(turned(experiment.tracker, result.scans, result.recording.truth))
+    yield from map(str, around)
+    yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])
+    if tracks or not score.tracks:  # which may all have come later
+        yield from otherwise(experiment.tracker, scans, tracks)
+    if experiment.judge.truth_gap is None:
+        yield from joined(result.recording.truth)
+    yield from _off_truth(result, score)
+
+
+def _nothing_found(experiment: Experiment, result: Result, score: Score, scans: Sequence[Scan]) -> Iterator[str]:
+    """Say that no track took anything, or that none was confirmed, and what may be why."""
+    intake = result.intake
     if intake.tracked >= ENOUGH and intake.hits == 0 and intake.frames == intake.scans:
         yield (
             f"there were tracks in {intake.tracked:,} frames, and in none of them was a target found: does it stand "
@@ -63,29 +80,28 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
             or "compare the lifecycle, the sensor's noise and its clutter with the data"
         )
         yield from _because(experiment, result, told, better)
-    if not (experiment.tracker.associator.decides or isinstance(experiment.tracker.associator, HypothesisAssociator)):
-        pairs = coalesced(tracks)
-        if pairs:
-            a, b, times = max(pairs, key=lambda pair: pair[2])
-            kind = experiment.tracker.associator.kind
-            yield (
-                f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {times}): "
-                f"where targets stay close, {kind!r} averages over them. Nearer than two of the sensor's deviations that "
-                "places them best; if yours are farther apart, take 'jpda_star'"
-            )
-    yield from held(experiment.tracker)
-    yield from (f"{place}: {said}; try {better}" for place, said, better in silenced(experiment.tracker, result.scans))
-    around = list(turned(experiment.tracker, result.scans, result.recording.truth))
-    yield from map(str, around)
-    yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])
-    if tracks or not score.tracks:  # which may all have come later
-        yield from otherwise(experiment.tracker, scans, tracks)
-    if experiment.judge.truth_gap is None:
-        yield from joined(result.recording.truth)
-    if result.recording.truth and score.scans < ENOUGH <= intake.scans:
+
+
+def _on_each_other(tracker: Tracker, tracks: Sequence[Track]) -> Iterator[str]:
+    """Say that tracks lay on each other, where the associator is one that averages over those that are close."""
+    associator = tracker.associator
+    if associator.decides or isinstance(associator, HypothesisAssociator):
+        return
+    if pairs := coalesced(tracks):
+        a, b, times = max(pairs, key=lambda pair: pair[2])
         yield (
-            f"of {intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: do their "
-            "clocks agree?"
+            f"{count(len(pairs), 'pair')} of tracks lay on each other for {LONG} scans or more ({a} and {b}: {times}): "
+            f"where targets stay close, {associator.kind!r} averages over them. Nearer than two of the sensor's deviations "
+            "that places them best; if yours are farther apart, take 'jpda_star'"
+        )
+
+
+def _off_truth(result: Result, score: Score) -> Iterator[str]:
+    """Say that the truth is of other times, or elsewhere."""
+    if result.recording.truth and score.scans < ENOUGH <= result.intake.scans:
+        yield (
+            f"of {result.intake.scans:,} scans only {score.scans:,} lie between the first and the last time of the truth: "
+            "do their clocks agree?"
         )
     if score.coverage == 0 and score.tracks:
         yield (
