@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Sequence
+from datetime import datetime, timedelta
 
 PLUS = " + "
 """Between the titles of columns whose cells are read as one, with a blank between them."""
@@ -14,6 +15,7 @@ PARTS = ("x", "y", "z")
 FRACTIONS = {
     **dict.fromkeys(("nsec", "nsecs", "nanosec", "nanosecs", "nanoseconds", "nanos", "ns"), 9),
     **dict.fromkeys(("usec", "usecs", "microseconds", "micros", "us"), 6),
+    **dict.fromkeys(("msec", "msecs", "milliseconds", "millis", "ms"), 3),
 }
 """Last words of titles that count parts of a second beside whole ones, and how many digits these have."""
 
@@ -22,6 +24,14 @@ _POINT = re.compile(
     rf"(?:SRID=\d+;\s*)?POINT\s*[ZM]{{0,2}}\s*\(\s*({_NUMBER})\s+({_NUMBER})(?:\s+({_NUMBER}))?[^)]*\)", re.IGNORECASE
 )
 _TUPLE = re.compile(rf"[\[(]?\s*({_NUMBER})\s*[,;]\s*({_NUMBER})(?:\s*[,;]\s*({_NUMBER}))?\s*[\])]?")
+
+MJD = datetime(1858, 11, 17)
+"""The day from which modified Julian dates count."""
+
+_MJD, _OF_DAY = re.compile(r"[2-7]\d{4}"), re.compile(r"(0|[1-9]\d{0,4})(\.\d*)?")
+"""Such a day of 1913 to 2077, and seconds of it."""
+
+_CLOCK = re.compile(r"\d{1,2}:\d\d:\d\d")
 
 Cell = Callable[[Sequence[str]], str]
 
@@ -62,7 +72,7 @@ def cell_of(title: str, header: Sequence[str]) -> Cell:
     if len(parts) == 1:
         axis = PARTS.index(title[-1])
         return lambda cells: _coordinate(cells[where[0]], axis)
-    digits = digits_of(parts[-1]) if len(parts) == 2 else 0
+    digits = digits_of(parts[-1]) if len(parts) < 4 else 0
     return lambda cells: joined([cells[i] for i in where], digits)
 
 
@@ -72,14 +82,23 @@ def digits_of(title: str) -> int:
 
 
 def joined(cells: Sequence[str], digits: int = 0) -> str:
-    """Return cells as one: with a blank between them, or a whole number and its fraction of so many `digits`.
+    """Return cells as one: with a blank between them, or a whole number, or a time of day, and its fraction of so many
+    `digits`.
 
-    A day as data frames write it, at midnight, is a bare day beside a time of day. "" where one is empty.
+    A day as data frames write it, at midnight, is a bare day beside a time of day; a modified Julian date beside seconds of
+    its day is a date. "" where one is empty.
+
+    >>> joined(["2026-11-22", "08:39:04", "50"], 3), joined(["60100", "300.5"])
+    ('2026-11-22 08:39:04.050', '2023-06-05T00:05:00.500000')
     """
     if not all(cells):
         return ""
-    if digits and cells[0].lstrip("-").isdigit() and cells[1].isdigit():
-        return f"{cells[0]}.{cells[1].zfill(digits)}"
+    *first, last = cells
+    counted = len(first) == 1 and first[0].lstrip("-").isdigit()
+    if digits and last.isdigit() and (counted or _CLOCK.fullmatch(first[-1])):
+        return f"{joined(first)}.{last.zfill(digits)}"
+    if len(cells) == 2 and _MJD.fullmatch(cells[0]) and _OF_DAY.fullmatch(last):
+        return (MJD + timedelta(int(cells[0]), float(last))).isoformat()
     return " ".join([cells[0].removesuffix("T00:00:00"), *cells[1:]])
 
 

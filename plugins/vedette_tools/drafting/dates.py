@@ -57,8 +57,8 @@ def is_plain_clock(cell: str) -> bool:
 
 
 def is_moment(cell: str) -> bool:
-    """Return whether a cell is a date with a time of day."""
-    return _DATE.match(cell) is not None
+    """Return whether a cell is a date with a time of day, perhaps without marks, as 20261123083904."""
+    return _DATE.match(cell) is not None or (is_plain_day(cell[:8]) and len(cell) == 14 and is_plain_clock(cell[8:]))
 
 
 def is_time_of_day(cell: str) -> bool:

@@ -10,6 +10,7 @@ from attrs import evolve
 
 from vedette.space import Array
 from vedette_files.tables.numbers import is_number
+from vedette_tools.drafting.compass import of_asterix
 from vedette_tools.drafting.several import GEODETIC
 from vedette_tools.drafting.titles import GRAD, OF_360, Meaning, meaning, words_of
 
@@ -36,9 +37,6 @@ SURFACE = (6.3e6, 6.42e6)
 
 CODED = 25.0
 """ft: transponders tell altitudes in such steps."""
-
-ASTERIX = {"sac", "sic"}
-"""Titles of radar plots that are decoded from ASTERIX, whose ranges are in NM."""
 
 FAR_OFF = 50.0
 """So many times as far from 0 as they spread lie longitudes or latitudes; returns of a radar lie around it or before it."""
@@ -75,10 +73,13 @@ def add_unit(
         unit = units.get("bearing", "rad")
         guessed[given.title] = f"is in {unit}, as bearings are{_unknown(given)}"
     elif not unit and axis in ANGLES:
-        largest = float(np.max(np.abs(numbers(columns[given.title])), initial=0.0))
-        unit = "deg" if largest > 2.0001 * math.pi else "rad"
-        guessed[given.title] = f"is in {unit}: it goes up to {largest:.4g}{_unknown(given)}"
-    elif not unit and axis == "range" and {title.lower() for title in columns} >= ASTERIX:
+        angles = numbers(columns[given.title])
+        largest, least = float(np.max(np.abs(angles), initial=0.0)), float(np.min(angles, initial=0.0))
+        most = 1.0001 * math.pi if axis == "bearing" and least < 0 else 2.0001 * math.pi  # a heading may be unwrapped
+        unit = "deg" if largest > most else "rad"
+        told = f" to either side of 0, beyond {math.pi:.3f}" if most < largest < 2 * math.pi else ""
+        guessed[given.title] = f"is in {unit}: it goes up to {largest:.4g}{told}{_unknown(given)}"
+    elif not unit and axis == "range" and of_asterix(columns):
         unit = "NM"
         guessed[given.title] = "is in NM, as ASTERIX sends it"
     elif not unit and axis == "altitude" and any(_in_whole_parts(title, cells) for title, cells in columns.items()):
@@ -138,8 +139,8 @@ def _unknown(given: Meaning) -> str:
     return f", for {given.unknown!r} is no unit that is known" if given.unknown else ""
 
 
-def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
-    """Return the unit of times unless it is s or they are dates."""
+def time_unit(time: Meaning, values: Array, assumed: list[str], cells: Iterable[str] = ()) -> str:
+    """Return the unit of times unless it is s or they are dates; `cells` are as they were written: 300.00 counts nothing."""
     if not len(values):
         return ""
     if time.unit:
@@ -154,6 +155,7 @@ def time_unit(time: Meaning, values: Array, assumed: list[str]) -> str:
         assumed.append(f"{time.title} counts days")
         return "86400 s"
     in_seconds = SECONDS[0] < size < SECONDS[1] or bool(np.all(apart % 3600 == 0))  # hourly reports
+    in_seconds = in_seconds or any(len(cell.partition(".")[2]) > 1 for cell in cells)
     if not in_seconds and np.all(values == np.rint(values)) and len(apart) and (step := float(np.median(apart))) >= 100:
         unit = "ms" if step < MICROS else "us"
         assumed.append(f"{time.title} counts {unit}: whole numbers {step:.0f} apart; if not, say --units time=s")

@@ -17,6 +17,7 @@ from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
+from vedette_tools.drafting.compass import from_north
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.doubtful import doubtful, is_no_time, one_moment, rising
 from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_of
@@ -46,8 +47,6 @@ NO_WISHES = Wishes()
 
 BEARERS = {"own", "ownship", "platform", "ego", "self"}
 """Words of titles that say where a sensor is carried; vessel_lat may be what is seen."""
-
-COMPASS = ("bearing", "brg", "azimuth", "az", "azi", "peilung", "azimut", "acimut", "gisement", "marcacion", "peiling")
 
 
 @frozen
@@ -84,7 +83,7 @@ class Columns:
             del below_header["time"]
         measured = wishes.measured(path, titles, below_header, below)
         time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")
-        if time is not None and wishes.time and not wishes.rate:
+        if time is not None and wishes.time in cells and not wishes.rate:
             time = with_rest(time, cells)
         if not any(set(pair) <= set(measured) for pair in PAIRS):
             alike = pairs_of(cells, below)
@@ -154,7 +153,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     assumed += [f"the rows of {one} are left out: most hold no position" for one in lost]
     sensors = tuple(sorted(found_by)) if found_by.keys() - {""} else ()
     axes = POLAR if POLAR in found_by.values() else next(iter(found_by.values()))
-    compass = axes == GEODETIC or any(word in measured["bearing"].title.lower() for word in COMPASS if axes == POLAR)
+    compass, senses = from_north(axes, measured, titles)
+    assumed += senses
     names = _axes(axes)
     others = {one: pair for one, pair in found_by.items() if pair != axes}
     own_rows = [cell in found_by and cell not in others for cell in columns[who]] if others and who else []
@@ -183,12 +183,13 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     for axis, given in platform.items():
         add_unit(f"own {axis}", axis, given, aside[2] if aside else columns, units, guessed)
     times = table.times(wishes)
-    unit = "" if dates else time_unit(time, times, assumed)
+    unit = "" if dates else time_unit(time, times, assumed, columns[time.title])
     read = {time.title, *(measured[name].title for name in every.values()), *(each.title for each in platform.values())}
     scan = table.scan()
     if scan and _timed(columns[scan], columns[time.title]):
         assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
-    name = named_by(columns, columns[time.title], read | {who, scan}) if use != IGNORE else ""
+    places = [columns[measured[name].title] for name in axes]
+    name = named_by(columns, columns[time.title], read | {who, scan}, places) if use != IGNORE else ""
     if use == TRUTH and not name:
         raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
     noise = own_errors(names, columns) if not others else {}

@@ -46,6 +46,7 @@ def measured_by(
 ) -> dict[str, Pair]:
     """Return the pair of axes that each sensor measures; a sensor that tells no place is left out.
 
+    Where a row holds both, latitudes and longitudes of the returns go before ranges in a unit that no title states.
     With a column `who` of `sensors` the first that most of its rows hold. Without, rows that hold the one pair or the other,
     hardly ever both, are of two sensors; else all are of one, whose name is "".
     """
@@ -57,6 +58,9 @@ def measured_by(
     held = {pair: np.array([all(map(holds[pair], row)) for row in zip(*cells[pair], strict=True)]) for pair in there}
     if not there:
         return {}
+    both = {POLAR, GEODETIC} <= {*there} and np.mean(held[POLAR] & held[GEODETIC]) >= HELD
+    if both and not measured["range"].unit and _of_returns(columns[measured["time"].title], cells[GEODETIC]):
+        there = [GEODETIC, *(pair for pair in there if pair != GEODETIC)]
     if len(sensors) > 1:
         of = np.array(columns[who])
         pair_of = {name: next((pair for pair in there if np.mean(held[pair][of == name]) >= HELD), None) for name in sensors}
@@ -65,6 +69,12 @@ def measured_by(
     if not who and len(either) == 2 and np.mean(held[either[0]] & held[either[1]]) < OFTEN * np.mean(held[either[1]]):
         return {UNNAMED[pair]: pair for pair in either}
     return {"": next((pair for pair in there if len(held[pair]) and np.mean(held[pair]) >= HELD), there[0])}
+
+
+def _of_returns(times: Sequence[str], places: Sequence[Sequence[str]]) -> bool:
+    """Return whether places are those of returns, not of who sees them: most of one time have a place of their own."""
+    moments = len({*times})
+    return len({*zip(times, *places, strict=True)}) - moments > HELD * (len(times) - moments)
 
 
 def is_angle(cell: str) -> bool:

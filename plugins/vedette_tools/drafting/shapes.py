@@ -54,6 +54,9 @@ UNIT = re.compile(r"[\[(][^\])]{2,}[\])]")
 PARTS_OF_DEGREES = (("m", "min", "mins", "minute", "minutes"), ("s", "sec", "secs", "second", "seconds"))
 """Last words of titles of minutes and seconds beside whole degrees."""
 
+MILLI = 3
+"""Digits of ms."""
+
 MOST = 0.9
 """Such a part of a column's cells are what it holds."""
 
@@ -90,7 +93,10 @@ def time_of(columns: Columns, found: Meaning | None) -> tuple[Meaning | None, st
         clock = next((title for title, cells in columns.items() if _most(cells, is_time_of_day)), "")
         if clock and len(set(columns[found.title])) == 1 and _passes_midnight(columns[clock]):
             return _time(clock), ""  # the day is that of the beginning, and midnight passed
-        return (_time(PLUS.join((found.title, clock))), "") if clock else (found, "")
+        rest = _rest(clock, columns) if clock else ""
+        return (_time(PLUS.join(filter(None, (found.title, clock, rest)))), "") if clock else (found, "")
+    if julian := _julian(found, columns):
+        return _time(julian), ""
     return with_rest(found, columns), ""
 
 
@@ -101,6 +107,14 @@ def _without_marks(found: Meaning, columns: Columns) -> str:
     days += [title for title, cells in called.items() if {*DATES} & {*words_of(title)} and _most(cells, is_short_day)]
     clocks = [title for title, cells in called.items() if title not in days and _most(cells, is_plain_clock)]
     return PLUS.join((days[0], clocks[0])) if days and clocks and found.title in days + clocks else ""
+
+
+def _julian(found: Meaning, columns: Columns) -> str:
+    """Return a column of modified Julian dates and one of seconds of the day, of which one was found; or ""."""
+    called = {title: cells for title, cells in columns.items() if meaning(title).axis == "time"}
+    days = [title for title in called if meaning(title).unit == "86400 s" and _most(called[title], _is_whole)]
+    clocks = [title for title in called if title not in days and _most(called[title], is_number)]
+    return PLUS.join((days[0], clocks[0])) if days and clocks and found.title in (days[0], clocks[0]) else ""
 
 
 def _passes_midnight(clocks: Sequence[str]) -> bool:
@@ -204,12 +218,23 @@ def _counts_seconds(title: str) -> bool:
 
 
 def _rest(seconds: str, columns: Columns) -> str:
-    """Return the column that counts parts of a second beside one of whole seconds, or ""."""
+    """Return the column that counts parts of a second beside one of whole seconds, or of times of day; or "".
+
+    Of ms, which others count, too, the title begins as theirs does, and they are not the same in all rows.
+    """
+    whole, of_day = _most(columns[seconds], str.isdigit), _most(columns[seconds], _is_whole_clock)
     for title, cells in columns.items():
         digits = digits_of(title)
-        if digits and title != seconds and _most(cells, lambda cell: cell.isdigit() and len(cell) <= digits):  # noqa: B023
-            return title if _most(columns[seconds], str.isdigit) else ""
+        alike = words_of(title)[:-1] == words_of(seconds)[:-1] and len({*cells}) > 1
+        if not digits or title == seconds or ((of_day or digits == MILLI) and not alike):
+            continue
+        if _most(cells, lambda cell: cell.isdigit() and len(cell) <= digits):  # noqa: B023
+            return title if whole or of_day else ""
     return ""
+
+
+def _is_whole_clock(cell: str) -> bool:
+    return is_time_of_day(cell) and "." not in cell
 
 
 def _most(cells: Sequence[str], holds: Callable[[str], bool]) -> bool:

@@ -68,11 +68,18 @@ BORNE = ("mmsi", "icao24", "icao", "hex", "callsign", "call_sign")
 SENT = BORNE[:3]
 """Codes whose titles may have other words before them: source_mmsi, sourcemmsi."""
 
+ANSWERED = (
+    "acaddr", "ac_addr", "aircraft_address", "target_address", "mode3a", "mode_3a", "mode_3_a", "squawk",
+)  # fmt: skip
+"""Titles, which may have other words before them, of codes that transponders answer to a radar; the last four are not of
+one alone."""
+
 NAMES = (
-    *BORNE[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id", "tag_id",
-    "device_id", "user_id", "uid", "player_id", "player", "person_id", "individual_local_identifier", "imo", "id",
+    *BORNE[:4], *ANSWERED[:4], "track_id", "object_id", "target_id", "ship_id", "vessel_id", "vehicle_id", "animal_id",
+    "tag_id", "device_id", "user_id", "uid", "player_id", "player", "person_id", "individual_local_identifier", "imo", "id",
     *BORNE[4:], "registration", "tail_number", "flight", "shipname", "ship_name", "vessel_name", "vehicle", "particle",
     "trajectory_id", "trajectory", "trip_id", "tracker", "tag", "name",
+    *ANSWERED[4:],
 )  # fmt: skip
 """Titles of columns by which returns name their objects, the surest first."""
 

@@ -10,6 +10,7 @@ from attrs import evolve, field, frozen
 
 from vedette.errors import ConfigError, InputError, Problem
 from vedette.units import in_unit
+from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, listed
 from vedette_files.tables.times import check_pattern
 from vedette_tools.drafting.titles import GRAD, MEASURES, UNITS, Meaning, meaning
@@ -96,7 +97,7 @@ class Wishes:
         if self.scan not in ("", "time", BY_ROW):
             stated["scan"] = self.scan
         for axis, title in stated.items():
-            if title not in titles:
+            if not made_of(title, titles):
                 other = "; or say --scan time, where rows of one time are a scan, or --scan row" if axis == "scan" else ""
                 there = f"the columns are {listed(titles)}{other}"
                 raise InputError(f"{path}: there is no column {title!r}, asked for as {axis}; {there}")
@@ -115,8 +116,8 @@ class Wishes:
             kept["time"] = kept.pop("scan")
         for axis, title in stated.items():
             told = meaning(title)
-            unit = told.unit if told.axis == axis else ""
-            unit = unit or (meaning(axis, below[titles.index(title)]).unit if below else "")
+            unit = told.unit if told.axis == axis and title in titles else ""
+            unit = unit or (meaning(axis, below[titles.index(title)]).unit if below and title in titles else "")
             kept[axis] = Meaning(title, axis, unit, False, True)
             kept = {name: each for name, each in kept.items() if name == axis or each.title != title or name in stated}
         if self.rate and "time" in kept:

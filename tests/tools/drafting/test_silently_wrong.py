@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from vedette.errors import InputError
 from vedette_files.tables.times import ZONED, stamp
+from vedette_tools.drafting.reading import opened
 from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.wishes import Wishes
 
@@ -95,3 +97,75 @@ def test_of_a_time_that_stands_still_a_column_that_rises_is_named(tmp_path):
     path = table(tmp_path / "d.csv", "t,trace.0,x,y", [("B738", 7 * k, k, 3 * k) for k in range(30)])
     with pytest.raises(InputError, match=r"trace\.0, which rises"):
         read_table(path)
+
+
+NORTH, EAST = "x north, y east", "x east, y north"
+
+
+@pytest.mark.parametrize(
+    ("head", "frame", "name", "said"),
+    [
+        ("time,RHO_NM,THETA_deg,code", NORTH, "", True),
+        ("time,rho_m,theta_deg,Mode3A", NORTH, "Mode3A", True),
+        ("time,I040.RHO.val,I040.THETA.val,I220.ACAddr.val", NORTH, "I220.ACAddr.val", True),
+        ("time,rho_m,theta_deg,code", EAST, "", True),
+        ("time,range_m,azimuth_deg,code", NORTH, "", False),
+    ],
+)
+def test_an_angle_whose_title_says_no_sense_is_said_to_have_one(head, frame, name, said, tmp_path):
+    """Plots of a radar in NM lay mirrored, up to 112 km off; their codes were no names."""
+    rows = [(4 * k, 20 + i + k / 10, 350 - 30 * i - k / 3, f"10{i}1") for k in range(20) for i in range(3)]
+    read = read_table(table(tmp_path / "d.csv", head, rows))
+    assert (read.frame, read.identity) == (frame, name)
+    other = ({NORTH, EAST} - {frame}).pop()
+    assert any(f"write frame = '{other}'" in each for each in read.assumed) == said
+
+
+@pytest.mark.parametrize(("apart", "unit", "first"), [(1, "", "latitude"), (0, "", "range"), (1, "_NM", "range")])
+def test_places_on_the_earth_go_before_ranges_in_a_unit_that_no_title_states(apart, unit, first, tmp_path):
+    """Cells of storms: ranges in NM were taken as m, and times of 14 digits for none. A ship's own place is no return's."""
+    rows = [
+        (f"202306051{k // 6}{k % 6}000", f"A{i}", 20 + i + k, 30 * i + k, 35.5 + k / 100 + i * apart, -97.5)
+        for k in range(12)
+        for i in range(3)
+    ]
+    read = read_table(table(tmp_path / "d.csv", f"#ZTIME,CELL_ID,RANGE{unit},AZIMUTH,LAT,LON", rows))
+    assert (next(iter(read.measured)), read.time.title, read.dates) == (first, "#ZTIME", "%Y%m%d%H%M%S")
+
+
+@pytest.mark.parametrize(("apart", "name"), [(0.0, ""), (0.01, "TAG")])
+def test_kinds_of_the_rows_of_one_thing_are_no_names(apart, name, tmp_path):
+    """T for a fix and C for a place that was marked, of a Columbus V-900: the marked ones were another object's."""
+    rng = np.random.default_rng(2)
+    kinds = ["C" if k % 9 == 4 else "T" for k in range(120)]
+    spots = [(49 + k / 2e5 + apart * (kind == "C"), 16 - k / 3e5) for k, kind in enumerate(kinds)] + rng.normal(
+        0, 3e-6, (120, 2)
+    )
+    rows = [(kind, k, *(f"{each:.7f}" for each in spot)) for k, (kind, spot) in enumerate(zip(kinds, spots, strict=True))]
+    assert read_table(table(tmp_path / "d.csv", "TAG,time,lat,lon", rows)).identity == name
+
+
+def test_angles_to_either_side_beyond_half_a_turn_are_in_deg_and_ms_are_part_of_times_of_day(tmp_path):
+    """Echoes of fish in a beam of 8 deg, as Echoview exports them: -4 to 4 was in rad."""
+    rows = [("2023-06-05", f"10:00:{k // 5:02d}", 200 * (k % 5), 20 + k / 9, 4.05 * (-1) ** k) for k in range(30)]
+    head = "Ping_date,Ping_time,Ping_milliseconds,Target_range,Angle_minor_axis"
+    read = read_table(table(tmp_path / "d.csv", head, rows))
+    assert (read.time.title, read.units["bearing"]) == ("Ping_date + Ping_time + Ping_milliseconds", "deg")
+    other = read_table(table(tmp_path / "d.csv", head.replace("Ping_m", "Delay_m"), rows))
+    assert other.time.title == "Ping_date + Ping_time"
+
+
+def test_ms_beside_a_time_of_day_alone_are_part_of_it(tmp_path):
+    rows = [(f"10:00:{k // 5:02d}", 200 * (k % 5), k, 2 * k) for k in range(30)]
+    times = [scan.time for scan in opened(read_table(table(tmp_path / "d.csv", "time,ms,x,y", rows))).scans]
+    assert np.diff(times) == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize("stated", ["", "sod", "mjd + sod"])
+def test_seconds_of_a_julian_day_are_seconds(stated, tmp_path):
+    """Predictions for laser ranging, 300.000000 s apart: a count of ms, and `mjd + sod` was no column."""
+    rows = [(60100, f"{300 * k}.000000", 7e6 + k, 3e6 - k) for k in range(30)]
+    read = read_table(table(tmp_path / "d.csv", "mjd,sod,x,y", rows), wishes=Wishes(time=stated))
+    assert (read.time.title, read.time_unit) == (stated or "mjd + sod", "")
+    times = {scan.time for scan in opened(read).scans}
+    assert max(times) - min(times) == 300 * 29
