@@ -79,6 +79,9 @@ class Placing:
             told = f"must be that of the config, {self.frame!r}, got {message.frame!r}"
             raise ValueError(f"frame: {told}: state it as `frame`, where `origin` stands")
         wanted, may = self.sensors[name].measurement, self.sensors[name].optional
+        if "range_rate" in wanted and message.pose is not None and message.pose.velocity is None:
+            told = f"must be given, as {name!r} measures range_rate relative to its platform"
+            raise ValueError(f"pose.velocity: {told}: 0 of one at rest, or where its motion is taken out")
         z = self._over(message, name, wanted, may)
         always = [i for i, axis in enumerate(wanted.names) if axis not in may]
         if len(z) and np.isnan(z[:, always]).any(axis=-1).all():

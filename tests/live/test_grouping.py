@@ -313,3 +313,13 @@ def test_a_place_out_of_reach_is_refused_beside_one_that_says_nothing() -> None:
     z = np.array([[np.nan, 10.0], [-30.0, 10.0]])
     with pytest.raises(ValueError, match="origin"):
         list(Grouper(Grouping(), PLACING).add(Message("ais", 1.0, z, ("latitude", "longitude")), 1.0))
+
+
+def test_a_pose_without_a_velocity_is_refused_where_range_rates_are_measured() -> None:
+    """It would count as at rest, and each rate err by the platform's own speed."""
+    placing = Placing({"radar": RangeBearingRate(5.0, 0.01, 0.5)}, {}, None)
+    message = Message("radar", 1.0, np.array([[1000.0, 0.1, 3.0]]), pose=Pose(np.array([100.0, 0.0])))
+    with pytest.raises(ValueError, match=r"pose.velocity"):
+        placing.returns(message, "radar")
+    still = evolve(message, pose=Pose(np.array([100.0, 0.0]), np.zeros(2)))
+    np.testing.assert_array_equal(placing.returns(still, "radar"), message.z)

@@ -5,7 +5,7 @@ import pytest
 from attrs import evolve, field, frozen
 
 import vedette
-from vedette import Detections, Recording, Scan, Source, Space, Trajectory
+from vedette import Detections, Pose, Recording, Scan, Source, Space, Trajectory
 from vedette.metrics import judge
 from vedette_files import DATED
 from vedette_report.summary.words import summary
@@ -168,7 +168,18 @@ def test_an_axis_that_a_sensor_sees_and_the_motion_holds_is_told(motion, deviati
 
 @pytest.mark.parametrize(("gap", "told"), [(1.0, False), (20.0, True)])
 def test_a_truth_of_which_lines_make_much_is_told(gap, told):
-    """22,927 of 172,026 true boxes were of gaps of the file, and counted as missed."""
+    """22,927 of 172,026 true boxes were of gaps of the file, and counted as missed. Scans in a gap count, not the gap."""
     times = np.arange(100.0) + gap * (np.arange(100) > 50)
     path = Trajectory("a", Space.of(x="m", y="m"), times, np.zeros((100, 2)))
-    assert bool(list(joined([path]))) == told
+    assert bool(list(joined([path], np.arange(times[-1])))) == told
+    assert not list(joined([path], times))
+
+
+@pytest.mark.parametrize(("velocity", "told"), [(None, True), ([0.0, 0.0], False)])
+def test_a_moving_platform_of_range_rates_without_a_velocity_is_told(velocity, told):
+    radar = {"kind": "range_bearing_rate", "sigma_range": 1.0, "sigma_bearing": 0.01, "sigma_rate": 1.0}
+    seen = Detections.of([[100.0, 0.0, 0.0]])
+    moving = [Scan(float(t), "radar", seen, Pose(np.array([5.0 * t, 0.0]), velocity)) for t in range(30)]
+    standing = [evolve(scan, pose=moving[0].pose) for scan in moving]
+    found = [said(scans, sensors={"radar": radar}) for scans in (moving, standing)]
+    assert [any("without a velocity" in each for each in every) for every in found] == [told, False]

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from typing import final
 
 import numpy as np
-from attrs import field, frozen
+from attrs import evolve, field, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
@@ -25,13 +25,16 @@ POSE = Space.of(x="m", y="m", z="m", vx="m/s", vy="m/s", heading="rad mod 2pi")
 
 PLACE = "platform"
 
+_MOVES = Space.of(vx="m/s", vy="m/s", vz="m/s")
+
 
 @final
 @frozen
 class PlatformColumns:
     """The columns of the platforms' positions: by scan, or at times of their own, which are interpolated linearly.
 
-    Rows whose cells of these columns are all empty are left out.
+    A velocity that no column tells is the slope of the positions. Rows are left out whose cells of these columns are all
+    empty.
     """
 
     columns: dict[str, str] = fields.names(
@@ -45,6 +48,10 @@ class PlatformColumns:
     sensors: dict[str, str] = fields.names(
         "sensor to the name of its platform; the others stand still. Default: each sensor's platform has its name, "
         "or is the only one"
+    )
+
+    over_ground: bool = fields.flag(
+        "range rates are over ground, without the platform's own motion: it counts as at rest", default=False
     )
 
     def __attrs_post_init__(self) -> None:
@@ -97,9 +104,10 @@ class PlatformColumns:
         kept = {name: in_time_order(samples, refused, sort=layout.sort) for name, samples in at_times.items()}
         states = into_plane(space, list(by_scan.values()), layout.origin, layout.frame)
         return Platforms(
-            tracks={name: trajectory("platform", space, samples, layout) for name, samples in kept.items()},
+            tracks={name: _moving(trajectory("platform", space, samples, layout)) for name, samples in kept.items()},
             by_scan=dict(zip(by_scan, states, strict=True)),
             space=made(space),
+            over_ground=self.over_ground,
             used=used + sum(map(len, kept.values())),
             left_out=left_out,
             names=self.sensors,
@@ -109,7 +117,7 @@ class PlatformColumns:
 
 @frozen(eq=False)
 class Platforms:
-    """The platforms' states over `space`, by the platform's name: along tracks in time, or by scan.
+    """The platforms' states, by the platform's name: along tracks in time, or by scan, over `space`.
 
     `used` and `left_out` count their rows; `names` are the sensors' platforms.
     """
@@ -121,6 +129,19 @@ class Platforms:
     left_out: int
     names: Mapping[str, str] = field(factory=dict)
     several: bool = False
+    over_ground: bool = False
+
+    def timed(self, times: Mapping[str, float]) -> Platforms:
+        """Return them with the velocities that states by scan lack; times: of the scans that there are, in s."""
+        by_scan, space = dict[tuple[str, str], np.ndarray](), self.space
+        for name in {name for name, _ in self.by_scan}:
+            own = sorted((times[scan], scan) for other, scan in self.by_scan if other == name and scan in times)
+            if own:
+                states = np.array([self.by_scan[name, scan] for _, scan in own])
+                moving = _moving(Trajectory(PLACE, self.space, np.array([time for time, _ in own]), states))
+                by_scan |= {(name, scan): state for (_, scan), state in zip(own, moving.states, strict=True)}
+                space = moving.space
+        return evolve(self, by_scan=by_scan, space=space)
 
     @property
     def between(self) -> str:
@@ -155,10 +176,22 @@ class Platforms:
         """Return the pose of a sensor's platform for a scan at a time in s; None if the recording does not state it."""
         name = self.names.get(sensor, sensor) if self.several else ""
         track = self.tracks.get(name)
-        state = self.by_scan.get((name, scan)) if track is None else track.at(time)
+        space, state = (self.space, self.by_scan.get((name, scan))) if track is None else (track.space, track.at(time))
         if state is None:
             return None
-        part = dict(zip(self.space.names, state, strict=True))
-        position = [part[axis] for axis in ("x", "y", "z") if axis in part]
-        velocity = np.array([part["vx"], part["vy"]]) if "vx" in part else None
-        return Pose(np.array(position), velocity, float(part.get("heading", 0.0)))
+        part = dict(zip(space.names, state, strict=True))
+        axes = [axis for axis in ("x", "y", "z") if axis in part]
+        velocity = np.zeros(len(axes)) if self.over_ground else np.array([part[f"v{axis}"] for axis in axes])
+        known = bool(np.all(np.isfinite(velocity)))
+        position = np.array([part[axis] for axis in axes])
+        return Pose(position, velocity if known else None, float(part.get("heading", 0.0)))
+
+
+def _moving(track: Trajectory) -> Trajectory:
+    """Return a path with the velocities that it lacks: its slopes, of second order; NaN where it has one time only."""
+    lacking = [axis for axis in _MOVES.axes if axis.name[1:] in track.space and axis.name not in track.space]
+    where = [track.space.names.index(axis.name[1:]) for axis in lacking]
+    times, first, rows = np.unique(track.times, return_index=True, return_inverse=True)
+    places = track.states[:, where]
+    slopes = np.gradient(places[first], times, axis=0)[rows] if len(times) > 1 else np.full(places.shape, np.nan)
+    return evolve(track, space=Space((*track.space.axes, *lacking)), states=np.hstack([track.states, slopes]))

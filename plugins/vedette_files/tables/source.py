@@ -132,6 +132,8 @@ class CsvSource(Source):
         odd = list[str]()
         looks, left_out = self.detections.read(path, readings, layout, refused["detections"], odd)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
+        if platform is not None:
+            platform = platform.timed({look.value.scan: look.time for every in looks.values() for look in every})
         used, scans, named = 0, list[Scan](), bool(self.detections.identity)
         for name, reading in readings.items():
             odd += [*_odd(name, reading, looks[name], self.detections.units), *_far(name, reading, looks[name], layout)]

@@ -54,7 +54,7 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
     if tracks or not score.tracks:  # which may all have come later
         yield from otherwise(experiment.tracker, scans, tracks)
     if experiment.judge.truth_gap is None:
-        yield from joined(result.recording.truth)
+        yield from joined(result.recording.truth, np.array([scan.time for scan in scans]))
     yield from _off_truth(result, score)
 
 
@@ -152,11 +152,23 @@ def of_input(intake: Intake, recording: Recording, sensors: Mapping[str, Sensor]
     yield from recording.warnings
     for name, came in intake.came.items():
         yield from _of_sensor(name, came, sensors[name])
+    yield from at_rest(recording.scans, sensors)
     if intake.scans == 1 and intake.returns >= ENOUGH:
         yield f"all {intake.returns:,} returns are of one scan, and one confirms no track: is the right column the time?"
     gap = 0.0 if intake.times is None else (intake.times[1] - intake.times[0]) / max(intake.scans - 1, 1)
     if intake.scans >= ENOUGH and (gap >= _LONG or 0 < gap < _SHORT) and recording.notes.get("time") != DATED:
         yield f"scans are {_interval(gap)} apart on average: are their times in another unit, such as ms? They are read as s"
+
+
+def at_rest(scans: Sequence[Scan], sensors: Mapping[str, Sensor]) -> Iterator[str]:
+    """Yield a sentence for each sensor of range rates whose platform moves, in scans whose pose states no velocity."""
+    rated = [name for name, sensor in sensors.items() if "range_rate" in sensor.measurement]
+    for name in rated if not isinstance(scans, LazyScans) else ():
+        poses = [scan.pose for scan in scans if scan.sensor == name and scan.pose is not None]
+        places = [pose.position for pose in poses if pose.velocity is None]
+        if not all(np.array_equal(place, places[0]) for place in places):
+            told = f"{name}: its platform moves, and {count(len(places), 'pose')} without a velocity count as at rest"
+            yield f"{told}: range rates are relative to it; state velocity, 0 where its motion is taken out of them"
 
 
 def left_out(intake: Intake, recording: Recording) -> Iterator[str]:

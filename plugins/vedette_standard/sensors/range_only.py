@@ -49,7 +49,9 @@ class RangeOnly(RangingSensor):
     measurement: ClassVar[Space] = _RANGE
 
     sigma_range: float = fields.quantity("m", "standard deviation of the range", above=0)
-    clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
+    clutter_density: float = fields.quantity(
+        "1/m^2", "false returns per scan and area: 2 pi r times as many per m at range r", default=0.0, at_least=0
+    )
 
     @property
     def twin(self) -> Twin | None:

@@ -59,6 +59,7 @@ class Table:
     noise: Mapping[str, str] = field(factory=dict)
     roundings: Mapping[str, float] = field(factory=dict)
     carried_by: str = ""
+    over_ground: bool = False
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -121,7 +122,8 @@ class Table:
         platform = {axis: title for axis, title in self.platform.items() if axis not in VELOCITY}
         guessed = {column: said for column, said in self.guessed.items() if column not in titles}
         left_out = (*self.left_out, *titles)
-        return evolve(self, platform=platform, assumed=(*self.assumed, *why), guessed=guessed, left_out=left_out)
+        assumed = (*self.assumed, *why)
+        return evolve(self, platform=platform, assumed=assumed, guessed=guessed, left_out=left_out, over_ground=True)
 
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""
@@ -150,6 +152,7 @@ class Table:
             source["platform"] = {"time": time.title if file else self.time.title, "columns": dict(self.platform)}
             source["platform"] |= {"units": units} if units else {}
             source["platform"] |= {"object": self.carried_by} if self.carried_by and not file else {}
+            source["platform"] |= {"over_ground": True} if self.over_ground and self.third == "range_rate" else {}
             if file:
                 source["path"] = str(Path(self.path).parent)
                 source["platform"]["file"] = file

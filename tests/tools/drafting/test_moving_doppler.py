@@ -25,6 +25,7 @@ units = {{ bearing = "deg" }}
 [source.platform]
 time = "t"
 columns = {{ x = "own_x", y = "own_y"{velocity} }}
+over_ground = {over_ground}
 [sensors.s]
 kind = "range_bearing_rate"
 sigma_range = 10
@@ -94,7 +95,8 @@ def test_a_moving_doppler_radar_is_drafted_as_by_a_hand(share, tmp_path, monkeyp
     assert ("vx" in found["source"]["platform"]["columns"]) == (share == 1.0)
     assert ("doppler_mps is over ground: the platform's own motion is not in it" in text) == (share == 0.0)
     Path("draft.toml").write_text(text)
-    Path("hand.toml").write_text(HAND.format(velocity=', vx = "own_vx", vy = "own_vy"' if share else ""))
+    velocity, over_ground = (', vx = "own_vx", vy = "own_vy"', "false") if share else ("", "true")
+    Path("hand.toml").write_text(HAND.format(velocity=velocity, over_ground=over_ground))
     (got, covered), (wanted, least) = error("draft.toml", truth), error("hand.toml", truth)
     assert got <= 1.05 * wanted
     assert covered >= least - 0.02
