@@ -54,38 +54,36 @@ struct SmoothLinear : shapes::SmoothLinear {
         double ahead[kMostStates], cov[kStates2], turned[kStates2];  // turned: F P
         apply(F, x, ahead, n, n);
         congruence(F, P, Q, turned, cov, n, n);
-        // The root of the joint covariance [cov, turned; turned', P], turned: row j is column j of L, whose first part is L11.
-        double root[2 * kMostStates][2 * kMostStates], over[kMostStates];
+        // The root L of [cov; turned'], turned: row j is its column j, whose first part is L11.
+        double root[kMostStates][2 * kMostStates], over[kMostStates];
         const double least = 16 * n * std::numeric_limits<double>::epsilon();
-        for (int j = 0; j < 2 * n; ++j) {
-            for (int i = j; i < 2 * n; ++i)
-                root[j][i] = i < n ? cov[j * n + i] : j < n ? turned[j * n + i - n] : P[(j - n) * n + i - n];
+        for (int j = 0; j < n; ++j) {
+            for (int i = j; i < 2 * n; ++i) root[j][i] = i < n ? cov[j * n + i] : turned[j * n + i - n];
             const double variance = root[j][j];
             for (int l = 0; l < j; ++l)
                 for (int i = j; i < 2 * n; ++i) root[j][i] -= root[l][i] * root[l][j];
-            const double pivot = root[j][j], inverse = pivot > least * variance ? 1.0 / std::sqrt(pivot) : 0.0;
-            for (int i = j; i < 2 * n; ++i) root[j][i] *= inverse;
-            if (j < n) over[j] = inverse;
+            const double pivot = root[j][j];
+            over[j] = pivot > least * variance ? 1.0 / std::sqrt(pivot) : 0.0;
+            for (int i = j; i < 2 * n; ++i) root[j][i] *= over[j];
         }
-        double gain[kStates2], within[kStates2], smoothed[kStates2], step[kMostStates];
+        double gain[kStates2], left[kStates2], within[kStates2], known[kStates2], smoothed[kStates2], step[kMostStates];
         for (int r = 0; r < n; ++r)
             for (int j = n - 1; j >= 0; --j) {  // gain L11 = L21
                 double sum = root[j][n + r];
                 for (int l = j + 1; l < n; ++l) sum -= gain[r * n + l] * root[j][l];
                 gain[r * n + j] = sum * over[j];
             }
+        multiply(gain, F, left, n, n, n);
         for (int i = 0; i < n; ++i)
-            for (int j = i; j < n; ++j) {
-                double sum = 0.0;
-                for (int l = 0; l <= i; ++l) sum += root[n + l][n + i] * root[n + l][n + j];
-                set_entry(within, i, j, n, sum);
-            }
+            for (int j = 0; j < n; ++j) left[i * n + j] = (i == j ? 1.0 : 0.0) - left[i * n + j];
+        for (int i = 0; i < n * n; ++i) smoothed[i] = 0.0, known[i] = Q[i] + in[5].at[i];
+        congruence(left, P, smoothed, turned, within, n, n);
         for (int i = 0; i < n; ++i) step[i] = later[i] - ahead[i];
         wrap(step, periods);
         apply(gain, step, ahead, n, n);
         for (int i = 0; i < n; ++i) ahead[i] += x[i];
         wrap(ahead, periods);
-        congruence(gain, in[5].at, within, turned, smoothed, n, n);
+        congruence(gain, known, within, turned, smoothed, n, n);
         store(out[0], ahead, n), store_symmetric(out[1], smoothed, n);
     }
 };

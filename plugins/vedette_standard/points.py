@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from typing import ClassVar
 
 import numpy as np
 from attrs import frozen
@@ -21,6 +22,8 @@ class PointFilter(GaussianFilter):
     Points: the mean, and the mean +- the columns of the Cholesky factor of (n + kappa) P, weights kappa / (n + kappa) and
     1 / (2 (n + kappa)), n counting the axes with variance. kappa >= 0 makes every weight positive and every covariance PSD.
     """
+
+    linearises: ClassVar[bool] = True
 
     @property
     @abstractmethod

@@ -1,5 +1,7 @@
 """Smoothing on linear problems is conditioning on all scans, or on those within the lag."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -17,6 +19,8 @@ from vedette_standard.estimators.iterated import IteratedExtendedKalman
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
+from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.sensors.cartesian_position import CartesianPosition
 
 ALL = [Kalman, ExtendedKalman, UnscentedKalman, IteratedExtendedKalman, CubatureKalman, SquareRootKalman]
 
@@ -53,11 +57,13 @@ REAL = {
 @pytest.mark.parametrize(
     "mutant",
     [
-        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, np.swapaxes(cross, -1, -2), step, later),
-        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, 0.99 * step, later),
-        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, step, ahead),
-        lambda P, ahead, cross, step, later: REAL["smooth_step"](P, ahead, cross, step, later)._replace(cov=P),
-        lambda P, ahead, cross, step, later: Step(0 * step, P),
+        lambda P, ahead, cross, step, later, how: REAL["smooth_step"](
+            P, ahead, np.swapaxes(cross, -1, -2), step, later, how
+        ),
+        lambda P, ahead, cross, step, later, how: REAL["smooth_step"](P, ahead, cross, 0.99 * step, later, how),
+        lambda P, ahead, cross, step, later, how: REAL["smooth_step"](P, ahead, cross, step, ahead, how),
+        lambda P, ahead, cross, step, later, how: REAL["smooth_step"](P, ahead, cross, step, later, how)._replace(cov=P),
+        lambda P, ahead, cross, step, later, how: Step(0 * step, P),
     ],
     ids=["transposed", "short step", "nothing learnt of the covariance", "filter's covariance", "filter"],
 )
@@ -68,12 +74,13 @@ def test_the_comparison_finds_a_wrong_step_back(monkeypatch, mutant):
         check_exact([Kalman])
 
 
-@pytest.mark.parametrize("kind", [UnscentedKalman, SquareRootKalman])
-def test_the_comparison_finds_a_wrong_cross_covariance(monkeypatch, kind):
-    real = kind.cross_covariance
-    monkeypatch.setattr(kind, "cross_covariance", lambda self, belief, dt: real(self, belief, 0.9 * dt))
+def test_a_filter_that_is_smoothed_by_its_cross_covariance_needs_the_right_one(monkeypatch):
+    monkeypatch.setattr(UnscentedKalman, "linearises", False)
+    check_exact([UnscentedKalman], range(3))
+    real = UnscentedKalman.cross_covariance
+    monkeypatch.setattr(UnscentedKalman, "cross_covariance", lambda self, belief, dt: real(self, belief, 0.9 * dt))
     with pytest.raises(AssertionError):
-        check_exact([kind])
+        check_exact([UnscentedKalman])
 
 
 def test_a_gaussian_sum_is_the_mixture_of_its_parts_own_conditionals():
@@ -133,3 +140,67 @@ def test_a_state_comes_back_as_soon_as_its_lag_is_over():
 
     seen = [(state.time, read[-1]) for state in smoothed(tracker, live(), 2.0)]
     assert seen == [(0, 3), (1, 4), (2, 5), (3, 6), (4, 6), (5, 6), (6, 6)]
+
+
+LONG_GAPS = {"a day, then 1 s": (86_400.0, 1.0), "a day, then 1 ms": (86_400.0, 2.0**-10), "an hour": (3600.0, 0.125)}
+UNSEEN = (5, 6)
+"""The scans without a return: after the gap and the step behind it."""
+
+
+def by_longer_numbers(gaps, sigma, noise):
+    """Smoothed covariances (s, 2, 2) of one axis, by Rauch, Tung and Striebel in fractions: no digit is lost."""
+
+    def exact(rows):
+        return np.array([[Fraction(value) for value in row] for row in rows])
+
+    def step(T):
+        T, q = Fraction(T), Fraction(sigma) ** 2
+        return exact([[1, T], [0, 1]]), q * exact([[T**3 / 3, T**2 / 2], [T**2 / 2, T]])
+
+    P = exact([[100.0, 0.0], [0.0, 100.0]])
+    filtered, ahead = [], []
+    for k, gap in enumerate((0.0, *gaps)):
+        F, Q = step(gap)
+        P = F @ P @ F.T + Q
+        ahead.append(P)
+        if k not in UNSEEN:
+            P = P - np.outer(P[:, 0], P[0]) / (P[0, 0] + Fraction(noise) ** 2)
+        filtered.append(P)
+    found = [filtered[-1]]
+    for gap, now, later in zip(gaps[::-1], filtered[-2::-1], ahead[:0:-1], strict=True):
+        (a, b), (_, d) = later
+        inverse = exact([[d, -b], [-b, a]]) / (a * d - b * b)
+        gain = now @ step(gap)[0].T @ inverse
+        found.insert(0, now + gain @ (found[0] - later) @ gain.T)
+    return np.array(found, dtype=float)
+
+
+def check_long_gaps(kind, name):
+    gaps = [1.0] * 4 + list(LONG_GAPS[name]) + [1.0] * 4
+    times = np.concatenate([[0.0], np.cumsum(gaps)])
+    motion, sensors = ConstantVelocity(0.05), {"s": CartesianPosition(8.0)}
+    tracker = tracker_of(kind(motion), sensors)
+    returns = [Detections.of([] if k in UNSEEN else [[0.0, 0.0]], 2) for k in range(len(times))]
+    scans = [Scan(time, "s", seen) for time, seen in zip(times.tolist(), returns, strict=True)]
+    states = states_of(tracker, Gaussian(np.zeros((1, 4)), 100.0 * np.eye(4)[None]), scans)
+    _, covs = estimates(tracker, smoothed(tracker, states))
+    found = covs[-len(times) :, 0][:, ::2, ::2]
+    wanted = by_longer_numbers(np.diff(times).tolist(), 0.05, 8.0)
+    scale = np.sqrt(np.einsum("kii->ki", wanted))
+    scale = scale[:, :, None] * scale[:, None]
+    np.testing.assert_allclose(found / scale, wanted / scale, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", LONG_GAPS)
+@pytest.mark.parametrize("kind", [Kalman, UnscentedKalman, SquareRootKalman])
+def test_after_a_long_gap_it_keeps_its_digits(kind, name):
+    """What the step back leaves open is a part in 1e15 of what the gap made of the variance, and matters."""
+    check_long_gaps(kind, name)
+
+
+def test_the_long_gap_finds_a_difference_of_large_numbers(monkeypatch):
+    plain = backward.smooth_step
+    monkeypatch.setattr(backward, "smooth_step", lambda *args: plain(*args[:5]))
+    monkeypatch.setattr(kernels, "smooth_linear", backward.smooth_linear)
+    with pytest.raises(AssertionError):
+        check_long_gaps(Kalman, "a day, then 1 s")

@@ -23,7 +23,7 @@ class GaussianFilter(OverMotion[Gaussian]):
 
     `evaluate` must give `Hypotheses` as the innovation's detail, unless the filter has its own `update`. A mixture reads
     the belief itself, unless the filter has its own `start` or `moments`: it then calls these. A filter that predicts by
-    `predict_linearised` alone says so by `linearises`: along a linear motion it is smoothed by one kernel.
+    F P F' + Q along a linear motion says so by `linearises`: there it is smoothed by one kernel.
     """
 
     linearises: ClassVar[bool] = False
@@ -52,7 +52,7 @@ class GaussianFilter(OverMotion[Gaussian]):
     def smooth_step(self, belief: Gaussian, later: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
         """Return the belief at one time given all scans, as any filter over a motion does."""
         motion = self.motion
-        if dt == 0 or not self.linearises or not motion.linear or motion.reframes or motion.zero_variance:
+        if dt == 0 or not self.linearises or not motion.linear or motion.reframes:
             return super().smooth_step(belief, later, dt, rng)
         F, Q, periods = self._memo.step(motion, belief.mean, dt)
         return kernels.smooth_linear(belief.mean, belief.cov, F, Q, later.mean, later.cov, periods)

@@ -104,6 +104,14 @@ class SquareRootKalman(OverMotion[Root]):
         wide = np.concatenate([moved, added], axis=-1)
         return Root(self.state.canonical(self.motion.move(x, dt)), kernels.lower_triangular(wide))
 
+    def smooth_step(self, belief: Root, later: Root, dt: float, rng: np.random.Generator) -> Root:
+        """Return the belief at one time given all scans; along a linear motion without loss of digits."""
+        if dt == 0 or not self.motion.linear or self.motion.reframes:
+            return super().smooth_step(belief, later, dt, rng)
+        now, after = self.moments(belief), self.moments(later)
+        F, Q, periods = self._memo.step(self.motion, now.mean, dt)
+        return self.start(kernels.smooth_linear(now.mean, now.cov, F, Q, after.mean, after.cov, periods), self.state, rng)
+
     def cross_covariance(self, belief: Root, dt: float) -> Array:
         """Return P F' (*b, t, n, n)."""
         return self.moments(belief).cov @ np.swapaxes(self.motion.jacobian(belief.mean, dt), -1, -2)
