@@ -9,6 +9,9 @@ Traceback (most recent call last):
     ...
 ValueError: sigma_accel: must be > 0, got -3 m/s^1.5
 
+A number is a `quantity`, of the unit "1" without one, a `probability` or an `integer`; several are an `array`, a `pair` or a
+`table`. A `choice`, a `text` and a `flag` are one value; `words` and `names` many; a `part` is a component.
+
 `field.metadata["read"]` turns a raw value into the parameter or raises ValueError without the name: configs use it.
 A default of None makes a parameter optional: it may then be None. The conformance kit draws values within the limits, or,
 if most of these make no sense, takes those of `tried`.
