@@ -45,7 +45,8 @@ def named_by(
         told = [row[:2] for row in rows if row[0]]
         once = len(set(told)) >= ONCE * len(told) > 0
         often = name in SENT or len(told) >= OFTEN * len({cell for cell, _ in told})  # what is sent is a name however seldom
-        if once and often and not _counted(told) and not (name not in SENT and of_one(columns[title], times, places)):
+        alone = name not in SENT and len({*times}) == len(times)
+        if once and often and not _counted(told) and not (alone and of_one(columns[title], times, places)):
             return title
     return _sorted_by(columns, times, taken)
 

@@ -33,7 +33,7 @@ from vedette_tools.drafting.measures import (
     time_unit,
     unknown_unit,
 )
-from vedette_tools.drafting.naming import by_words, named_by
+from vedette_tools.drafting.naming import by_words, named_by, of_one
 from vedette_tools.drafting.own_errors import own_errors, roundings
 from vedette_tools.drafting.platforms import file_beside, platform_of
 from vedette_tools.drafting.sensors import is_sent, reports_of, who_of
@@ -83,7 +83,7 @@ class Columns:
             del below_header["time"]
         measured = wishes.measured(path, titles, below_header, below)
         time, pattern = time_of(cells, measured.get("time")) if not wishes.time else (measured["time"], "")
-        if time is not None and wishes.time in cells and not wishes.rate:
+        if time is not None and wishes.time and wishes.time in cells and not wishes.rate:
             time = with_rest(time, cells)
         if not any(set(pair) <= set(measured) for pair in PAIRS):
             alike = pairs_of(cells, below)
@@ -190,6 +190,8 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         assumed.append(f"each return has a time of its own within its {scan}, and is taken at it")
     places = [columns[measured[name].title] for name in axes]
     name = named_by(columns, columns[time.title], read | {who, scan}, places) if use != IGNORE else ""
+    if name and of_one(columns[name], columns[time.title], places):
+        assumed.append(f"{name} names objects, though all lie on one path: if it is of one, keep a row of each time alone")
     if use == TRUTH and not name:
         raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
     noise = own_errors(names, columns) if not others else {}

@@ -133,16 +133,22 @@ def test_places_on_the_earth_go_before_ranges_in_a_unit_that_no_title_states(apa
     assert (next(iter(read.measured)), read.time.title, read.dates) == (first, "#ZTIME", "%Y%m%d%H%M%S")
 
 
-@pytest.mark.parametrize(("apart", "name"), [(0.0, ""), (0.01, "TAG")])
-def test_kinds_of_the_rows_of_one_thing_are_no_names(apart, name, tmp_path):
+@pytest.mark.parametrize(
+    ("apart", "again", "name", "said"), [(0.0, 0, "", False), (0.0, 1, "TAG", True), (0.01, 0, "TAG", False)]
+)
+def test_kinds_of_the_rows_of_one_thing_are_no_names(apart, again, name, said, tmp_path):
     """T for a fix and C for a place that was marked, of a Columbus V-900: the marked ones were another object's."""
     rng = np.random.default_rng(2)
     kinds = ["C" if k % 9 == 4 else "T" for k in range(120)]
     spots = [(49 + k / 2e5 + apart * (kind == "C"), 16 - k / 3e5) for k, kind in enumerate(kinds)] + rng.normal(
         0, 3e-6, (120, 2)
     )
-    rows = [(kind, k, *(f"{each:.7f}" for each in spot)) for k, (kind, spot) in enumerate(zip(kinds, spots, strict=True))]
-    assert read_table(table(tmp_path / "d.csv", "TAG,time,lat,lon", rows)).identity == name
+    times = [k - again * (kind == "C") for k, kind in enumerate(kinds)]
+    rows = [
+        (kind, times[k], *(f"{each:.7f}" for each in spot)) for k, (kind, spot) in enumerate(zip(kinds, spots, strict=True))
+    ]
+    read = read_table(table(tmp_path / "d.csv", "TAG,time,lat,lon", rows))
+    assert (read.identity, any("on one path" in each for each in read.assumed)) == (name, said)
 
 
 def test_angles_to_either_side_beyond_half_a_turn_are_in_deg_and_ms_are_part_of_times_of_day(tmp_path):
@@ -153,6 +159,12 @@ def test_angles_to_either_side_beyond_half_a_turn_are_in_deg_and_ms_are_part_of_
     assert (read.time.title, read.units["bearing"]) == ("Ping_date + Ping_time + Ping_milliseconds", "deg")
     other = read_table(table(tmp_path / "d.csv", head.replace("Ping_m", "Delay_m"), rows))
     assert other.time.title == "Ping_date + Ping_time"
+
+
+def test_a_column_without_a_title_is_not_taken_for_a_time_that_is_not_stated(tmp_path):
+    """Of a logger by MTK, whose lines end in a comma."""
+    rows = [("2026/05/12", f"12:30:{k:02d}", k, 2 * k, "") for k in range(30)]
+    assert read_table(table(tmp_path / "d.csv", "DATE,TIME,x,y,", rows)).time.title == "DATE + TIME"
 
 
 def test_ms_beside_a_time_of_day_alone_are_part_of_it(tmp_path):
