@@ -92,9 +92,9 @@ class Elsewhere:
         was, own = look.place + scale * (part.off - gone), SCENE.own * self.appearance.grown + HALO * scale
         if changed >= CLEAR or np.all(np.abs(was - np.array(it)) < own):
             return np.nan, np.inf
-        at, off, step = scale * part.at, scale * part.off, scale * SCENE.step(size)
-        places = (evolve(part, at=at, off=off + step * np.array(err)) for err in product(ERRS, ERRS))
-        return float(np.fmin.reduce([new_in(by, look, before, each, step, apart=True) for each in places])), changed
+        step, found = scale * SCENE.step(size), evolve(part, at=scale * part.at, off=scale * part.off)
+        errs = tuple(step * np.array(err) for err in product(ERRS, ERRS))
+        return new_in(by, look, before, found, step, errs, apart=True), changed
 
     def places(self, known: TemplateAppearance) -> list[Array]:
         """Return where what was not there in the earlier frame is clearest in this one, of the polarity of a target."""

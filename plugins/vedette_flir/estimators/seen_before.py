@@ -140,38 +140,56 @@ def shown(before: Array, slopes: Array, known: Mask, now: Array, at: Array, size
     return ShownAgain(now, at, off, float(np.sqrt(more.rest)), bool(np.all(more.deviation < SURE)))
 
 
-def new_in(by: Matcher, look: Look, before: Array, part: ShownAgain, step: float, *, apart: bool = False) -> float:
+def new_in(
+    by: Matcher,
+    look: Look,
+    before: Array,
+    part: ShownAgain,
+    step: float,
+    errs: tuple[Array, ...] = (),
+    *,
+    apart: bool = False,
+) -> float:
     """Return the likeness to the target of what a part of a frame shows at its place, less what was seen there before.
 
     A target adds its contrast to what is behind it, or hides that, as a drone does a mast that is brighter than it: if it is
-    `apart` from where it was expected, not a thing like itself.
+    `apart` from where it was expected, not a thing like itself. The least for all `errs` (2,), in px, of the earlier place.
     """
     appearance, most = look.known, np.inf if look.negative else 1.0
     cells, middle = int(np.ceil(by.margin * float(np.max(appearance.size)) / step + 2.0)), 0.5 * (SCENE.cells - 1)
-    now, then = part.at / step, part.off / step
-    if np.max(np.abs([now, then])) + 0.5 * cells > middle:
+    far, at = middle - 0.5 * cells, part.at / step
+    if np.max(np.abs(at)) > far:
         return np.nan
-    behind = sample(before, middle + then, 1.0, cells)
-    change = sample(part.now, middle + now, 1.0, cells) - behind
-    seen, whole = np.isfinite(change), mask_of((appearance.size + 2.0) / step, cells)
-    mask = whole * seen
-    if mask.sum() < SEEN * whole.sum():
-        return np.nan
-    change, behind = np.where(seen, change, 0.0), np.where(seen, behind, 0.0)
+    now, whole = sample(part.now, middle + at, 1.0, cells), mask_of((appearance.size + 2.0) / step, cells)
     fine, amplitude = by.grid(appearance.size)[0], float(appearance.amplitude)
-    over, centre = behind - median(before[np.isfinite(before)]), np.full(2, 0.5 * (by.cells - 1))
-    beside, likeness = mask_of(np.full(2, float(cells)), cells) * seen if apart else mask, []
-    changed = _spread(change, mask)
-    for known in (appearance.patch, by.latest(appearance)):
-        patch = sample(known, centre, step / fine, cells)
-        adds = patch * amplitude
-        itself = alike(over, adds, beside) > ITSELF[apart]
-        for expected in [adds] if itself else [adds, adds - np.minimum(patch, 1.0) * over]:
-            scale = np.clip(changed / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
-            likeness.append(alike(change, scale * expected, mask))
-    new = max(likeness)
-    against = new + part.rest / abs(amplitude) < NEWNESS[1]
-    return new if seen.all() or against else np.nan  # what is shown of a part of a place tells only that it was there
+    centre, level = np.full(2, 0.5 * (by.cells - 1)), median(before[np.isfinite(before)])
+    patches = [sample(known, centre, step / fine, cells) for known in (appearance.patch, by.latest(appearance))]
+    square = mask_of(np.full(2, float(cells)), cells)
+
+    def new(off: Array) -> float:
+        then = off / step
+        if np.max(np.abs(then)) > far:
+            return np.nan
+        behind = sample(before, middle + then, 1.0, cells)
+        change = now - behind
+        seen = np.isfinite(change)
+        mask = whole * seen
+        if mask.sum() < SEEN * whole.sum():
+            return np.nan
+        change, behind = np.where(seen, change, 0.0), np.where(seen, behind, 0.0)
+        over, beside, likeness = behind - level, square * seen if apart else mask, []
+        changed = _spread(change, mask)
+        for patch in patches:
+            adds = patch * amplitude
+            itself = alike(over, adds, beside) > ITSELF[apart]
+            for expected in [adds] if itself else [adds, adds - np.minimum(patch, 1.0) * over]:
+                scale = np.clip(changed / max(_spread(expected, mask), 1e-9), 1.0 if itself else FAINT, most)
+                likeness.append(alike(change, scale * expected, mask))
+        found = max(likeness)
+        against = found + part.rest / abs(amplitude) < NEWNESS[1]
+        return found if seen.all() or against else np.nan  # what is shown of a part of a place tells only that it was there
+
+    return float(np.fmin.reduce([new(part.off + err) for err in errs or (np.zeros(2),)]))
 
 
 def _follows(by: Matcher, appearance: TemplateAppearance, pixels: Array, ahead: Array) -> bool:
