@@ -5,13 +5,15 @@ import pytest
 from attrs import evolve
 
 from support.infrared import land
-from vedette_flir.estimators import earlier, seen_before
+from vedette_flir import two_frames
+from vedette_flir.estimators import seen_before
 from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.estimators.template_search import NEAR, Matcher
 from vedette_flir.estimators.whole_frame import sought
 from vedette_flir.motion.constant_axes import Carrying
 from vedette_flir.motion.image_velocity import ImageVelocity
+from vedette_flir.registration import applied
 
 SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
 BOX, BY = np.array([10.0, 10.0]), Matcher(36, 0.3, 1.6, 2.5, 40.0)
@@ -80,6 +82,11 @@ def test_what_comes_into_view_is_taken_for_one_of_the_things_like_it():
     assert found(standing, [*standing, new], (60.0, 40.0), -8.0, turn)[1] < 0.0
 
 
+def moved(turn, scale=1.0):
+    """Return how far a turn (3, 3) brings the middle of a frame of 80 cells (2,), in px."""
+    return scale * (applied(turn, np.full(2, 40.0)) - 40.0)
+
+
 @pytest.mark.parametrize("shape", [(160, 90), (90, 160)], ids=["tall", "wide"])
 @pytest.mark.parametrize("gone", [(20.0, 0.0), (0.0, 20.0), (22.0, 40.0), (24.0, 3.0), (5.0, -3.0)])
 def test_how_far_a_scene_went_is_known_in_frames_of_any_shape(shape, gone):
@@ -93,9 +100,9 @@ def test_how_far_a_scene_went_is_known_in_frames_of_any_shape(shape, gone):
 
     place = np.array(shape[::-1]) / 2.0
     known = kept_frame(scene((0.0, 0.0)), FILTER.first(scene((0.0, 0.0)), place, BOX).appearance, place, held=True)
-    _, _, scale, turned = Elsewhere(known, scene(gone), place)._registered
+    _, _, scale, turn = Elsewhere(known, scene(gone), place)._registered
     within = np.all(np.abs(gone) < np.array(shape[::-1]) / 4.0 - 2.0)
-    assert not within or np.abs(scale * turned - gone).max() < 1.0
+    assert not within or np.abs(moved(turn, scale) - gone).max() < 1.0
 
 
 def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monkeypatch):
@@ -108,6 +115,34 @@ def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monke
     )
     place = np.array([100.0, 55.0])
     known = kept_frame(then, FILTER.first(then, place, BOX).appearance, place, held=True)
-    assert np.abs(Elsewhere(known, now, place)._registered[3]).max() < 3.0
-    monkeypatch.setattr(earlier, "_without_outliers", lambda image: image)
-    assert np.abs(Elsewhere(known, now, place)._registered[3]).max() > 10.0
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[3])).max() < 3.0
+    monkeypatch.setattr(two_frames, "_without_outliers", lambda image: image)
+    monkeypatch.setattr(two_frames, "_fitted", lambda then, now, turn: (turn, 0.0))  # which would mend it here
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[3])).max() > 10.0
+
+
+@pytest.mark.parametrize(("roll", "zoom"), [(0.15, 1.0), (-0.08, 1.1), (0.0, 0.85)])
+def test_what_stood_elsewhere_is_known_as_the_camera_rolls_and_zooms(monkeypatch, roll, zoom):
+    """A spot stands far from the middle; by a shift alone it would be new."""
+    y, x = (each - 60.0 for each in np.ogrid[:120, :120])
+    waves = [(3.1, 0.21, 0.4), (0.7, 0.13, 2.0), (1.9, 0.17, 1.0), (2.4, 0.09, 5.0)]
+    c, s = np.cos(roll) / zoom, np.sin(roll) / zoom
+
+    def scene(u, v, spots):
+        seen = 60.0 + 4.0 * sum(np.sin(w * (u * np.cos(a) + v * np.sin(a)) + phase) for a, w, phase in waves)
+        return seen + sum(60.0 * np.exp(-((u - at[0]) ** 2 + (v - at[1]) ** 2) / 8.0) for at in spots)
+
+    stands, target = np.array([38.0, -30.0]), np.array([-20.0, 10.0])
+    then, now = scene(x, y, [stands, target]), scene(c * x - s * y, s * x + c * y, [stands])
+    known = kept_frame(then, FILTER.first(then, target + 60.0, BOX).appearance, target + 60.0, held=True)
+    known = evolve(known, earlier_at=known.earlier_at + [0.0, 0.0, YOUNG])
+    there = np.linalg.solve([[c, -s], [s, c]], stands) + 60.0
+
+    def new():
+        elsewhere = Elsewhere(known, now, target + 60.0)
+        return elsewhere.new(BY, BY.look(now, there, NEAR, known))[0], elsewhere.places(known)
+
+    assert new()[0] < 0.2
+    assert not [place for place in new()[1] if np.hypot(*(place - there)) < 6.0]
+    monkeypatch.setattr(two_frames, "_fitted", lambda then, now, turn: (turn, 0.0))
+    assert not new()[0] < 0.5

@@ -12,8 +12,10 @@ from vedette import Array
 from vedette_flir.estimators.seen_before import CLEAR, SCENE, new_in, shown
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Look, Matcher
-from vedette_flir.patches import HALO, blurred, clearest, peak
+from vedette_flir.patches import HALO, blurred, clearest
+from vedette_flir.registration import applied
 from vedette_flir.sources.images import one_thread
+from vedette_flir.two_frames import laid_over
 
 CELLS = 160
 """Cells of the longer side of what is kept of a frame, at most."""
@@ -31,9 +33,6 @@ NEWEST = 3
 
 ERRS = (-0.7, 0.0, 0.7)
 """Cells by which the place of a part of the scene may err, where it has few edges: a target is new for each. By hand."""
-
-TURNED = 0.001
-"""Likeness that a turn by two cells costs, so that of places alike, as of a row of posts, the nearest is taken. By hand."""
 
 SURELY = 0.9
 """Existence from which on a target is held in a frame that is kept. By hand."""
@@ -77,20 +76,20 @@ class Elsewhere:
         *it, age = self.appearance.earlier_at[0]
         if not age >= YOUNG:
             return np.nan, np.inf
-        then, now, scale, turned = self._registered
+        then, now, scale, turn = self._registered
         place, size = (look.place + 0.5) / scale - 0.5, look.known.size / scale
         if np.max(size) < FEWEST:
             return np.nan, np.inf
         seen, parts = SCENE.around(now, place, size), []
-        for gone in np.unique([np.zeros(2), turned], axis=0):  # once, where the camera stands
-            before = SCENE.around(then, place - gone, size)
+        for turned in (np.eye(3), turn):
+            before = SCENE.around(_turned(then, turned), place, size)
             slopes = SCENE.slopes(before, size)
             known = np.asarray(np.isfinite(slopes).all(axis=0))
-            parts.append((before, gone, shown(before, slopes, known, seen, np.zeros(2), size)))
-        before, gone, part = min(parts, key=lambda each: each[-1].rest)
+            parts.append((before, turned, shown(before, slopes, known, seen, np.zeros(2), size)))
+        before, turned, part = min(parts, key=lambda each: each[-1].rest)
         changed = part.rest / abs(float(look.known.amplitude))
-        was, own = look.place + scale * (part.off - gone), SCENE.own * self.appearance.grown + HALO * scale
-        if changed >= CLEAR or np.all(np.abs(was - np.array(it)) < own):
+        was = scale * (applied(np.linalg.inv(turned), place + part.off) + 0.5) - 0.5
+        if changed >= CLEAR or np.all(np.abs(was - np.array(it)) < SCENE.own * self.appearance.grown + HALO * scale):
             return np.nan, np.inf
         step, found = scale * SCENE.step(size), evolve(part, at=scale * part.at, off=scale * part.off)
         errs = tuple(step * np.array(err) for err in product(ERRS, ERRS))
@@ -100,28 +99,27 @@ class Elsewhere:
         """Return where what was not there in the earlier frame is clearest in this one, of the polarity of a target."""
         if not self.appearance.earlier_at[0, 2] >= YOUNG:
             return []
-        then, now, scale, turned = self._registered
-        with one_thread() as cv2:
-            turn = np.array([[1.0, 0.0, turned[0]], [0.0, 1.0, turned[1]]])
-            there = cv2.warpAffine(then, turn, now.shape[::-1], borderValue=np.nan)
+        then, now, scale, turn = self._registered
         slope = np.hypot(*np.gradient(blurred(now)))
         wide = float(np.mean(known.size)) / scale
-        at = clearest(now - there, ERRS[-1] * slope, wide, float(np.sign(known.amplitude)))
+        at = clearest(now - _turned(then, turn), ERRS[-1] * slope, wide, float(np.sign(known.amplitude)))
         return [scale * (place + 0.5) - 0.5 for place in at[:NEWEST]]
 
     @cached_property
     def _registered(self) -> tuple[Array, Array, float, Array]:
-        """Return the earlier frame and this one, the px of a cell, and how many cells (2,) most of the scene went since."""
+        """Return the earlier frame and this one, the px of a cell, and the matrix (3, 3) from the one to the other."""
         now, scale = _reduced(self.pixels)
         then = self.appearance.earlier[0][: now.shape[0], : now.shape[1]]
-        with one_thread() as cv2:
-            before, seen = (cv2.pyrDown(_without_outliers(each)) for each in (then, now))
-            down, right = (side // 4 for side in before.shape)
-            template = before[down : before.shape[0] - down, right : before.shape[1] - right]
-            likeness = cv2.matchTemplate(seen, template, cv2.TM_CCOEFF_NORMED)
-        y, x = np.ogrid[: likeness.shape[0], : likeness.shape[1]]
-        row, column, fine = peak(likeness - TURNED * np.hypot(x - right, y - down))
-        return then, now, scale, 2.0 * (np.array([column - right, row - down]) + fine)
+        return then, now, scale, laid_over(then, now)
+
+
+def _turned(image: Array, turn: Array) -> Array:
+    """Return an image (h, w) as a turn by a matrix (3, 3) shows it; NaN where that is beyond it."""
+    side = image.shape[::-1]
+    with one_thread() as cv2:
+        shown_there = cv2.warpAffine(image, turn[:2], side, flags=cv2.INTER_CUBIC, borderMode=cv2.BORDER_REPLICATE)
+        inside = cv2.warpAffine(np.ones_like(image), turn[:2], side, flags=cv2.INTER_NEAREST)
+    return np.where(inside > 0.0, shown_there, np.nan)
 
 
 def _reduced(pixels: Array) -> tuple[Array, float]:
@@ -131,13 +129,3 @@ def _reduced(pixels: Array) -> tuple[Array, float]:
     image = np.ascontiguousarray(pixels, dtype=np.float32)
     with one_thread() as cv2:
         return (image if scale == 1.0 else cv2.resize(image, (width, height), interpolation=cv2.INTER_AREA)), scale
-
-
-def _without_outliers(image: Array) -> Array:
-    """Return an image with what stands out clipped: a target, or what is like one, would be laid upon another.
-
-    Beyond 1.5 times the range of the middle half (Tukey, Exploratory Data Analysis, 1977).
-    """
-    low, high = np.quantile(image, (0.25, 0.75))
-    fence = 1.5 * (high - low)
-    return np.clip(image, np.float32(low - fence), np.float32(high + fence))
