@@ -8,6 +8,7 @@ from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
 from vedette_flir import evidence
+from vedette_flir.estimators import judged
 from vedette_flir.evidence import (
     LAG,
     UNLIKE,
@@ -193,6 +194,7 @@ def test_a_target_that_stops_and_turns_is_held(monkeypatch, asked):
     """It has not left its own place, so that nothing was seen there before, and grows unlike its first look."""
     if not asked:
         monkeypatch.setattr(evidence, "UNBROKEN", 1.0)
+        monkeypatch.setattr(judged, "SAME", 2.0)
     turned = np.interp(np.arange(130), [36, 96], [0.0, 1.0])
     spots = [spot((50.0 + 0.5 * min(k, 36), 50.0), 60.0, (5.0 + 3.0 * t, 5.0 - 2.0 * t)) for k, t in enumerate(turned)]
     existence, _ = followed([sky(k) + shown for k, shown in enumerate(spots)], [(50.0, 50.0)], size=26.0)

@@ -27,7 +27,7 @@ FILTER = TemplateFilter(Carrying(ImageVelocity(), {"width": "px", "height": "px"
     ],
     ids=["stops", "duller", "changes", "changed"],
 )
-def test_a_target_that_stops_and_turns_is_held(changed, held):
+def test_what_stands_as_it_did_a_moment_ago_clear_and_alone_is_the_target(changed, held):
     """It turned, so that it is less like the first frame than as a rule, as what stands where a target vanished is."""
     at = np.array([100.0, 60.0])
     then, now = (

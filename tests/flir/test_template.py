@@ -7,6 +7,7 @@ import vedette
 from vedette import Frame, Scan
 from vedette_flir import evidence, patches
 from vedette_flir.estimators import matches, template_search
+from vedette_flir.estimators.earlier import Elsewhere
 from vedette_flir.estimators.matches import match_ratio
 from vedette_flir.estimators.template_search import Matcher
 from vedette_flir.initial_box import target_in
@@ -215,6 +216,7 @@ def test_a_hidden_target_is_not_taken_for_a_smaller_thing_of_its_scene(monkeypat
     assert existence[22:32].max() < 0.5
     assert np.abs(found - true).max() < 2.0
     monkeypatch.setattr(evidence, "RESIZED", 0.0)  # the mutant
+    monkeypatch.setattr(Elsewhere, "new", lambda *_: (np.nan, np.inf))  # which would tell, too
     assert np.abs(existences(frames, (16.0, 16.0))[0] - true)[-1].max() > 50.0
 
 
