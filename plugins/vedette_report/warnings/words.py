@@ -30,6 +30,8 @@ from vedette_report.warnings.turned import turned
 
 MOST = 0.5
 """A larger fraction of the input than this must be odd before it is reported."""
+MUCH = 0.25
+"""Of such a part of the input that is left out it is said that it is much. Chosen by hand."""
 ENOUGH = 10
 """Fewer scans or returns than this are not judged."""
 _SHORT, _LONG = 1e-5, 1000.0
@@ -193,11 +195,12 @@ def _interval(gap: float) -> str:
 
 
 def _refused(intake: Intake) -> str | None:
-    """Say that most of the input was refused, and how to put times that go back right."""
-    refused = intake.refused
-    if not refused.count or refused.count < max(intake.scans, intake.returns):
+    """Say that much of the input was refused, and how to put times that go back right."""
+    refused, taken = intake.refused, max(intake.scans, intake.returns)
+    if not refused.count or refused.count < MUCH * (refused.count + taken):
         return None
-    told = f"most of the input was left out: {count(refused.count, 'part')}, and {count(intake.scans, 'scan')} taken"
+    part = "most" if refused.count >= taken else "much"
+    told = f"{part} of the input was left out: {count(refused.count, 'part')}, and {count(intake.scans, 'scan')} taken"
     if refused.late > MOST * refused.count:
         return f"{told}; {refused.late:,} of them go back in time: sort the recording, or state `sort = true`"
     return f"{told}; what is wrong with the first is said below"

@@ -14,6 +14,7 @@ from vedette_files.writing import write_text
 from vedette_report.progress import on_terminal
 from vedette_tools.drafting.config import drafted
 from vedette_tools.drafting.package import distribution_name, draft_package
+from vedette_tools.drafting.regions import Region, commands
 from vedette_tools.drafting.wishes import Wishes
 
 CONFIGS = (".toml", ".yaml", ".yml")
@@ -37,7 +38,7 @@ def _config(arguments: Namespace) -> int:
     if arguments.pick and arguments.box:
         raise ConfigError.at("--pick", "is to draw the box that --box states: give one of the two")
     wishes = {"box": arguments.box} if arguments.box else {"pick": True} if arguments.pick else {}
-    text, failure = draft_of(data, wishes), ""
+    text, failure, others = draft_of(data, wishes), "", tuple[Region, ...]()
     if text is None:
         if wishes:
             raise InputError(f"{data}: is no video or folder of images, in which --{next(iter(wishes))} could mark a target")
@@ -45,12 +46,14 @@ def _config(arguments: Namespace) -> int:
         wanted = Wishes.of(*stated, arguments.scan, arguments.platform)
         with on_terminal() as progress:
             draft = drafted(data, arguments.identity, wanted, progress)
-        text, failure = draft.text, draft.failure
+        text, failure, others = draft.text, draft.failure, draft.others
     path.parent.mkdir(parents=True, exist_ok=True)
     write_text(path, text)
     load(path)
     print(text)
     print(f"written to {path}; run it: vedette run {quote(str(path))}")
+    for command in commands(others, path):
+        print(f"for rows that this plane does not reach: {command}")
     if failure:
         print(f"{data}: {failure}", file=sys.stderr)
         return UNFIT

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from time import process_time
 
 import numpy as np
@@ -10,7 +10,8 @@ from attrs import evolve, frozen
 
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
-from vedette.types import Scan
+from vedette.types import Recording, Scan
+from vedette_files.geodesy import BEYOND
 from vedette_files.tables.columnar import TablePath
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.design import Design
@@ -22,11 +23,16 @@ from vedette_tools.drafting.measures import ANGLES, SPEEDS
 from vedette_tools.drafting.proof import BUDGET, CLEAN, LESS, Proof, proved
 from vedette_tools.drafting.reading import Reading, midst, opened
 from vedette_tools.drafting.recognising import NO_WISHES, read_table
+from vedette_tools.drafting.regions import FEW, Region, beyond, regions
+from vedette_tools.drafting.regions import told_of as told_of_regions
 from vedette_tools.drafting.seen import Seen
 from vedette_tools.drafting.table import AID, Table
 from vedette_tools.drafting.trial import SHORT, Trial, at_the_end, tried
 from vedette_tools.drafting.unread import UNREAD, readable, told_of
 from vedette_tools.drafting.wishes import Wishes
+
+MANY = 0.05
+"""Such a part of the rows is many to leave out. By hand."""
 
 ABSURD = 500.0
 """m: positions are never so wrong that a larger error explains what else has none. Chosen by hand."""
@@ -43,10 +49,14 @@ FEWEST = 4 * SHORT
 
 @frozen
 class Draft:
-    """A commented config, as TOML, and in one sentence why it does not fit its data, "" if it does."""
+    """A commented config, as TOML, and in one sentence why it does not fit its data, "" if it does.
+
+    others: where further origins lie, of rows that one plane does not reach.
+    """
 
     text: str
     failure: str
+    others: tuple[Region, ...] = ()
 
 
 def draft_config(path: TablePath) -> str:
@@ -61,7 +71,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     file has no header, or no column that looks like a time or a position.
     """
     begun = process_time()
-    best, lost = _read(path, use, wishes)
+    best, lost, others = _read(path, use, wishes)
     scans, steady = best.recording.scans, best.followed / max(best.returns, 1)
     found = Found.of(best)
     in_turn = any(one.in_turn and not one.named for one in found.facts.values())
@@ -83,20 +93,30 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     later = ""
     if proof.trial is not None and len(some) < len(scans) and not (lost or proof.failure):
         later = at_the_end(found.text(proof.design), (proof.trial, len(some)), _some(best.table, scans[::-1])[::-1])
-    odd = (f"looks wrong: {said}" for said in (*best.recording.warnings, polled, later) if said)
+    warned = *_unread(best.recording, others), *best.recording.warnings, polled, later
+    odd = (f"looks wrong: {said}" for said in warned if said)
     said = (*((lost,) if lost else ()), *odd, *proof.said, *_partly(some, scans))
-    return Draft(found.text(proof.design, said), lost or proof.failure)
+    return Draft(found.text(proof.design, said), lost or proof.failure, tuple(others))
 
 
-def _read(path: TablePath, use: str, wishes: Wishes) -> tuple[Reading, str]:
-    """Return the way to read a table that its returns bear out, and why nothing fits them, or ""."""
-    table, recording = readable(read_table(path, use, wishes))
+def _unread(recording: Recording, others: Sequence[Region]) -> Iterator[str]:
+    """Yield how many rows are left out, if they are many."""
+    rows, far = recording.rows["detections"], beyond(recording) if others else 0
+    if others:
+        yield told_of_regions(others, far, rows.total)
+    if (lost := rows.refused - far) > MANY * rows.total:
+        yield f"{lost:,} of {rows.total:,} rows are left out, as is said below"
+
+
+def _read(path: TablePath, use: str, wishes: Wishes) -> tuple[Reading, str, list[Region]]:
+    """Return the way to read a table that its returns bear out, why nothing fits them, or "", and its other regions."""
+    table, recording, others = _reached(read_table(path, use, wishes))
     rows, moments = recording.rows["detections"], {scan.time for scan in recording.scans}
     if rows.total > 1 == len(moments) and all(scan.detections.time is None for scan in recording.scans):
         raise one_moment(f"{table.path or path}: {table.time.title}", f"{moments.pop():.15g}")
     if rows.refused:
         told = f"{rows.refused} of {rows.total} rows cannot be read{told_of(recording.refused)}"
-        if rows.refused > UNREAD * rows.total:
+        if rows.refused - (beyond(recording) if others else 0) > UNREAD * rows.total:
             raise InputError(f"{table.path or path}: {told}")
         table = evolve(table, assumed=(*table.assumed, told))
     best = gapless(likeliest(Reading.of(table, recording)))
@@ -108,7 +128,21 @@ def _read(path: TablePath, use: str, wishes: Wishes) -> tuple[Reading, str]:
         title = best.table.measured["range_rate"]
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=opened(resting))
-    return stood(best)
+    return *stood(best), others
+
+
+def _reached(table: Table) -> tuple[Table, Recording, list[Region]]:
+    """Open a table around an origin whose plane reaches most of its rows, and return the other regions, too."""
+    recording: Recording | None = None
+    try:
+        table, recording = readable(table)
+    except InputError as error:
+        if BEYOND not in str(error):
+            raise
+    if recording is not None and beyond(recording) <= FEW * recording.rows["detections"].total:
+        return table, recording, []
+    first, *others = regions(table)
+    return *readable(evolve(table, origin=first[0])), others
 
 
 def _with_noise_that_helps(

@@ -8,6 +8,7 @@ from typing import Any
 
 from attrs import evolve, field, frozen
 
+from vedette_files.geodesy import Origin
 from vedette_files.tables.columnar import FrameTable
 from vedette_files.tables.rows import Dialect
 from vedette_tools.drafting.height_and_rate import UPWARD, VELOCITY
@@ -28,7 +29,7 @@ class Table:
     first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
     stand that are not at x = y = 0; carried_by: the column of sensors, if each row tells where its own stands, or "";
     unknown: what to type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis,
-    in SI units.
+    in SI units; origin: if the middle of the positions is none.
     """
 
     path: str
@@ -60,6 +61,7 @@ class Table:
     roundings: Mapping[str, float] = field(factory=dict)
     carried_by: str = ""
     over_ground: bool = False
+    origin: Origin | None = None
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -144,6 +146,8 @@ class Table:
         source |= {"delimiter": self.dialect.delimiter} if self.dialect.delimiter != "," else {}
         source |= {"decimal": self.dialect.decimal} if self.dialect.decimal != "." else {}
         source |= {"sort": True} if self.sort else {}
+        if self.origin is not None:
+            source["origin"] = {"latitude": self.origin.latitude, "longitude": self.origin.longitude}
         source |= {"dates": self.dates} if self.dates else {}
         if self.platform:
             own = {axis: self.units[f"own {axis}"] for axis in self.platform if f"own {axis}" in self.units}

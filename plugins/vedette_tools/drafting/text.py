@@ -77,7 +77,8 @@ def _source(table: Table, notes: Mapping[str, str]) -> Iterator[str]:
         yield "sort = true"
     if "origin" in notes:
         latitude, longitude, _ = notes["origin"].split(",")
-        yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # the middle of the positions"
+        why = "the middle of the positions" if table.origin is None else "one plane reaches most rows from here"
+        yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # {why}"
     for text in table.said:
         yield f"# assumed: {toml_text.comment(text)}"
     if table.left_out:
