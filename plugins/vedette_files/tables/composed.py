@@ -6,8 +6,13 @@ import re
 from collections.abc import Callable, Sequence
 from datetime import datetime, timedelta
 
+from vedette_files.tables.numbers import is_number
+
 PLUS = " + "
 """Between the titles of columns whose cells are read as one, with a blank between them."""
+
+MIDDLE = " .. "
+"""Between the titles of two columns of which the middle is read, as of two corners of a box."""
 
 PARTS = ("x", "y", "z")
 """How titles of a position's coordinates end, after the title of its column and a point."""
@@ -51,8 +56,10 @@ def made_of(title: str, header: Sequence[str]) -> tuple[str, ...]:
     if title in header:
         return (title,)
     parts = tuple(title.split(PLUS))
-    if len(parts) > 1 and all(part in header for part in parts):
-        return parts
+    ends = tuple(title.split(MIDDLE))
+    for several in (parts, ends if len(ends) == 2 else ()):
+        if len(several) > 1 and all(part in header for part in several):
+            return several
     stem, _, part = title.rpartition(".")
     return (stem,) if part in PARTS and stem in header else ()
 
@@ -60,7 +67,11 @@ def made_of(title: str, header: Sequence[str]) -> tuple[str, ...]:
 def perhaps_of(title: str) -> tuple[str, ...]:
     """Return the columns that a title may be read from, whatever the table holds."""
     stem, _, part = title.rpartition(".")
-    return (title, *(title.split(PLUS) if PLUS in title else ()), *((stem,) if part in PARTS else ()))
+    return (
+        title,
+        *(part for mark in (PLUS, MIDDLE) if mark in title for part in title.split(mark)),
+        *((stem,) if part in PARTS else ()),
+    )
 
 
 def cell_of(title: str, header: Sequence[str]) -> Cell:
@@ -72,8 +83,22 @@ def cell_of(title: str, header: Sequence[str]) -> Cell:
     if len(parts) == 1:
         axis = PARTS.index(title[-1])
         return lambda cells: _coordinate(cells[where[0]], axis)
+    if title == MIDDLE.join(parts):
+        return lambda cells: middle(*(cells[i] for i in where))
     digits = digits_of(parts[-1]) if len(parts) < 4 else 0
     return lambda cells: joined([cells[i] for i in where], digits)
+
+
+def middle(first: str, second: str) -> str:
+    """Return the number between two; a cell that is none as it is, so that it is told.
+
+    >>> middle("1.5", "4"), middle("1", "")
+    ('2.75', '')
+    """
+    for cell in (first, second):
+        if not is_number(cell):
+            return cell
+    return repr(0.5 * (float(first) + float(second)))
 
 
 def digits_of(title: str) -> int:

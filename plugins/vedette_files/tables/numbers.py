@@ -17,6 +17,9 @@ from vedette_files.input_files import shown
 LARGEST = {"latitude": 90.0, "longitude": 360.0}
 """Limits of some columns, in deg."""
 
+NOT_KNOWN = 91.0
+"""What AIS sends in place of a latitude that is not known, in deg: ITU-R M.1371."""
+
 LEAST = {"range": 0.0}
 """What some columns are at least."""
 
@@ -64,7 +67,10 @@ class Number:
             raise ValueError(f"{self.title} must be a finite number of at most {ABSURD:g}, got {shown(cell)}{empty}")
         if self.largest is not None and abs(number) * self.factor > self.largest:
             bounds = f"from {-self.largest / self.factor:.6g} to {self.largest / self.factor:.6g}"
-            other = "; is it the longitude's column?" if self.largest == 90 and abs(number) * self.factor <= 360 else ""
+            other = "; AIS sends it where a position is not known" if abs(number) * self.factor == NOT_KNOWN else ""
+            other = other or (
+                "; is it the longitude's column?" if self.largest == 90 and abs(number) * self.factor <= 360 else ""
+            )
             if not other and self.factor == 1:
                 minutes = abs(number) < 18_100 and abs(number) % 100 < 60
                 letter = "N" if self.largest == 90 else "E"

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from itertools import chain, islice
 from pathlib import Path
+from shlex import quote
 from typing import Any
 from xml.etree.ElementTree import ParseError, iterparse
 
@@ -87,8 +89,26 @@ def _of_list(path: Path) -> Iterator[tuple[str, Any]]:
         if len(lists) == 1 or (not lists and [] in data.values()):
             data = [{**data, name: [part]} for name in lists for whole in data[name] for part in _apart(whole)]
     if not isinstance(data, list):
-        raise InputError(f'{path}: must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one')
+        told = f'must be a list of records, as [{{ "t": 0.0, "x": 1.0, "y": 2.0 }}], or hold one{_of_several(path, data)}'
+        raise InputError(f"{path}: {told}")
     yield from ((f"{path}: record {number}", part) for number, record in enumerate(data, 1) for part in _apart(record))
+
+
+def _of_several(path: Path, data: Any) -> str:
+    """Say which lists of records a file holds, and how to take one of them, or return ""."""
+    if not isinstance(data, Mapping):
+        return ""
+    found = {name: len(value) for name, value in data.items() if _holds_rows(value)}
+    chosen = {name: f".{json.dumps(name)}" for name in found}
+    for name, value in data.items():
+        if isinstance(value, Mapping) and value and all(map(_holds_rows, value.values())):
+            found[name], chosen[name] = sum(map(len, value.values())), f"[.{json.dumps(name)}[][]]"
+    if not found:
+        return ""
+    there = ", ".join(f"{name} with {count:,}" for name, count in found.items())
+    longest = max(found, key=lambda name: found[name])
+    command = f"jq {quote(chosen[longest])} {quote(str(path))} > one.json"
+    return f"; it holds {there}: take the one with times and positions, as by {command}"
 
 
 def _apart(record: Any) -> Iterator[Any]:

@@ -22,6 +22,8 @@ from vedette_tools.drafting.titles import UNITS, meaning
 LOOKED_AT = 2000
 """So many rows say what the columns hold."""
 
+NO_LINE = "no line above the rows has a title for each of their cells: make a table of them first, as time,x,y"
+
 ONE_EACH = "titles in several lines, or for several columns, are not read: write a line with one for each, as time,x,y"
 
 HEARD = "which tells who heard a tag, and no positions: track those that a positioning service makes of it, as time,id,x,y"
@@ -50,6 +52,14 @@ NO_ROWS = {
         r"^[A-Z0-9-]{3,9}>[A-Z0-9]+[A-Za-z0-9,*-]*:"
     ): "packets of APRS, as OGN sends them, not a table: decode them to one first, as time,id,lat,lon",
     re.compile(r"^VEMCO DATA LOG,"): f"a log of VEMCO's, {HEARD}",
+    re.compile(
+        r"^#[a-d][PV] ?\d{4}\s"
+    ): "orbits of SP3, from the middle of the earth, a line of the time above each moment: make "
+    "a table of them first, with latitudes and longitudes, as time,id,lat,lon,altitude",
+    re.compile(
+        r"(^|[*,;\s\"])(?=\d*[A-Fa-f])[0-9A-Fa-f]{28}([;,\s\"]|$)"
+    ): "messages of Mode S as they were sent: decode them to a "
+    "table first, as time,icao24,lat,lon, which dump1090 or pyModeS do",
     re.compile(r"^1 \d{5}[A-Z] \d{5}[A-Z ]"): "elements of orbits (TLE), not positions: work out those of each moment first",
 }
 """Lines of what is no table, and what to do with it."""
@@ -110,7 +120,9 @@ def first_rows(path: TablePath) -> tuple[list[str], list[list[str]], Dialect, ra
     unfit = len(header) == 1 or (len(rows) < HELD * len(text) and not named)
     if at is not None and unfit:
         of_row = _is_row(Dialect(between_cells).cells(text[at]) or [])
-        told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else ONE_EACH
+        words = sum(not any(map(str.isdigit, cell)) for cell in Dialect(between_cells).cells(text[at]) or [])
+        titled = ONE_EACH if 2 * words > len(Dialect(between_cells).cells(text[at]) or []) else NO_LINE
+        told = _no_titles(path, numbered[at][0], text[at:], between_cells) if of_row else titled
         raise InputError(f"{path}:{numbered[at][0]}: {told}")
     if len(header) == 1:
         between = "a comma, a semicolon, a tab, | or blanks"
@@ -160,7 +172,10 @@ def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -
             break
     file = quote(str(path))
     rest = f"tail -n +{number} {file}"
-    if table[0] in heads and all(1 < len(row) < width for row in heads) and delimiter != " ":
+    first = next(i for i, row in enumerate(table) if len(row) == width)
+    if 0 < first == len(heads):
+        rest = f"awk -F'{delimiter}' 'NF == {width}' {file}"  # what stands above the rows names no objects
+    elif table[0] in heads and all(1 < len(row) < width for row in heads) and delimiter != " ":
         named.insert(0, "id")  # a line above the rows of each object names it
         rest = f"awk -F'{delimiter}' 'NF < {width} {{id = $1; next}} {{print id FS $0}}' {file}"
     return (

@@ -18,6 +18,7 @@ from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
 from vedette_tools.drafting.compass import from_north
+from vedette_tools.drafting.corners import box_of
 from vedette_tools.drafting.dates import pattern_of
 from vedette_tools.drafting.doubtful import doubtful, is_no_time, one_moment, rising
 from vedette_tools.drafting.first_rows import LOOKED_AT, familiar, first_rows, of_header, units_of
@@ -41,6 +42,7 @@ from vedette_tools.drafting.several import EAST, FLAT, GEODETIC, PAIRS, POLAR, c
 from vedette_tools.drafting.shapes import pairs_of, position_of, time_of, with_hemisphere, with_made, with_rest
 from vedette_tools.drafting.table import AID, IGNORE, TRUTH, Table
 from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words_of
+from vedette_tools.drafting.untimed import untimed
 from vedette_tools.drafting.wishes import Wishes
 
 NO_WISHES = Wishes()
@@ -54,7 +56,7 @@ class Columns:
     """The columns of a table by title, those made of others too, and which of them hold a time, a position and other things.
 
     lines: the numbers of those that hold the titles; measured: by axis; own: of the platform; below: the row that states
-    units, or [], and of_units what is said of it; pattern: of dates.
+    units, or [], of_units and of_box what is said of it and of corners; pattern: of dates.
     """
 
     path: TablePath
@@ -69,6 +71,7 @@ class Columns:
     time: Meaning
     pattern: str
     of_units: str
+    of_box: str
 
     @classmethod
     def of(cls, path: TablePath, wishes: Wishes) -> Columns:
@@ -88,20 +91,18 @@ class Columns:
         if not any(set(pair) <= set(measured) for pair in PAIRS):
             alike = pairs_of(cells, below)
             measured |= position_of(cells, _in_degrees(titles)) or (alike[0] if len(alike) == 1 else {})
+        box, of_box = box_of(cells, measured) if not wishes.columns else ({}, "")
+        measured |= box
         measured |= {axis: with_hemisphere(measured[axis], cells) for axis in GEODETIC if axis in measured}
         measured |= {"time": time} if time is not None else {}
         if "altitude" in measured and "altitude" not in wishes.columns:
             measured["altitude"] = fullest(measured["altitude"], cells, below)
         cells = with_made(cells, measured)
         if time is None:
-            index = "; an index counts if it has a name" if isinstance(path, FrameTable) else ""
-            scan = f"how many counts of {measured['scan'].title!r} a second has: --rate 30" if "scan" in measured else ""
-            counted = f", or say {scan}" if scan else ""
-            told = (
-                f"no column looks like a time among {listed(titles)}; name it `time` or `t`, or say --time COLUMN{counted}"
-            )
-            raise InputError(f"{path}: {told}{index}{of_header(path, titles, below or next(iter(rows), []))}")
-        return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern, of_units)
+            scan, others = measured["scan"].title if "scan" in measured else "", {each.title for each in measured.values()}
+            told = untimed(path, cells, scan, others, dialect.delimiter if numbers == range(1, 2) else None)
+            raise InputError(f"{path}: {told}{of_header(path, titles, below or next(iter(rows), []))}")
+        return cls(path, titles, cells, rows, dialect, numbers, below, measured, own, time, pattern, of_units, of_box)
 
     def geodetic(self) -> tuple[Columns, tuple[str, ...]]:
         """Return them with x and y as longitude and latitude, and what says so, if nothing else fits their values."""
@@ -270,7 +271,7 @@ def _not_read(axes: tuple[str, str], measured: Mapping[str, Meaning], titles: Se
 
 def _of_file(table: Columns, wishes: Wishes) -> list[str]:
     """Return what is assumed of titles, units, letters and the time."""
-    told = [table.of_units] if table.of_units else []
+    told = [each for each in (table.of_units, table.of_box) if each]
     top, end = table.lines[0], table.lines[-1]
     told += [f"the titles stand in lines {top} to {end} and are joined, as {table.titles[-1]!r}"] if end > top else []
     told += [f"what stands above line {top}, that of the titles, is passed over"] if top > 1 else []

@@ -1,10 +1,17 @@
 """Rows that cannot be read as the first ones let it seem: they are read otherwise, or told with what is wrong with them."""
 
+import json
+import re
+import shlex
+from pathlib import Path
+
 import pytest
 
+from vedette.cli import main
 from vedette.errors import Problem
 from vedette_tools.drafting.recognising import read_table
 from vedette_tools.drafting.unread import readable, told_of
+from vedette_tools.drafting.wishes import Wishes
 
 
 def flights(lacks):
@@ -47,3 +54,36 @@ def test_kinds_of_faults_are_counted_apart():
     told = told_of([*rows, *others, *late])
     assert told.startswith(f": 9 as {late[0]}; 4 as {rows[0]}; ")
     assert told.endswith("2 for other reasons")
+
+
+def test_objects_that_cross_an_ocean_have_a_config_whose_command_takes_the_rest(tmp_path, monkeypatch, capsys):
+    """Half of the rows were left out, and no line said so above."""
+    rows = [f"{3600 * k},{name},{10 + 0.2 * k:.2f},{-30 - 0.5 * k - west:.2f}" for k in range(120) for name, west in STORMS]
+    (tmp_path / "storms.csv").write_text("\n".join(["time,id,lat,lon", *rows]) + "\n")
+    monkeypatch.chdir(tmp_path)
+    assert main(["new", "config", "storms.csv"]) == 0
+    told = capsys.readouterr().out.splitlines()
+    assert re.match(r"# looks wrong: \d+ of 240 rows are left out", told[0])
+    commands = [shlex.split(line.partition(": ")[2]) for line in told if "--set source.origin" in line]
+    taken = 0
+    for command in [["vedette", "run", "storms.toml", "--out", "storms-1"], *commands]:
+        assert main(command[1:]) == 0
+        _, *scans = Path(command[4], "recording.jsonl").read_text().splitlines()
+        taken += sum(len(json.loads(scan)["z"]) for scan in scans)
+    assert 1 < len(commands) < 5
+    assert taken >= 240
+
+
+STORMS = (("ANA", 0.0), ("BILL", 12.0))
+
+
+@pytest.mark.parametrize("titles", ["x1,y1,x2,y2", "xmin,ymin,xmax,ymax", "bbox_left,bbox_top,bbox_right,bbox_bottom"])
+@pytest.mark.by_turns
+def test_two_corners_of_a_box_are_one_object_at_its_middle(titles, tmp_path):
+    """They were two positions."""
+    rows = [f"{k},{100 + 4 * k - 9},{70 + k - 20},{100 + 4 * k + 9},{70 + k + 20}" for k in range(60)]
+    (tmp_path / "d.csv").write_text("\n".join([f"frame,{titles}", *rows]) + "\n")
+    table, recording = readable(read_table(tmp_path / "d.csv", wishes=Wishes.of("", "30", "", "", "", "", "")))
+    assert len(recording.scans) == 60
+    assert recording.scans[10].detections.z.tolist() == [[140.0, 80.0]]
+    assert any("two corners" in said for said in table.said)
