@@ -34,7 +34,7 @@ FAR, FARTHEST = 200e3, 1500e3
 """m from the origin on the ground: beyond the first the plane differs from it by more than 0.02 %, which is told; what lies
 beyond the second is refused, long before the far side of the earth folds over.
 """
-BEYOND = "and a plane around it reaches"
+BEYOND_PLANE = "and a plane around it reaches"
 """Part of what is told of a place beyond FARTHEST."""
 NORTHWARD = 1e-4
 """deg, so little that a meridian is straight, and no digit is lost."""
@@ -79,7 +79,7 @@ class Origin:
         """Raise ValueError for a place beyond FARTHEST."""
         if (farthest := float(np.fmax.reduce(np.ravel(self.on_ground(latitude, longitude)), initial=0.0))) > FARTHEST:
             told = f"{farthest / 1e3:,.0f} km from the origin {self}"
-            reach = f"{BEYOND} {FARTHEST / 1e3:,.0f} km"
+            reach = f"{BEYOND_PLANE} {FARTHEST / 1e3:,.0f} km"
             raise ValueError(f"lies {told}, {reach}: track what is there in a run of its own, with another `origin`")
 
     def to_plane(self, latitude: Array, longitude: Array, altitude: Array | float = 0.0) -> tuple[Array, Array, Array]:

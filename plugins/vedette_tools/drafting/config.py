@@ -11,7 +11,7 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Recording, Scan
-from vedette_files.geodesy import BEYOND
+from vedette_files import BEYOND_PLANE
 from vedette_files.tables.columnar import TablePath
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.design import Design
@@ -137,7 +137,7 @@ def _reached(table: Table) -> tuple[Table, Recording, list[Region]]:
     try:
         table, recording = readable(table)
     except InputError as error:
-        if BEYOND not in str(error):
+        if BEYOND_PLANE not in str(error):
             raise
     if recording is not None and beyond(recording) <= FEW * recording.rows["detections"].total:
         return table, recording, []

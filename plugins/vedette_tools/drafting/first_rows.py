@@ -172,8 +172,8 @@ def _no_titles(path: object, number: int, text: Sequence[str], delimiter: str) -
             break
     file = quote(str(path))
     rest = f"tail -n +{number} {file}"
-    first = next(i for i, row in enumerate(table) if len(row) == width)
-    if 0 < first == len(heads):
+    above = next(i for i, row in enumerate(table) if len(row) == width)
+    if 0 < above == len(heads):
         rest = f"awk -F'{delimiter}' 'NF == {width}' {file}"  # what stands above the rows names no objects
     elif table[0] in heads and all(1 < len(row) < width for row in heads) and delimiter != " ":
         named.insert(0, "id")  # a line above the rows of each object names it

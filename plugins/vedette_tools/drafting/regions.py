@@ -10,7 +10,7 @@ import numpy as np
 
 from vedette.space import Array
 from vedette.types import Recording
-from vedette_files.geodesy import BEYOND, Origin
+from vedette_files import BEYOND_PLANE, Origin
 from vedette_files.tables.numbers import degrees
 from vedette_files.tables.rows import rows
 from vedette_tools.drafting.table import Table
@@ -28,7 +28,7 @@ Region = tuple[Origin, int]
 
 def beyond(recording: Recording) -> int:
     """Return how many rows were refused as they lie beyond the plane."""
-    return sum(problem.rows for problem in recording.refused if BEYOND in problem.text)
+    return sum(problem.rows for problem in recording.refused if BEYOND_PLANE in problem.text)
 
 
 def regions(table: Table) -> list[Region]:

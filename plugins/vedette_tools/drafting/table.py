@@ -8,7 +8,7 @@ from typing import Any
 
 from attrs import evolve, field, frozen
 
-from vedette_files.geodesy import Origin
+from vedette_files import Origin
 from vedette_files.tables.columnar import FrameTable
 from vedette_files.tables.rows import Dialect
 from vedette_tools.drafting.height_and_rate import UPWARD, VELOCITY
