@@ -56,11 +56,6 @@ hand: of 4,626 held frames of `ir_clips` and the odd clips .002 are below .48, o
 there .99 below .32; of 43,700 held frames of changed clips .95 are above .8, of 1,880 of planted losses .014.
 """
 
-UNBROKEN = 0.9
-"""Likeness below which a target that stops did not fall since it moved. By hand: losses are told as without, and of the good
-frames of targets that halt .005 are doubted for .013; by .85, .003, and a tip is told less.
-"""
-
 RESIZED = 4.5
 """How much less likely a place of its own scene is for each e by which it is larger or smaller than the target, in
 logarithms. By hand, on a drone that passes a mast, after which dashes of a graticule were taken for it; 5.5 does as well.
@@ -155,14 +150,13 @@ def scene_ratio(new: float, changed: float, *, dull: bool) -> float:
     return min(NEWNESS[0] * (new + changed - NEWNESS[1]), 0.0) + NEW[0] * max(new - changed - NEW[1], 0.0) * (not dull)
 
 
-def standing_ratio(first: float, usual: float, new: float, least: float) -> float:
+def standing_ratio(first: float, usual: float, new: float) -> float:
     """Return the log-likelihood ratio that a target is there which has come to stand.
 
     Where a target vanishes before a branch or a mast, its track comes to stand, and the likeness to the `first` template
-    falls below the `usual` one; a target that stops looks as it did, or is `new` there: NaN if that is not known. Or it
-    looked like itself all the while: `least` is the least likeness since it moved.
+    falls below the `usual` one; a target that stops looks as it did, or is `new` there: NaN if that is not known.
     """
-    if new > STOPPED or least > UNBROKEN:
+    if new > STOPPED:
         return 0.0
     return -STANDING * float(np.clip(np.log(max(1.0 - first, 1e-3) / max(1.0 - usual, UNLIKE)), 0.0, 3.0))
 

@@ -7,7 +7,6 @@ import vedette
 from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
-from vedette_flir import evidence
 from vedette_flir.estimators import judged
 from vedette_flir.evidence import (
     LAG,
@@ -181,11 +180,11 @@ def test_a_target_that_stands_in_noise_is_held():
 
 def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
     likes = np.linspace(0.99, 0.3, 30)
-    standing = [standing_ratio(like, 0.97, np.nan, like) for like in likes]
+    standing = [standing_ratio(like, 0.97, np.nan) for like in likes]
     assert standing[0] == 0.0  # a target that stops looks as it did
     assert np.all(np.diff(standing) <= 0)
     assert standing[-1] < -15.0
-    assert standing_ratio(1.0 - UNLIKE, 1.0, np.nan, 0.0) == pytest.approx(0.0, abs=1e-9)  # as in any frame
+    assert standing_ratio(1.0 - UNLIKE, 1.0, np.nan) == pytest.approx(0.0, abs=1e-9)  # as in any frame
 
 
 @pytest.mark.parametrize("asked", [True, False], ids=["asked", "not asked"])
@@ -193,7 +192,6 @@ def test_a_track_that_stands_is_doubted_as_it_grows_unlike():
 def test_a_target_that_stops_and_turns_is_held(monkeypatch, asked):
     """It has not left its own place, so that nothing was seen there before, and grows unlike its first look."""
     if not asked:
-        monkeypatch.setattr(evidence, "UNBROKEN", 1.0)
         monkeypatch.setattr(judged, "SAME", 2.0)
     turned = np.interp(np.arange(130), [36, 96], [0.0, 1.0])
     spots = [spot((50.0 + 0.5 * min(k, 36), 50.0), 60.0, (5.0 + 3.0 * t, 5.0 - 2.0 * t)) for k, t in enumerate(turned)]
@@ -266,8 +264,8 @@ def test_ratios_are_those_of_the_page():
         assert found_ratio(f, m, d, c, a, z) == pytest.approx(found)
         assert found_ratio(f, m, d, c, a, z, same_scene=True) == pytest.approx(found - 4.0 * abs(np.log(z)))
         standing = -8.0 * min(max(np.log((1.0 - f) / max(1.0 - usual, 0.05)), 0.0), 3.0)
-        assert standing_ratio(f, usual, np.nan, a) == pytest.approx(standing if a <= 0.9 else 0.0)
-        assert standing_ratio(f, usual, e, 0.0) == pytest.approx(standing if e <= 0.85 else 0.0)
+        assert standing_ratio(f, usual, np.nan) == pytest.approx(standing)
+        assert standing_ratio(f, usual, e) == pytest.approx(standing if e <= 0.85 else 0.0)
         against = -30.0 * max(0.45 - e - 0.1 * m, 0.0)
         assert scene_ratio(e, 0.1 * m, dull=True) == pytest.approx(against)
         assert scene_ratio(e, 0.1 * m, dull=False) == pytest.approx(against + 15.0 * max(e - 0.1 * m - 0.7, 0.0))

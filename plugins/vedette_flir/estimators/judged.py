@@ -92,7 +92,7 @@ def judged(
     scene = scene_ratio(newness, changed, dull=look.dull)
     of_late = existence * close.of_late(look)
     same = min(of_late / SAME, least / ALIKE, look.margin / ALONE, look.clear / (BRIGHT * float(appearance.usual))) > 1.0
-    standing = scene + (stands and not same) * standing_ratio(first, usual_first, newness - changed, least)
+    standing = scene + (stands and not same) * standing_ratio(first, usual_first, newness - changed)
     bare = 0.0 if look.dull or not np.isfinite(newness) else newness - changed  # likeness without the scene behind it
     ratio = held_ratio(max(look.likeness, of_late, bare), look.margin, look.clear) + standing
     is_scenery = off > APART and scene < -SCENERY
