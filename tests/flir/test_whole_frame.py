@@ -5,8 +5,7 @@ import pytest
 from attrs import evolve
 
 from support.infrared import land
-from vedette_flir import two_frames
-from vedette_flir.estimators import seen_before
+from vedette_flir.estimators import seen_before, two_frames
 from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
 from vedette_flir.estimators.template import TemplateFilter
 from vedette_flir.estimators.template_search import NEAR, Matcher
@@ -82,9 +81,9 @@ def test_what_comes_into_view_is_taken_for_one_of_the_things_like_it():
     assert found(standing, [*standing, new], (60.0, 40.0), -8.0, turn)[1] < 0.0
 
 
-def moved(turn, scale=1.0):
-    """Return how far a turn (3, 3) brings the middle of a frame of 80 cells (2,), in px."""
-    return scale * (applied(turn, np.full(2, 40.0)) - 40.0)
+def moved(back, scale=1.0):
+    """Return how far a place in the middle of a frame of 80 cells came (2,) in px, that a matrix (3, 3) brings back."""
+    return scale * (40.0 - applied(back, np.full(2, 40.0)))
 
 
 @pytest.mark.parametrize("shape", [(160, 90), (90, 160)], ids=["tall", "wide"])
@@ -100,9 +99,9 @@ def test_how_far_a_scene_went_is_known_in_frames_of_any_shape(shape, gone):
 
     place = np.array(shape[::-1]) / 2.0
     known = kept_frame(scene((0.0, 0.0)), FILTER.first(scene((0.0, 0.0)), place, BOX).appearance, place, held=True)
-    _, _, scale, turn = Elsewhere(known, scene(gone), place)._registered
+    _, (_, (_, back)), scale = Elsewhere(known, scene(gone), place)._registered
     within = np.all(np.abs(gone) < np.array(shape[::-1]) / 4.0 - 2.0)
-    assert not within or np.abs(moved(turn, scale) - gone).max() < 1.0
+    assert not within or np.abs(moved(back, scale) - gone).max() < 1.0
 
 
 def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monkeypatch):
@@ -115,10 +114,10 @@ def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monke
     )
     place = np.array([100.0, 55.0])
     known = kept_frame(then, FILTER.first(then, place, BOX).appearance, place, held=True)
-    assert np.abs(moved(Elsewhere(known, now, place)._registered[3])).max() < 3.0
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][1][1])).max() < 3.0
     monkeypatch.setattr(two_frames, "_without_outliers", lambda image: image)
     monkeypatch.setattr(two_frames, "_fitted", lambda then, now, turn: (turn, 0.0))  # which would mend it here
-    assert np.abs(moved(Elsewhere(known, now, place)._registered[3])).max() > 10.0
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][1][1])).max() > 10.0
 
 
 @pytest.mark.parametrize(("roll", "zoom"), [(0.15, 1.0), (-0.08, 1.1), (0.0, 0.85)])

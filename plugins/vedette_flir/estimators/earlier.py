@@ -12,10 +12,10 @@ from vedette import Array
 from vedette_flir.estimators.seen_before import CLEAR, SCENE, new_in, shown
 from vedette_flir.estimators.template_appearance import TemplateAppearance
 from vedette_flir.estimators.template_search import Look, Matcher
+from vedette_flir.estimators.two_frames import laid_over
 from vedette_flir.patches import HALO, blurred, clearest
 from vedette_flir.registration import applied
 from vedette_flir.sources.images import one_thread
-from vedette_flir.two_frames import laid_over
 
 CELLS = 160
 """Cells of the longer side of what is kept of a frame, at most."""
@@ -60,6 +60,10 @@ def kept_frame(pixels: Array, appearance: TemplateAppearance, place: Array, *, h
     return evolve(appearance, earlier=frames, earlier_at=at)
 
 
+Laid = tuple[tuple[Array, Array], ...]
+"""An earlier frame as it is laid over a later one, and the matrix (3, 3) from cells of that back to those of its own."""
+
+
 @frozen(eq=False)
 class Elsewhere:
     """A frame, in which a target is expected at a place (2,), beside the earlier one that its appearance remembers."""
@@ -76,19 +80,19 @@ class Elsewhere:
         *it, age = self.appearance.earlier_at[0]
         if not age >= YOUNG:
             return np.nan, np.inf
-        then, now, scale, turn = self._registered
+        now, laid, scale = self._registered
         place, size = (look.place + 0.5) / scale - 0.5, look.known.size / scale
         if np.max(size) < FEWEST:
             return np.nan, np.inf
         seen, parts = SCENE.around(now, place, size), []
-        for turned in (np.eye(3), turn):
-            before = SCENE.around(_turned(then, turned), place, size)
+        for then, back in laid:
+            before = SCENE.around(then, place, size)
             slopes = SCENE.slopes(before, size)
             known = np.asarray(np.isfinite(slopes).all(axis=0))
-            parts.append((before, turned, shown(before, slopes, known, seen, np.zeros(2), size)))
-        before, turned, part = min(parts, key=lambda each: each[-1].rest)
+            parts.append((before, back, shown(before, slopes, known, seen, np.zeros(2), size)))
+        before, back, part = min(parts, key=lambda each: each[-1].rest)
         changed = part.rest / abs(float(look.known.amplitude))
-        was = scale * (applied(np.linalg.inv(turned), place + part.off) + 0.5) - 0.5
+        was = scale * (applied(back, place + part.off) + 0.5) - 0.5
         if changed >= CLEAR or np.all(np.abs(was - np.array(it)) < SCENE.own * self.appearance.grown + HALO * scale):
             return np.nan, np.inf
         step, found = scale * SCENE.step(size), evolve(part, at=scale * part.at, off=scale * part.off)
@@ -99,18 +103,19 @@ class Elsewhere:
         """Return where what was not there in the earlier frame is clearest in this one, of the polarity of a target."""
         if not self.appearance.earlier_at[0, 2] >= YOUNG:
             return []
-        then, now, scale, turn = self._registered
+        now, (*_, (there, _)), scale = self._registered
         slope = np.hypot(*np.gradient(blurred(now)))
         wide = float(np.mean(known.size)) / scale
-        at = clearest(now - _turned(then, turn), ERRS[-1] * slope, wide, float(np.sign(known.amplitude)))
+        at = clearest(now - there, ERRS[-1] * slope, wide, float(np.sign(known.amplitude)))
         return [scale * (place + 0.5) - 0.5 for place in at[:NEWEST]]
 
     @cached_property
-    def _registered(self) -> tuple[Array, Array, float, Array]:
-        """Return the earlier frame and this one, the px of a cell, and the matrix (3, 3) from the one to the other."""
+    def _registered(self) -> tuple[Array, Laid, float]:
+        """Return this frame, the earlier one as it was and as the camera has turned since, and the px of a cell."""
         now, scale = _reduced(self.pixels)
         then = self.appearance.earlier[0][: now.shape[0], : now.shape[1]]
-        return then, now, scale, laid_over(then, now)
+        turn = laid_over(then, now)
+        return now, ((then, np.eye(3)), (_turned(then, turn), np.linalg.inv(turn))), scale
 
 
 def _turned(image: Array, turn: Array) -> Array:
