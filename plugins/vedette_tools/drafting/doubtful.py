@@ -6,16 +6,13 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 
 from vedette.errors import InputError
-from vedette_files.tables.numbers import is_number
+from vedette_files.tables.numbers import LARGEST, is_number
 from vedette_files.tables.times import LOOKED_AT, stamp
 from vedette_tools.drafting.dates import is_day, is_moment, pattern_of
 from vedette_tools.drafting.titles import Meaning, meaning, words_of
 
 BEGINS = {"start", "begin", "end", "stop", "first", "eta"}
 """Words of titles of times at which something began or ended, not of those of its rows."""
-
-LARGEST = {"latitude": 90.0, "longitude": 360.0}
-"""deg: what is read as one is never larger."""
 
 OF_A_MINUTE = 64
 """Whole numbers below this are the seconds of a minute, with the codes that AIS has for none."""

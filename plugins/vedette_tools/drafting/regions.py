@@ -8,7 +8,7 @@ from shlex import quote
 
 import numpy as np
 
-from vedette.space import Array
+from vedette.space import Array, Indices
 from vedette.types import Recording
 from vedette_files import BEYOND_PLANE, Origin
 from vedette_files.tables.numbers import degrees
@@ -35,17 +35,21 @@ def regions(table: Table) -> list[Region]:
     """Return origins whose planes reach all rows of a table, that of most rows first."""
     left, found = _places(table), list[Region]()
     few = FEW * len(left)
-    tried = np.unique(np.round(left / STEP), axis=0) * STEP
-    while len(left) and len(tried) and len(found) < MOST:
-        origins = [Origin(*(float(angle) for angle in place)) for place in tried]
-        reached = [origin.reaches(*left.T) for origin in origins]
-        best = int(np.argmax([np.count_nonzero(each) for each in reached]))
-        if (count := int(np.count_nonzero(reached[best]))) <= few:
-            break
-        middle = Origin.among(left[reached[best]])
-        found.append((middle if middle.reaches(*left[reached[best]].T).all() else origins[best], count))
-        left = left[~reached[best]]
+    origins = [Origin(*map(float, place)) for place in np.unique(np.round(left / STEP), axis=0) * STEP]
+    counts = _reached(origins, left)
+    while len(origins) and len(found) < MOST and counts.max() > few:
+        best = int(np.argmax(counts))
+        reached = origins[best].reaches(*left.T)
+        own, left = left[reached], left[~reached]
+        middle = Origin.among(own)
+        found.append((middle if middle.reaches(*own.T).all() else origins[best], len(own)))
+        counts -= _reached(origins, own)
     return found
+
+
+def _reached(origins: Sequence[Origin], places: Array) -> Indices:
+    """Return how many places (k, 2) the plane around each origin reaches."""
+    return np.array([np.count_nonzero(origin.reaches(*places.T)) for origin in origins])
 
 
 def told_of(others: Sequence[Region], left_out: int, total: int) -> str:
