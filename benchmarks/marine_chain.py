@@ -23,11 +23,11 @@ from vedette_marine.opencv import opencv
 from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.blobs import find_blobs
 from vedette_marine.picture.chain import Chain, blind, right_ahead
-from vedette_marine.picture.clusters import grouped
 from vedette_marine.picture.colours import palette
 from vedette_marine.preprocessors.radar_picture import RadarPicture
 from vedette_marine.screen import RadarScreen
 from vedette_sim import PpiRadar
+from vedette_standard import grouped
 
 CROSS_SECTIONS = (3.0, 10.0, 30.0, 100.0, 300.0)
 """m^2, broadside."""

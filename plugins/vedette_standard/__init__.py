@@ -35,6 +35,9 @@ from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.estimators.least_squares import LeastSquares
 from vedette_standard.estimators.square_root import SquareRootKalman
 from vedette_standard.estimators.unscented import UnscentedKalman
+from vedette_standard.grouping import Labels as Labels
+from vedette_standard.grouping import grouped as grouped
+from vedette_standard.grouping import linked as linked
 from vedette_standard.lifecycles.coast_limited import CoastLimited
 from vedette_standard.lifecycles.existence import Existence as Existence
 from vedette_standard.lifecycles.m_of_n import MOfN
@@ -58,6 +61,7 @@ from vedette_standard.motion.random_walk_piecewise import RandomWalkPiecewise
 from vedette_standard.motion.singer import Singer
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
 from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
+from vedette_standard.preprocessors.grouped_returns import GroupedReturns
 from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion
 from vedette_standard.preprocessors.naive_conversion import NaiveConversion
 from vedette_standard.preprocessors.unbiased_conversion import UnbiasedConversion
@@ -98,7 +102,7 @@ def vedette_components() -> Iterable[type[vedette.Component]]:
         *(BootstrapParticles, AuxiliaryParticles, GaussianSum),
         *(Nearest, GlobalNearest, Pda, Jpda, JpdaStar, MBestJpda),
         *(KBest, NScan, LabelledMultiBernoulli, Variational),
-        *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion),
+        *(NaiveConversion, DebiasedConversion, UnbiasedConversion, ModifiedUnbiasedConversion, GroupedReturns),
         *(FromReturns, TwoPoint, ThreePoint, Given, Poisson, Uniform),
         *(SingleTarget, MOfN, Existence, Score, CoastLimited),
     ]

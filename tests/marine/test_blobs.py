@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from support.spots import picture
 from vedette_marine.picture.blobs import BLOCK, determinants, find_blobs, hessian_exact, surroundings
-from vedette_marine.picture.clusters import calinski_harabasz, grouped, k_means, linked
+from vedette_standard.grouping import calinski_harabasz, grouped, k_means, linked
 
 cv2 = pytest.importorskip("cv2")
 SIZE = 400

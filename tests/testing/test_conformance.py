@@ -198,6 +198,7 @@ GIVEN = {
             st.builds(RangeBearing, st.floats(1.0, 50.0), st.floats(1e-3, 0.05)),
         )
     },
+    ("preprocessor", "grouped_returns"): {"sensors": EXTENDED, "link": st.floats(0.5, 100.0), "longest": st.floats(50, 500)},
     ("preprocessor", "naive_conversion"): {"sensors": EXTENDED},
     ("preprocessor", "unbiased_conversion"): {"sensors": EXTENDED},
     ("preprocessor", "debiased_conversion"): {"sensors": EXTENDED},

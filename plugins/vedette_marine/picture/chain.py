@@ -11,8 +11,8 @@ from vedette import Array, Mask, fields
 from vedette_marine.geometry import PictureGeometry
 from vedette_marine.picture.artefacts import rain, spokes
 from vedette_marine.picture.blobs import Blobs, Image, find_blobs
-from vedette_marine.picture.clusters import Labels, grouped
 from vedette_marine.picture.colours import Bytes, Palette, plain_grey
+from vedette_standard import Labels, grouped
 
 
 def _rising(values: Array) -> str | None:

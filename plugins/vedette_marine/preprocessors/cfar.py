@@ -11,10 +11,10 @@ from attrs import field, frozen
 
 from vedette import Array, Detections, InputError, Mask, Preprocessor, Scan, Space, fields
 from vedette_marine.geometry import STABILISATIONS, nautical
-from vedette_marine.picture.clusters import linked
 from vedette_marine.preprocessors.false_alarm_rates import KINDS, factor
 from vedette_marine.preprocessors.radar_picture import place
 from vedette_marine.screen import POSITION, RadarScreen
+from vedette_standard import linked
 
 ROWS = 64
 """Sweeps that the ordered test processes at a time, as it holds every cell's window."""

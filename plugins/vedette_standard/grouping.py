@@ -1,4 +1,4 @@
-"""From blobs to objects: those within a link distance belong together; a group too long for one ship is split by k-means."""
+"""From points to objects: those within a link distance belong together; a group too long for one is split by k-means."""
 
 from __future__ import annotations
 
@@ -11,11 +11,11 @@ Labels = NDArray[np.intp]
 """The number of the group that each point belongs to."""
 
 ROUNDS = 50
-"""Maximum iterations of k-means; groups of a ship's blobs need a few."""
+"""Maximum iterations of k-means; groups of an object's spots need a few."""
 
 
 def linked(points: Array, distance: float) -> Labels:
-    """Return single-link groups of points (k, 2): two share one if a chain of steps of at most `distance` joins them.
+    """Return single-link groups of points (k, n): two share one if a chain of steps of at most `distance` joins them.
     Groups are numbered by their first points.
     """
     k = len(points)
@@ -69,7 +69,10 @@ def grouped(points: Array, weights: Array, link: float, longest: float) -> Label
     """
     labels = linked(points, link)
     following = int(labels.max(initial=-1)) + 1
-    for group in range(following):
+    low, high = np.full((following, points.shape[-1]), np.inf), np.full((following, points.shape[-1]), -np.inf)
+    np.minimum.at(low, labels, points)
+    np.maximum.at(high, labels, points)
+    for group in np.flatnonzero(np.linalg.norm(high - low, axis=-1) > longest).tolist():
         members = np.flatnonzero(labels == group)
         spots = points[members]
         length = max(float(np.max(np.linalg.norm(spots - one, axis=-1))) for one in spots)  # not all pairs at once
