@@ -111,7 +111,7 @@ def chains(times: Array, spots: Sequence[Array], width: float, reach: float = 0.
         found, growing = _gone_on(growing, time, every[now], width)
         hit = found >= 0
         members.append(np.stack([growing.number[hit], now[found[hit]]]))
-        on = (growing.missed <= COAST) & (hit | (growing.count > 2))
+        on = (growing.missed <= COAST) & ((growing.time == time) | (growing.count > 2))
         if not on.all():
             ended.append(growing.number[~on])
             growing = growing.rows(on)
@@ -131,9 +131,10 @@ def chains(times: Array, spots: Sequence[Array], width: float, reach: float = 0.
 
 
 def _gone_on(growing: _Growing, time: float, places: Array, width: float) -> tuple[Indices, _Growing]:
-    """Return which place (k, 2) each chain takes, -1 if none, and the chains after that."""
-    expected = growing.spot + growing.velocity * (time - growing.time)[:, None]
-    found = _free(expected, places, width)
+    """Return which place (k, 2) each chain takes, -1 if none, and the chains after that; none takes two at one time."""
+    expected, later = growing.spot + growing.velocity * (time - growing.time)[:, None], growing.time < time
+    found = np.full(len(later), -1)
+    found[later] = _free(expected[later], places, width)
     hit = found >= 0
     off = (places[found] if len(places) else expected) - expected
     dt = np.maximum(time - growing.time, 1e-9)
@@ -141,7 +142,7 @@ def _gone_on(growing: _Growing, time: float, places: Array, width: float) -> tup
     return found, evolve(
         growing,
         count=growing.count + hit,
-        missed=np.where(hit, 0, growing.missed + 1),
+        missed=np.where(hit, 0, growing.missed + later),
         time=np.where(hit, time, growing.time),
         spot=np.where(hit[:, None], expected + np.maximum(0.5, gain) * off, growing.spot),
         velocity=np.where(hit[:, None], growing.velocity + gain * off / dt[:, None], growing.velocity),

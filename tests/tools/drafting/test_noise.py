@@ -59,6 +59,14 @@ def test_no_return_is_in_two_chains_and_scans_increase():
         assert np.all(np.diff(chain.scans) > 0)
 
 
+def test_a_chain_has_one_return_at_a_time_where_rows_are_scans():
+    """It took both of a time as of one target, whose speed was then infinite."""
+    times, spots, _ = seen(3, count=2)
+    found = chains(np.repeat(times, 2), list(np.concatenate(spots)[:, None]), np.inf)
+    assert max(len(chain.times) for chain in found) > 100
+    assert all(np.all(np.diff(chain.times) > 0) for chain in found)
+
+
 def plainly(times, spots, width):
     """The chains, chain by chain and place by place: a list of (scan, return) each, as `chains` finds them."""
     growing, done, before = [], [], []
