@@ -47,8 +47,6 @@ class Keeping:
         if conduct.store is None:
             return None
         self.store = conduct.store.open()
-        for told in getattr(self.store, "told", ()):
-            LOG.error("store", extra={"why": told})
         saved = self.store.load()
         if saved is None:
             return None

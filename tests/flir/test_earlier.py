@@ -4,19 +4,12 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.infrared import followed, land, steps
+from support.infrared import BOX, BY, FILTER, PEAK, SIZE, SPREAD, followed, land, steps
 from support.spots import gaussian
 from vedette_flir.estimators import whole_frame
 from vedette_flir.estimators.earlier import AGE, CELLS, Elsewhere, kept_frame
-from vedette_flir.estimators.template import TemplateFilter
-from vedette_flir.estimators.template_search import Matcher
-from vedette_flir.motion.constant_axes import Carrying
-from vedette_flir.motion.image_velocity import ImageVelocity
 
-SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
 STANDS = np.array([190.0, 85.0])
-BOX, BY = np.array([10.0, 10.0]), Matcher(36, 1.0, 1.6, 2.5, 40.0)
-MOTION = Carrying(ImageVelocity(), {"width": "px", "height": "px"})
 
 
 def seen(k, spots, turn=(0.0, 0.0), scale=1.0):
@@ -104,7 +97,7 @@ def test_only_places_of_the_frame_are_looked_at(at):
     """A bar that ends at the frame's edge would be repeated beyond it, and like any target there."""
     y, x = np.ogrid[:60, :60]
     spot = 60.0 + PEAK * gaussian(x, y, (30.0, 30.0), SPREAD)
-    known = TemplateFilter(MOTION).first(spot, np.array([30.0, 30.0]), BOX).appearance
+    known = FILTER.first(spot, np.array([30.0, 30.0]), BOX).appearance
     bars = 60.0 + PEAK * np.maximum(gaussian(x, y, at, (2.0, 40.0)), gaussian(x, y, at, (40.0, 2.0)))
     look = BY.look(bars, np.array(at), 15, known)
     assert np.all((look.place > -1.0) & (look.place < 60.0))
@@ -115,14 +108,14 @@ def test_a_frame_is_kept_in_few_cells_whatever_its_size(shape):
     rng = np.random.default_rng(37)
     pixels = rng.normal(60.0, 1.0, shape)
     middle = np.array(shape[::-1]) / 2.0
-    appearance = evolve(TemplateFilter(MOTION).unseen(()), size=BOX)
+    appearance = evolve(FILTER.unseen(()), size=BOX)
     for k in range(100):
         appearance = kept_frame(pixels + k, appearance, middle, held=k != 50)
         ages = appearance.earlier_at[:, 2]
         assert appearance.earlier.shape == (2, CELLS, CELLS)
         assert ages[0] < AGE + 2
         assert k < AGE / 2 or ages[0] >= AGE / 2
-    look = BY.look(pixels, middle, 3, TemplateFilter(MOTION).first(pixels, middle, BOX).appearance)
+    look = BY.look(pixels, middle, 3, FILTER.first(pixels, middle, BOX).appearance)
     assert np.isnan(Elsewhere(appearance, pixels, middle).new(BY, look)[0])  # its own place
     kept = appearance.earlier[0]
     assert np.abs(kept[kept > 0].mean() - (60.0 + 99 - ages[0])) < 0.5

@@ -4,18 +4,13 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.infrared import land
+from support.infrared import BY, FILTER, land
 from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
 from vedette_flir.estimators.judged import judged
-from vedette_flir.estimators.template import TemplateFilter
-from vedette_flir.estimators.template_search import NEAR, Matcher
-from vedette_flir.motion.constant_axes import Carrying
-from vedette_flir.motion.image_velocity import ImageVelocity
+from vedette_flir.estimators.template_search import NEAR
 from vedette_flir.patches import kept
 
 SIZE, BOX = (120, 200), np.array([12.0, 12.0])
-BY = Matcher(36, 0.3, 1.6, 2.5, 40.0)
-FILTER = TemplateFilter(Carrying(ImageVelocity(), {"width": "px", "height": "px"}))
 
 
 @pytest.mark.parametrize(

@@ -4,20 +4,14 @@ import numpy as np
 import pytest
 from attrs import evolve
 
-from support.infrared import land
+from support.infrared import BOX, BY, FILTER, PEAK, SIZE, SPREAD, land
 from vedette_flir.estimators import seen_before, two_frames
 from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
-from vedette_flir.estimators.template import TemplateFilter
-from vedette_flir.estimators.template_search import NEAR, Matcher
+from vedette_flir.estimators.template_search import NEAR
 from vedette_flir.estimators.whole_frame import sought
-from vedette_flir.motion.constant_axes import Carrying
-from vedette_flir.motion.image_velocity import ImageVelocity
 from vedette_flir.registration import applied
 
-SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
-BOX, BY = np.array([10.0, 10.0]), Matcher(36, 0.3, 1.6, 2.5, 40.0)
 START = np.array([70.0, 40.0])
-FILTER = TemplateFilter(Carrying(ImageVelocity(), {"width": "px", "height": "px"}))
 
 
 def drawn(k, places, turn=(0.0, 0.0)):

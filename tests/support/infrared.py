@@ -1,4 +1,4 @@
-"""Drawn frames, and the tracker of examples/flir_clip.toml on them."""
+"""Drawn frames, the tracker of examples/flir_clip.toml on them, and a filter and its search by themselves."""
 
 import numpy as np
 
@@ -6,6 +6,15 @@ import vedette
 from support.paths import EXAMPLES
 from support.spots import gaussian
 from vedette import Frame, Gaussian, Scan
+from vedette_flir.estimators.template import TemplateFilter
+from vedette_flir.estimators.template_search import Matcher
+from vedette_flir.motion.constant_axes import Carrying
+from vedette_flir.motion.image_velocity import ImageVelocity
+
+SIZE, PEAK, SPREAD = (120, 240), 60.0, (2.0, 2.0)
+"""Rows and columns, counts, and px: of a frame and of the spot in it; its box is `BOX`."""
+BOX, BY = np.array([10.0, 10.0]), Matcher(36, 0.3, 1.6, 2.5, 40.0)
+FILTER = TemplateFilter(Carrying(ImageVelocity(), {"width": "px", "height": "px"}))
 
 
 def land(k, spots, turn, size, seed, *, texture=5.0, below=0.0, scale=1.0):

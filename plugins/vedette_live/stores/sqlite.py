@@ -19,6 +19,7 @@ from vedette.streams import Saved, Storage, Store, TrackReport, now
 from vedette_files import SCHEMA, keep_facts, keep_tracks
 from vedette_files.input_files import user_path
 from vedette_files.writing import growing
+from vedette_live.log import LOG
 
 VERSION = 2
 """Of the tables, as the database's user_version."""
@@ -55,21 +56,20 @@ class SqliteStore(Store):
             raise
 
     def _opened(self, path: Path, held: ExitStack) -> _Open:
-        told = list[str]()
         try:
             connection, saved = _opened(path)
         except sqlite3.OperationalError as error:
             raise InputError(f"service.store: {path}: cannot be opened: {error}") from None
         except sqlite3.DatabaseError as error:
             aside, before = _free(path.with_name(f"{path.name}.damaged")), _before(path)
-            told.append(f"{path} is damaged ({error}): it is kept as {aside.name}")
+            _tell(f"{path} is damaged ({error}): it is kept as {aside.name}")
             path.replace(aside)
             for end in ("-wal", "-shm"):
                 with suppress(FileNotFoundError):
                     path.with_name(path.name + end).replace(aside.with_name(aside.name + end))
             if before.exists():
                 _copy(before, path)
-                told.append(f"{before.name}, a copy made at the last start, is used")
+                _tell(f"{before.name}, a copy made at the last start, is used")
             try:
                 connection, saved = _opened(path)
             except sqlite3.DatabaseError as second:
@@ -77,13 +77,17 @@ class SqliteStore(Store):
             saved = saved and evolve(saved, older=True)
         else:
             if saved is not None and saved.older:
-                told.append(f"the latest state in {path} is damaged: the one before it is used")
+                _tell(f"the latest state in {path} is damaged: the one before it is used")
         if saved is not None:
             try:
                 _copy(path, _before(path))
             except (sqlite3.Error, OSError) as error:
-                told.append(f"{_before(path).name} cannot be written: {error}")
-        return _Open(connection, self.keep, saved, told, held)
+                _tell(f"{_before(path).name} cannot be written: {error}")
+        return _Open(connection, self.keep, saved, held)
+
+
+def _tell(why: str) -> None:
+    LOG.error("store", extra={"why": why})
 
 
 def _free(path: Path) -> Path:
@@ -159,12 +163,11 @@ def _latest(connection: sqlite3.Connection) -> Saved | None:
 @final
 @define(eq=False)
 class _Open:
-    """The store, open. `told`: what was wrong when it was opened."""
+    """The store, open."""
 
     connection: sqlite3.Connection
     keep: float
     saved: Saved | None
-    told: list[str]
     held: ExitStack
 
     def load(self) -> Saved | None:
