@@ -13,7 +13,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.supporting import ImagingSensor
 from vedette.tracking import State, Tracker
-from vedette.types import Scan, Track
+from vedette.types import Gaussian, Scan, Track
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
 from vedette_report.known import known
@@ -92,6 +92,19 @@ def taken(track: Track, at: Mapping[float, Sequence[int]]) -> Iterator[tuple[int
             listed = None if track.returns is None else track.returns[row]
             column = int(np.argmax(track.weights[row][1:]))
             yield row, scan, column if listed is None else int(listed[column])
+
+
+def placed_in_plane(sensor: Sensor, scan: Scan) -> Gaussian | None:
+    """Return where a scan's returns lie in the plane; None if they do not tell."""
+    seen = scan.detections
+    if scan.frame is not None or seen.missing is not None or not {"x", "y"} <= set(sensor.observes.names):
+        return None
+    try:
+        found = sensor.placed(scan.pose).invert(seen.z, seen.noise)
+    except (NotImplementedError, ValueError):
+        return None
+    where = [sensor.observes.names.index(axis) for axis in "xy"]
+    return Gaussian(found.mean[:, where], found.cov[:, where][:, :, where])
 
 
 def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) -> tuple[Told, ...]:

@@ -17,7 +17,7 @@ from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.tracking import Tracker
 from vedette.types import Gaussian, Scan, Track
-from vedette_report.detector_errors.in_tracks import first_of, scans_at, taken
+from vedette_report.detector_errors.in_tracks import first_of, placed_in_plane, scans_at, taken
 from vedette_standard import stands
 
 LONGEST = 30.0
@@ -182,7 +182,7 @@ def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> M
         for row, i, column in taken(track, at):
             if track.confirmed[row]:
                 if i not in placed:
-                    placed[i] = _placed(tracker.sensors[scans[i].sensor], scans[i])
+                    placed[i] = placed_in_plane(tracker.sensors[scans[i].sensor], scans[i])
                 if (place := placed[i]) is not None:
                     own = scans[i].detections.time
                     time = scans[i].time if own is None else float(own[column])
@@ -193,19 +193,6 @@ def _seen(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -> M
         name: {track: Seen(*map(np.array, zip(*rows, strict=True))) for track, rows in of.items()}
         for name, of in told.items()
     }
-
-
-def _placed(sensor: Sensor, scan: Scan) -> Gaussian | None:
-    """Return where a scan's returns lie in the plane; None if they do not tell."""
-    seen = scan.detections
-    if scan.frame is not None or seen.missing is not None or not {"x", "y"} <= set(sensor.observes.names):
-        return None
-    try:
-        found = sensor.placed(scan.pose).invert(seen.z, seen.noise)
-    except (NotImplementedError, ValueError):
-        return None
-    where = [sensor.observes.names.index(axis) for axis in "xy"]
-    return Gaussian(found.mean[:, where], found.cov[:, where][:, :, where])
 
 
 def _shift(pairs: Sequence[tuple[Seen, Seen]]) -> Shift | None:

@@ -25,6 +25,7 @@ from vedette_report.warnings.coalescence import LONG, coalesced
 from vedette_report.warnings.joined import joined
 from vedette_report.warnings.late import late
 from vedette_report.warnings.rehearsal import rehearsed, silenced
+from vedette_report.warnings.several import several
 from vedette_report.warnings.stated import otherwise
 from vedette_report.warnings.turned import turned
 
@@ -53,6 +54,7 @@ def warnings(experiment: Experiment, result: Result, score: Score, first: First 
     around = list(turned(experiment.tracker, result.scans, result.recording.truth))
     yield from map(str, around)
     yield from late(experiment.tracker, scans, tracks, [one.sensor for one in around])
+    yield from several(experiment.tracker, scans, tracks)
     if tracks or not score.tracks:  # which may all have come later
         yield from otherwise(experiment.tracker, scans, tracks)
     if experiment.judge.truth_gap is None:

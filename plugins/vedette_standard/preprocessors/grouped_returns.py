@@ -9,7 +9,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Preprocessor, Scan, Sensor, Space, fields
-from vedette.space import Indices, Mask
+from vedette.space import Indices
 from vedette.tracking import take
 from vedette_standard.grouping import Labels, grouped, linked
 
@@ -22,7 +22,7 @@ class GroupedReturns(Preprocessor):
     A group longer than `longest` is split by k-means, so that objects side by side stay two. The mean has the noise of the
     tracker's sensor: what is seen of an object lies beside its middle, an error that all its returns share, so that their
     number makes it no smaller; `vedette tune` finds it. Of noises that returns bring it has the mean, of their evidence the
-    largest. Returns of two names are not joined, nor are such as lack a component.
+    largest. Returns of two names are not joined.
     Ester, Kriegel, Sander, Xu, A density-based algorithm for discovering clusters, KDD 1996; here by single linkage.
 
     >>> from attrs import evolve
@@ -66,10 +66,11 @@ class GroupedReturns(Preprocessor):
         z, leads = seen.z.copy(), np.zeros_like(seen.valid)
         noise, evidence, time = (None if each is None else each.copy() for each in (seen.noise, seen.evidence, seen.time))
         for run in np.ndindex(seen.valid.shape[:-1]):
-            label = self._labels(places[run], seen.complete[run], None if seen.identity is None else seen.identity[run])
+            rows = np.flatnonzero(seen.valid[run])
+            label = self._labels(places[run][rows], None if seen.identity is None else seen.identity[run][rows])
             order = np.argsort(label, kind="stable")
-            order = order[seen.valid[run][order]]
             _, start, size = np.unique(label[order], return_index=True, return_counts=True)
+            order = rows[order]
             if not len(start):
                 continue
             first = order[start]
@@ -82,21 +83,18 @@ class GroupedReturns(Preprocessor):
                 evidence[run][first] = np.maximum.reduceat(evidence[run][order], start)
             if time is not None:
                 time[first] = _means(time[order], start)
-        made = Detections(z, leads, evidence, noise, seen.missing, seen.identity, time)
+        made = Detections(z, leads, evidence, noise, None, seen.identity, time)
         return made if leads.ndim > 1 else take(made, leads, 0)
 
-    def _labels(self, places: Array, complete: Mask, identity: Indices | None) -> Labels:
-        """Return the number (k,) of the group of each return at `places` (k, 2 or 3); what is not `complete` is alone."""
-        k = len(places)
-        label = np.arange(k, 2 * k)
-        rows = np.flatnonzero(complete)
+    def _labels(self, places: Array, identity: Indices | None) -> Labels:
+        """Return the number (k,) of the group of each return at `places` (k, 2 or 3)."""
         if self.longest is None:
-            label[rows] = linked(places[rows], self.link)
+            label = linked(places, self.link)
         else:
-            label[rows] = grouped(places[rows], np.ones(len(rows)), self.link, self.longest)
-        if identity is not None:
-            label = np.unique(np.stack([label, identity], axis=-1), axis=0, return_inverse=True)[1].reshape(k)
-        return label
+            label = grouped(places, np.ones(len(places)), self.link, self.longest)
+        if identity is None:
+            return label
+        return np.unique(np.stack([label, identity], axis=-1), axis=0, return_inverse=True)[1].reshape(label.shape)
 
 
 def _means(values: Array, start: Indices) -> Array:

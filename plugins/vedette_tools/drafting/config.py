@@ -14,7 +14,8 @@ from vedette.types import Recording, Scan
 from vedette_files import BEYOND_PLANE
 from vedette_files.tables.columnar import TablePath
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
-from vedette_tools.drafting.design import Design
+from vedette_tools.drafting.clumps import clumped
+from vedette_tools.drafting.design import Design, rounded
 from vedette_tools.drafting.doubtful import one_moment
 from vedette_tools.drafting.doubts import doubt
 from vedette_tools.drafting.found import Found
@@ -42,6 +43,9 @@ FASTEST = 3000.0
 
 PROVEN, LOOKS = 8000, 6000
 """On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
+
+DOUBTED = 2000
+"""On so many returns it is looked whether their tracks share them. Chosen by hand."""
 
 FEWEST = 4 * SHORT
 """Of fewer scans a part of the area is tried: tracks are not to be short for want of scans. Chosen by hand."""
@@ -72,6 +76,7 @@ def drafted(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES, progres
     """
     begun = process_time()
     best, lost, others = _read(path, use, wishes)
+    best = _joined(best)
     scans, steady = best.recording.scans, best.followed / max(best.returns, 1)
     found = Found.of(best)
     in_turn = any(one.in_turn and not one.named for one in found.facts.values())
@@ -129,6 +134,23 @@ def _read(path: TablePath, use: str, wishes: Wishes) -> tuple[Reading, str, list
         resting = best.table.at_rest(f"{title} is over ground: the platform's own motion is not in it")
         best = evolve(best, table=resting, recording=opened(resting))
     return *stood(best), others
+
+
+def _joined(best: Reading) -> Reading:
+    """Return the reading with an object's returns as one, if they come in clumps, and what is tracked by each is doubted."""
+    seen, *more = best.seen.values()
+    if more or seen.in_turn or best.table.identity or cut(best) or (link := clumped(seen.spots)) is None:
+        return best
+    found, scans = Found.of(best), best.recording.scans
+    count = int(np.searchsorted(np.cumsum([len(scan.detections.z) for scan in scans]), DOUBTED))
+    if not doubt(found.text(found.first), scans[: count + 1]):
+        return best
+    link = rounded(link)
+    whole = evolve(best.table, link=link)
+    recording = opened(whole)
+    each = best.returns / max(sum(len(scan.detections.z) for scan in recording.scans[: len(seen.times)]), 1)
+    told = f"objects give several returns a scan, on average {each:.2g}: those within {link:g} m are of one"
+    return Reading.of(evolve(whole, assumed=(*whole.assumed, told)), recording)
 
 
 def _reached(table: Table) -> tuple[Table, Recording, list[Region]]:

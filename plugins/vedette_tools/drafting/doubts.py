@@ -40,7 +40,7 @@ def doubt(text: str, scans: Sequence[Scan]) -> str:
     if own < OWN:
         told = f"several tracks share the same returns, {1 - own:.2g} of what they take is not most likely theirs"
         cure = "keep the rows of one receiver and of one kind of object, or add a column that names objects, titled id"
-        return f"nothing fits these data: {told}; {cure}"
+        return f"nothing fits these data: {told}; {cure}; if objects give several returns, see 'grouped_returns'"
     if (same := len(links & others) / max(len(links), len(others), 1)) < SAME:
         told = f"run backwards in time the same tracker joins other returns, {same:.2g} of the pairs are the same"
         cure = "they come too seldom, or too many are false: add a column that names objects, titled id"

@@ -16,10 +16,10 @@ from vedette.space import Array
 from vedette.tracking import take
 from vedette.types import Recording, Scan
 from vedette_files import CsvSource
+from vedette_standard import GroupedReturns
 from vedette_tools.drafting.chains import Chain, unbroken
 from vedette_tools.drafting.noise import Noise, Windows, estimated, loglik
 from vedette_tools.drafting.seen import Seen, follow, usual_speed
-from vedette_tools.drafting.several import FLAT
 from vedette_tools.drafting.table import Table
 
 MOST_SCANS = 1500
@@ -52,8 +52,14 @@ def opened(table: Table) -> Recording:
     sensors, source = experiment.tracker.sensors, experiment.source
     assert isinstance(source, CsvSource)
     if table.frame_table is not None:
-        return source.open_frame(table.frame_table.frame, sensors)
-    return source.open(sensors, np.random.default_rng(0))
+        recording = source.open_frame(table.frame_table.frame, sensors)
+    else:
+        recording = source.open(sensors, np.random.default_rng(0))
+    if table.link is None:
+        return recording
+    groups = {name: GroupedReturns({name: sensor}, table.link) for name, sensor in sensors.items()}
+    joined = [evolve(scan, detections=groups[scan.sensor].process({scan.sensor: scan})) for scan in recording.scans]
+    return evolve(recording, scans=tuple(joined))
 
 
 def _experiment(table: Table) -> Experiment:
@@ -64,22 +70,7 @@ def _experiment(table: Table) -> Experiment:
             "estimator": {"kind": "ekf", "motion": motion},
             "birth": {"kind": "from_returns", "spread": {"vx": 10.0, "vy": 10.0, "vz": 10.0}},
         }
-    return load(parts | {"sensors": {name: _sensor(table.of(name)) for name in table.sensors}, "source": table.source()})
-
-
-def _sensor(table: Table) -> dict[str, Any]:
-    """Return the config of a sensor whose errors are not known yet."""
-    polar: dict[str, Any] = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
-    polar |= dict(zip(FLAT, table.stands[table.sensors[0]], strict=True)) if table.sensors[0] in table.stands else {}
-    if table.third == "range_rate":
-        return {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
-    if table.third == "elevation":
-        return {"kind": "range_bearing_elevation", **polar, "sigma_elevation": 1e-3}
-    if table.polar:
-        return {"kind": "range_bearing", **polar}
-    if table.third:
-        return {"kind": "linear", "axes": ["x", "y", "z"], "R": np.eye(3).tolist()}
-    return {"kind": "cartesian_position", "sigma": 1.0}
+    return load(parts | {"sensors": {name: table.of(name).sensor() for name in table.sensors}, "source": table.source()})
 
 
 @frozen(eq=False)

@@ -29,7 +29,7 @@ class Table:
     first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
     stand that are not at x = y = 0; carried_by: the column of sensors, if each row tells where its own stands, or "";
     unknown: what to type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis,
-    in SI units; origin: if the middle of the positions is none.
+    in SI units; origin: if the middle of the positions is none; link: how near, in m, an object's returns are, if several.
     """
 
     path: str
@@ -62,6 +62,7 @@ class Table:
     carried_by: str = ""
     over_ground: bool = False
     origin: Origin | None = None
+    link: float | None = None
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""
@@ -126,6 +127,20 @@ class Table:
         left_out = (*self.left_out, *titles)
         assumed = (*self.assumed, *why)
         return evolve(self, platform=platform, assumed=assumed, guessed=guessed, left_out=left_out, over_ground=True)
+
+    def sensor(self) -> dict[str, Any]:
+        """Return the config of its first sensor, whose errors are not known yet."""
+        polar: dict[str, Any] = {"sigma_range": 1.0, "sigma_bearing": 1e-3}
+        polar |= dict(zip(FLAT, self.stands[self.sensors[0]], strict=True)) if self.sensors[0] in self.stands else {}
+        if self.third == "range_rate":
+            return {"kind": "range_bearing_rate", **polar, "sigma_rate": 1.0}
+        if self.third == "elevation":
+            return {"kind": "range_bearing_elevation", **polar, "sigma_elevation": 1e-3}
+        if self.polar:
+            return {"kind": "range_bearing", **polar}
+        if self.third:
+            return {"kind": "linear", "axes": ["x", "y", "z"], "R": [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]}
+        return {"kind": "cartesian_position", "sigma": 1.0}
 
     def source(self) -> dict[str, Any]:
         """Return the config of the source."""

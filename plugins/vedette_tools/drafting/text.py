@@ -49,6 +49,9 @@ def _lines(
     for name, of_sensor in facts.items():
         yield ""
         yield from _sensor(table.of(name), name, of_sensor, design)
+        if table.link is not None:
+            yield ""
+            yield from _groups(table.of(name), name, table.link)
     yield ""
     fitted = sum(of_sensor.chains for of_sensor in facts.values())
     yield from _estimator(table, facts, design, fitted, steady)
@@ -204,6 +207,14 @@ def _polar(table: Table, name: str, facts: Facts, design: Design, doubt: str) ->
     yield f"max_range = {rounded(1.1 * facts.reach)!r}"
     if name in table.stands:
         yield from (f"{axis} = {rounded(place, 6)!r}" for axis, place in zip("xy", table.stands[name], strict=True))
+
+
+def _groups(table: Table, name: str, link: float) -> Iterator[str]:
+    """Yield the lines of what makes one return of an object's several."""
+    yield f"[preprocessors.{toml_text.key(name)}]"
+    yield 'kind = "grouped_returns"'
+    yield f"link = {link!r}  # m: returns nearer to each other are of one object"
+    yield f"sensors = {toml_text.value({name: table.sensor()})}  # of one return, to tell where it is"
 
 
 def _in_space(table: Table, name: str, facts: Facts, design: Design, doubt: str) -> Iterator[str]:

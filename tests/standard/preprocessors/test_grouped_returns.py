@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vedette import Detections, Pose, Scan
-from vedette_standard import BearingOnly, CartesianPosition, Partial, RangeBearing, RangeBearingRate
+from vedette_standard import BearingOnly, CartesianPosition, RangeBearing, RangeBearingRate
 from vedette_standard.preprocessors.grouped_returns import GroupedReturns
 
 PLANE = CartesianPosition(0.5)
@@ -68,15 +68,9 @@ def test_what_returns_bring_goes_with_their_mean():
     assert np.allclose(joined.time, [-0.3, 0.0])
 
 
-def test_names_and_what_is_missing_keep_returns_apart():
-    z = np.zeros((4, 2))
-    named = Detections(z, np.ones(4, dtype=bool), identity=[7, 8, 7, -1])
+def test_names_keep_returns_apart():
+    named = Detections(np.zeros((4, 2)), np.ones(4, dtype=bool), identity=[7, 8, 7, -1])
     assert made(CARS, named).identity.tolist() == [7, 8, -1]
-    partial = GroupedReturns({"raw": Partial(of=PLANE, optional={"y": 100.0})}, link=3.0)
-    lacking = Detections(
-        z, np.ones(4, dtype=bool), missing=np.array([[False, True], [False, False], [False, True], [False, False]])
-    )
-    assert sorted(map(tuple, made(partial, lacking).missing.tolist())) == [(False, False), (False, True), (False, True)]
 
 
 def test_bearings_are_averaged_through_the_wrap_and_from_where_the_radar_is():
