@@ -44,8 +44,10 @@ FASTEST = 3000.0
 PROVEN, LOOKS = 8000, 6000
 """On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
 
-DOUBTED = 2000
-"""On so many returns it is looked whether their tracks share them. Chosen by hand."""
+HELD, DOUBTED = 2.0, 2000
+"""Returns in clumps are of one object where, joined, so many times as large a part of them is in chains, or where tracks share
+them, by so many of them. Chosen by hand.
+"""
 
 FEWEST = 4 * SHORT
 """Of fewer scans a part of the area is tried: tracks are not to be short for want of scans. Chosen by hand."""
@@ -137,20 +139,32 @@ def _read(path: TablePath, use: str, wishes: Wishes) -> tuple[Reading, str, list
 
 
 def _joined(best: Reading) -> Reading:
-    """Return the reading with an object's returns as one, if they come in clumps, and what is tracked by each is doubted."""
-    seen, *more = best.seen.values()
-    if more or seen.in_turn or best.table.identity or cut(best) or (link := clumped(seen.spots)) is None:
+    """Return the reading with an object's returns as one, if they come in clumps, and single ones are not to be tracked.
+
+    Then chains leave most of them, or what tracks take is doubted; targets that fly together are tracked as they are.
+    """
+    table = best.table
+    scanning = {name: seen for name, seen in best.seen.items() if not (seen.in_turn or name in table.reports)}
+    if table.identity or cut(best):
         return best
+    links = {name: rounded(link) for name, seen in scanning.items() if (link := clumped(seen.spots)) is not None}
+    if not links:
+        return best
+    after, said = opened(evolve(table, links=links)), []
+    for name, link in links.items():
+        each = _returns(best.recording, name) / max(_returns(after, name), 1)
+        said.append(f"objects give {name} several returns a scan, on average {each:.2g}: those within {link:g} m are of one")
+    joined = Reading.of(evolve(table, links=links, assumed=(*table.assumed, *said)), after)
+    if joined.followed / max(joined.returns, 1) > HELD * best.followed / max(best.returns, 1):
+        return joined
     found, scans = Found.of(best), best.recording.scans
     count = int(np.searchsorted(np.cumsum([len(scan.detections.z) for scan in scans]), DOUBTED))
-    if not doubt(found.text(found.first), scans[: count + 1]):
-        return best
-    link = rounded(link)
-    whole = evolve(best.table, link=link)
-    recording = opened(whole)
-    each = best.returns / max(sum(len(scan.detections.z) for scan in recording.scans[: len(seen.times)]), 1)
-    told = f"objects give several returns a scan, on average {each:.2g}: those within {link:g} m are of one"
-    return Reading.of(evolve(whole, assumed=(*whole.assumed, told)), recording)
+    return joined if doubt(found.text(found.first), scans[: count + 1]) else best
+
+
+def _returns(recording: Recording, sensor: str) -> int:
+    """Return how many returns a sensor gave."""
+    return sum(len(scan.detections.z) for scan in recording.scans if scan.sensor == sensor)
 
 
 def _reached(table: Table) -> tuple[Table, Recording, list[Region]]:

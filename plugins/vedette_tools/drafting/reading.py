@@ -55,11 +55,12 @@ def opened(table: Table) -> Recording:
         recording = source.open_frame(table.frame_table.frame, sensors)
     else:
         recording = source.open(sensors, np.random.default_rng(0))
-    if table.link is None:
-        return recording
-    groups = {name: GroupedReturns({name: sensor}, table.link) for name, sensor in sensors.items()}
-    joined = [evolve(scan, detections=groups[scan.sensor].process({scan.sensor: scan})) for scan in recording.scans]
-    return evolve(recording, scans=tuple(joined))
+    groups = {name: GroupedReturns({name: sensors[name]}, link) for name, link in table.links.items()}
+
+    def joined(scan: Scan) -> Scan:
+        return evolve(scan, detections=groups[scan.sensor].process({scan.sensor: scan})) if scan.sensor in groups else scan
+
+    return evolve(recording, scans=tuple(map(joined, recording.scans))) if groups else recording
 
 
 def _experiment(table: Table) -> Experiment:

@@ -29,7 +29,8 @@ class Table:
     first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
     stand that are not at x = y = 0; carried_by: the column of sensors, if each row tells where its own stands, or "";
     unknown: what to type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis,
-    in SI units; origin: if the middle of the positions is none; link: how near, in m, an object's returns are, if several.
+    in SI units; origin: if the middle of the positions is none; links: how near, in m, an object's returns are, by the
+    sensors to which it gives several.
     """
 
     path: str
@@ -62,7 +63,7 @@ class Table:
     carried_by: str = ""
     over_ground: bool = False
     origin: Origin | None = None
-    link: float | None = None
+    links: Mapping[str, float] = field(factory=dict)
 
     def of(self, sensor: str) -> Table:
         """Return how the rows of one sensor are read."""

@@ -49,9 +49,9 @@ def _lines(
     for name, of_sensor in facts.items():
         yield ""
         yield from _sensor(table.of(name), name, of_sensor, design)
-        if table.link is not None:
+        if name in table.links:
             yield ""
-            yield from _groups(table.of(name), name, table.link)
+            yield from _groups(table.of(name), name, table.links[name])
     yield ""
     fitted = sum(of_sensor.chains for of_sensor in facts.values())
     yield from _estimator(table, facts, design, fitted, steady)

@@ -65,7 +65,7 @@ def test_objects_of_several_returns_are_drafted_with_one_of_each_and_tracked(eac
     config = tomllib.loads(text)
     assert config["preprocessors"]["sensor"]["kind"] == "grouped_returns"
     assert 1.5 < config["preprocessors"]["sensor"]["link"] < 15.0
-    assert "objects give several returns a scan" in text
+    assert "objects give sensor several returns a scan" in text
     assert "nothing fits" not in text
     tracks = vedette.load(config | {"source": config["source"] | {"path": str(path)}}).run().tracks
     assert sum(np.sum(track.confirmed) > 100 for track in tracks) == 6
@@ -80,3 +80,16 @@ def test_pairs_that_fly_together_are_left_two(tmp_path):
         spots.append(rng.permutation(z + rng.normal(0.0, 0.5, z.shape)))
     assert clumped(spots) is not None
     assert "preprocessors" not in tomllib.loads(draft_config(written(tmp_path / "pairs.csv", spots)))
+
+
+@pytest.mark.costly
+def test_each_of_two_sensors_is_asked_by_itself(tmp_path):
+    """A lidar gives several returns of a car, the radar beside it one."""
+    rows, rng = ["time,sensor,x,y"], np.random.default_rng(5)
+    for k, lidar in enumerate(drawn(6.0, scans=80, clutter=1.0, apart=90.0)):
+        place = 90.0 * np.stack(np.divmod(np.arange(6), 2), axis=-1) - 90.0 + [0.5 * k, 200.0]
+        radar = rng.normal(place, 1.5)[rng.random(6) < 0.9]
+        for name, time, spots in (("lidar", 0.2 * k, lidar), ("radar", 0.2 * k + 0.1, radar)):
+            rows += [f"{time:.1f},{name},{x:.2f},{y:.2f}" for x, y in spots.tolist()]
+    (tmp_path / "both.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+    assert list(tomllib.loads(draft_config(tmp_path / "both.csv"))["preprocessors"]) == ["lidar"]
