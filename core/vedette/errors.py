@@ -6,18 +6,21 @@ from collections.abc import Iterable
 
 from attrs import frozen
 
+LATE = "late"
+"""The kind of what is of a time before one that was used."""
+
 
 @frozen
 class Problem:
     """Something in a config or an input that was not used: its place, and what is wrong with it.
 
-    rows: of how many rows of a file; late: it is of a time before one that was used.
+    rows: of how many rows of a file; kind: a word for what asks for an answer of its own, as LATE.
     """
 
     place: str
     text: str
     rows: int = 1
-    late: bool = False
+    kind: str = ""
 
     def __str__(self) -> str:
         return f"{self.place}: {self.text}" if self.place else self.text

@@ -11,7 +11,6 @@ from vedette_files.codes import code as code
 from vedette_files.codes import label as label
 from vedette_files.codes import labels as labels
 from vedette_files.codes import long_names as long_names
-from vedette_files.geodesy import BEYOND_PLANE as BEYOND_PLANE
 from vedette_files.geodesy import Origin as Origin
 from vedette_files.geodesy import curvature_radii as curvature_radii
 from vedette_files.georeference import PLAIN as PLAIN

@@ -34,14 +34,16 @@ FAR, FARTHEST = 200e3, 1500e3
 """m from the origin on the ground: beyond the first the plane differs from it by more than 0.02 %, which is told; what lies
 beyond the second is refused, long before the far side of the earth folds over.
 """
-BEYOND_PLANE = "and a plane around it reaches"
-"""Part of what is told of a place beyond FARTHEST."""
 NORTHWARD = 1e-4
 """deg, so little that a meridian is straight, and no digit is lost."""
 EQUATOR, FLATTENING = 6378137.0, 1 / 298.257223563
 """Radius in m, and flattening, of the ellipsoid WGS 84."""
 RADIUS = 6371e3
 """Mean radius of the earth in m."""
+
+
+class BeyondPlane(ValueError):
+    """A place that is too far from the origin."""
 
 
 @final
@@ -76,11 +78,11 @@ class Origin:
         return within
 
     def check_reach(self, latitude: Array | float, longitude: Array | float) -> None:
-        """Raise ValueError for a place beyond FARTHEST."""
+        """Raise BeyondPlane for a place beyond FARTHEST."""
         if (farthest := float(np.fmax.reduce(np.ravel(self.on_ground(latitude, longitude)), initial=0.0))) > FARTHEST:
             told = f"{farthest / 1e3:,.0f} km from the origin {self}"
-            reach = f"{BEYOND_PLANE} {FARTHEST / 1e3:,.0f} km"
-            raise ValueError(f"lies {told}, {reach}: track what is there in a run of its own, with another `origin`")
+            reach = f"and a plane around it reaches {FARTHEST / 1e3:,.0f} km"
+            raise BeyondPlane(f"lies {told}, {reach}: track what is there in a run of its own, with another `origin`")
 
     def to_plane(self, latitude: Array, longitude: Array, altitude: Array | float = 0.0) -> tuple[Array, Array, Array]:
         """Return east, north and up (*b) in m of latitudes and longitudes (*b) in deg, altitudes in m."""
@@ -149,7 +151,7 @@ def axes_read(wanted: Space, columns: Mapping[str, str]) -> tuple[Space, list[st
 
 
 def check_place(read: Space, values: Sequence[float], origin: Origin | None) -> None:
-    """Raise ValueError for a row of a file whose place is too far from the origin for a plane."""
+    """Raise BeyondPlane for a row of a file whose place is too far from the origin for a plane."""
     if origin is not None and is_geodetic(read):
         origin.check_reach(*(values[read.names.index(name)] for name in ("latitude", "longitude")))
 

@@ -11,7 +11,7 @@ from typing import Generic, TypeVar
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import ConfigError, InputError, Problem
+from vedette.errors import LATE, ConfigError, InputError, Problem
 from vedette.space import Array, Axis, Space
 from vedette.types import Detections
 from vedette.units import in_unit
@@ -19,7 +19,8 @@ from vedette_files.input_files import inside, shown, user_path
 
 V = TypeVar("V")
 
-NOT_OF_SCAN = "is not that of scan"
+NOT_OF_SCAN, BEYOND_PLANE = "not of its scan", "beyond the plane"
+"""Kinds of problems: a time that is not that of the scan's other rows; a place that the plane does not reach."""
 OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
@@ -96,13 +97,13 @@ def in_time_order(samples: Sequence[Sample[V]], refused: list[Problem], *, sort:
         around = [f"after {kept[-1].time!r} s"] if kept else []
         around += [] if after is None else [f"before {after!r} s"]
         text = f"time {sample.time!r} s is out of order: it stands {' and '.join(around)}"
-        refused.append(Problem(sample.place, text, sample.rows, late=True))
+        refused.append(Problem(sample.place, text, sample.rows, kind=LATE))
     return kept
 
 
 def offer_sorting(refused: Sequence[Problem], total: int) -> list[Problem]:
     """Return what was refused of `total` rows. Of three or more out of order the first leads, and offers to sort them."""
-    late = [problem for problem in refused if problem.late]
+    late = [problem for problem in refused if problem.kind == LATE]
     if len(late) < 3:
         return list(refused)
     count = sum(problem.rows for problem in late)

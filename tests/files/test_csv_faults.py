@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from support.csv_recordings import PLANE, XY, opened, shown, told
-from vedette.errors import ConfigError, InputError
+from vedette.errors import LATE, ConfigError, InputError
 from vedette_files import CsvSource
 from vedette_files.readers import Sample, in_time_order
 from vedette_files.tables.platform import PlatformColumns
@@ -28,7 +28,7 @@ def test_a_time_far_ahead_costs_one_row_not_the_rest(tmp_path):
         "d.csv:3: time 9000000000.0 s is out of order: it stands after 1.0 s and before 2.0 s",
         "d.csv:5: time 1.5 s is out of order: it stands after 2.0 s and before 2.0 s",
     ]
-    assert all(problem.late for problem in recording.refused)
+    assert all(problem.kind == LATE for problem in recording.refused)
 
 
 @pytest.mark.parametrize(("marks", "said"), [((), 0), ((5,), 0), ((5, 8), 1), (tuple(range(1, 20, 2)), 1)])

@@ -12,7 +12,7 @@ from typing import Any, final
 import numpy as np
 from attrs import define, evolve, field, fields
 
-from vedette.errors import InputError, Problem
+from vedette.errors import LATE, InputError, Problem
 from vedette.roles import Sensor
 from vedette.space import Array
 from vedette.tracking import state_data
@@ -38,7 +38,7 @@ class Refused:
         """Add to what was left out."""
         for problem in problems:
             self.count += 1
-            self.late += problem.late
+            self.late += problem.kind == LATE
             if len(self.first) < self.most:
                 self.first.append(problem)
 

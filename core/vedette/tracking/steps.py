@@ -13,7 +13,7 @@ from typing import Any, Protocol, final
 import numpy as np
 from attrs import evolve
 
-from vedette.errors import Problem, ScanRefused
+from vedette.errors import LATE, Problem, ScanRefused
 from vedette.progress import Progress
 from vedette.supporting import Preprocessor
 from vedette.tracking.faults import check_made, read
@@ -161,4 +161,4 @@ class Steps:
         except ScanRefused as error:
             if scan.sensor in self._makers:
                 check_made(self._makers[scan.sensor], "process", scan.detections, {"preprocessors": self._makers})
-            return None, kept, [Problem("left out whole", str(error), late=scan.time < state.time)]
+            return None, kept, [Problem("left out whole", str(error), kind=LATE if scan.time < state.time else "")]

@@ -49,8 +49,9 @@ def by_scan(rows: list[Sample[Cells]], refused: list[Problem], sort: bool) -> li
     looks = []
     for scan, members in scans.items():
         time = Counter(row.time for row in members).most_common(1)[0][0]
+        where = f"scan {shown(scan)} elsewhere"
         refused += [
-            Problem(row.place, f"time {row.time!r} s {NOT_OF_SCAN} {shown(scan)} elsewhere, {time!r} s")
+            Problem(row.place, f"time {row.time!r} s is not that of {where}, {time!r} s", kind=NOT_OF_SCAN)
             for row in members
             if row.time != time
         ]

@@ -15,9 +15,9 @@ from vedette.errors import ConfigError, Problem
 from vedette.roles import Sensor
 from vedette.space import Space, SpaceError
 from vedette_files.codes import code_of_cell
-from vedette_files.geodesy import MADE, axes_read, check_place, complaint, into_plane, made
+from vedette_files.geodesy import MADE, BeyondPlane, axes_read, check_place, complaint, into_plane, made
 from vedette_files.oddities import set_back
-from vedette_files.readers import Sample
+from vedette_files.readers import BEYOND_PLANE, Sample
 from vedette_files.tables.columnar import TablePath
 from vedette_files.tables.layout import Column, Layout, with_altitude
 from vedette_files.tables.looks import Cells, Look, by_row, by_scan, by_time, by_turn
@@ -197,7 +197,8 @@ class DetectionColumns:
                 own = row.cells.get("scan", ""), values, code_of_cell(row.cells.get("identity", "")), covariance
                 sample = Sample(row.place, by_axis["time"].of(row), own)
             except ValueError as error:
-                refused.append(Problem(row.place, str(error)))
+                kind = BEYOND_PLANE if isinstance(error, BeyondPlane) else ""
+                refused.append(Problem(row.place, str(error), kind=kind))
             else:
                 told[sensor].append(sample)
         if layout.sort:

@@ -11,7 +11,6 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.progress import Progress, silent
 from vedette.types import Recording, Scan
-from vedette_files import BEYOND_PLANE
 from vedette_files.tables.columnar import TablePath
 from vedette_tools.drafting.choosing import gapless, likeliest, stood, taken_out, useless
 from vedette_tools.drafting.clumps import clumped
@@ -169,15 +168,16 @@ def _returns(recording: Recording, sensor: str) -> int:
 
 def _reached(table: Table) -> tuple[Table, Recording, list[Region]]:
     """Open a table around an origin whose plane reaches most of its rows, and return the other regions, too."""
-    recording: Recording | None = None
     try:
         table, recording = readable(table)
-    except InputError as error:
-        if BEYOND_PLANE not in str(error):
+    except InputError:  # the plane may reach none
+        if not (found := regions(table) if "latitude" in table.measured else []):
             raise
-    if recording is not None and beyond(recording) <= FEW * recording.rows["detections"].total:
-        return table, recording, []
-    first, *others = regions(table)
+    else:
+        if beyond(recording) <= FEW * recording.rows["detections"].total:
+            return table, recording, []
+        found = regions(table)
+    first, *others = found
     return *readable(evolve(table, origin=first[0])), others
 
 

@@ -10,7 +10,8 @@ import numpy as np
 
 from vedette.space import Array, Indices
 from vedette.types import Recording
-from vedette_files import BEYOND_PLANE, Origin
+from vedette_files import Origin
+from vedette_files.readers import BEYOND_PLANE
 from vedette_files.tables.numbers import degrees
 from vedette_files.tables.rows import rows
 from vedette_tools.drafting.table import Table
@@ -28,7 +29,7 @@ Region = tuple[Origin, int]
 
 def beyond(recording: Recording) -> int:
     """Return how many rows were refused as they lie beyond the plane."""
-    return sum(problem.rows for problem in recording.refused if BEYOND_PLANE in problem.text)
+    return sum(problem.rows for problem in recording.refused if problem.kind == BEYOND_PLANE)
 
 
 def regions(table: Table) -> list[Region]:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from attrs import evolve
 
-from vedette.errors import Problem, VedetteError
+from vedette.errors import LATE, Problem, VedetteError
 from vedette.types import Recording
 from vedette_files.readers import NOT_OF_SCAN
 from vedette_files.tables.rows import rows
@@ -34,12 +34,12 @@ def readable(table: Table) -> tuple[Table, Recording]:
     """Open a table, as it must be read so that no rows are refused that can be taken; it says what was changed."""
     recording = opened(table)
     read = recording.rows["detections"]
-    again = any(NOT_OF_SCAN in problem.text for problem in recording.refused)
+    again = any(problem.kind == NOT_OF_SCAN for problem in recording.refused)
     if table.scan and (again or read.refused > UNREAD * read.total):
         told = f"{table.scan} numbers no scans, for it begins again: rows of one time are one"
         table = evolve(table, scan="", assumed=(*table.assumed, told))
         recording = opened(table)
-    late = next((str(problem).partition(";")[0] for problem in recording.refused if problem.late), "")
+    late = next((str(problem).partition(";")[0] for problem in recording.refused if problem.kind == LATE), "")
     name = _sorted_by(table) if late and table.use == AID and not table.identity else ""
     if name:
         told = f"rows are sorted by {name} before their times, so it names objects"
