@@ -5,19 +5,22 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import chain
-from operator import itemgetter
+from itertools import pairwise
 from typing import Any, final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vedette.space import Array, Space
 from vedette_files.codes import labels
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.jsonl.recording import line, units
 from vedette_files.jsonl.scans import identity_value
+from vedette_files.texts import texts
 from vedette_files.tracks.rows import WITHIN, TrackRows, triangles
 from vedette_files.tracks.table import columns_of
+
+Texts = NDArray[np.object_]
 
 FORMAT = "vedette tracks"
 VERSION = 1
@@ -52,63 +55,39 @@ class Chunk:
         self._all, self._end = rows, end
         self._rows = rows if (begin, end) == (0, len(rows.track)) else rows.take(np.arange(begin, end))
         self._first = np.diff(rows.track[max(begin - 1, 0) : end], prepend=-1)[min(begin, 1) :] != 0
-        self._finite = True
 
     def csv(self, terms: Terms = PLAIN) -> str:
         """Return the lines of a CSV file."""
-        rows, before, after = self._rows, *self._numbers
+        rows, (before, after) = self._rows, self._numbers
         in_terms = terms.table(rows.time, rows.space, rows.mean).values()
         more = [list(map(_cell, np.asarray(cells).tolist())) for cells in in_terms]
         if terms.named:
             more.insert(0, list(map(_quoted, labels(rows.identity, len(rows.track)))))
         sure = ["1" if confirmed else "0" for confirmed in rows.confirmed.tolist()]
-        numbers = [[",".join(line) for line in lines] for lines in (before, after)]
         if not self._finite:
-            numbers = [[line.replace("null", "") for line in lines] for lines in numbers]
-        cells = zip(map(str, rows.track.tolist()), numbers[0], sure, numbers[1], *more, strict=True)
+            before, after = (np.where(cells == "null", "", cells) for cells in (before, after))
+        cells = zip(map(str, rows.track.tolist()), *before.T.tolist(), sure, *after.T.tolist(), *more, strict=True)
         return "\n".join([*map(",".join, cells), ""])
 
     def jsonl(self) -> str:
         """Return JSON lines: one a row, and one more for each track that merged into another."""
-        rows, n = self._rows, len(self._rows.space)
-        place, back = itemgetter(*self._places(n)), dict[int, list[tuple[int, str]]]()
-        for row, key, value in zip(rows.below.row.tolist(), rows.below.key.tolist(), rows.below.value.tolist(), strict=True):
-            back.setdefault(row, []).append((1 + n + key, repr(value) if np.isfinite(value) else "null"))
-        matrix = ", ".join(["[" + ", ".join(["%s"] * n) + "]"] * n)
-        head = '{"track": %s, "time": %s, "mean": [' + ", ".join(["%s"] * n) + f'], "cov": [{matrix}], "confirmed": '
-        modes = rows.modes.shape[1]
-        last = np.diff(rows.track, append=-1 if self._end == len(self._all.track) else self._all.track[self._end]) != 0
-        codes = None if rows.identity is None else rows.identity.tolist()
-        lines = list[str]()
-        for i, (number, before, sure, after, weights, first, ends) in enumerate(
-            zip(
-                rows.track.tolist(), self._numbers[0], rows.confirmed.tolist(), self._numbers[1], self._weights(),
-                self._first.tolist(), last.tolist(), strict=True,
-            )
-        ):  # fmt: skip
-            texts = place(before)
-            if i in back:
-                texts = list(texts)
-                for spot, text in back[i]:
-                    texts[spot] = text
-            parts = [head % (number, *texts), "true" if sure else "false"]
-            parts.append(', "existence": {}, "hit": {}, "nis": {}, "weights": '.format(*after[:3]) + weights[0])
-            if modes:
-                parts.append(f', "mode_prob": [{", ".join(after[3 : 3 + modes])}]')
-            parts.append(weights[1])
-            for name, text in zip(rows.extra, after[3 + modes :], strict=True):
-                parts.append(f', "{name}": {text}')
-            if codes is not None:
-                parts.append(f', "identity": {json.dumps(identity_value(codes[i]))}')
-            if first and number in rows.parents:
-                parts.append(f', "parents": {list(rows.parents[number])}')
-            lines.append("".join([*parts, "}\n"]))
-            if ends and number in rows.merged:
-                lines.append(_merged(number, *rows.merged[number]))
-        if self._end == len(self._all.track):
-            without = sorted(rows.merged.keys() - set(self._all.track.tolist()))
-            lines += [_merged(number, *rows.merged[number]) for number in without]
-        return "".join(lines)
+        rows, n, modes, (before, after) = self._rows, len(self._rows.space), self._rows.modes.shape[1], self._numbers
+        cells = before[:, self._places(n)]
+        cells[rows.below.row, 1 + n + rows.below.key] = _texts(rows.below.value)
+        sure = ["true" if confirmed else "false" for confirmed in rows.confirmed.tolist()]
+        weights, returns = self._weights()
+        vector = "[" + ", ".join(["%s"] * n) + "]"
+        form = f'{{"track": %s, "time": %s, "mean": {vector}, "cov": [{", ".join([vector] * n)}], "confirmed": %s'
+        form += ', "existence": %s, "hit": %s, "nis": %s, "weights": [%s]'
+        form += f', "mode_prob": [{", ".join(["%s"] * modes)}]%s' if modes else "%s"
+        form += "".join(f', "{name}": %s' for name in rows.extra)
+        later = after.T.tolist()
+        columns = [rows.track.tolist(), *cells.T.tolist(), sure, *later[:3], weights, *later[3 : 3 + modes], returns]
+        columns += later[3 + modes :]
+        if rows.identity is not None:
+            form += ', "identity": %s'
+            columns.append([json.dumps(identity_value(code)) for code in rows.identity.tolist()])
+        return "".join([*map((form + "%s").__mod__, zip(*columns, self._ends(), strict=True)), *self._without()])
 
     @staticmethod
     def _places(n: int) -> list[int]:
@@ -118,38 +97,56 @@ class Chunk:
         return [*range(1 + n), *np.maximum(where, where.T).ravel().tolist()]
 
     @cached_property
-    def _numbers(self) -> tuple[list[list[str]], list[list[str]]]:
+    def _numbers(self) -> tuple[Texts, Texts]:
         """The numbers of each row as text, before and after `confirmed`; `null` where one is not finite."""
         rows, n = self._rows, len(self._rows.space)
         extra = [getattr(rows, name) for name in rows.extra]
         diagonal = np.flatnonzero(triangles(n)[0] % (n + 1) == 0)
         deviations = np.sqrt(np.maximum(rows.cov[:, diagonal], 0.0))
         before = np.column_stack([rows.time, rows.mean, deviations, rows.cov])
-        return self._texts(before), self._texts(np.column_stack([rows.existence, rows.hit, rows.nis, rows.modes, *extra]))
+        after = np.column_stack([rows.existence, rows.hit, rows.nis, rows.modes, *extra])
+        self._finite = bool(np.isfinite(before).all() and np.isfinite(after).all())
+        return _texts(before), _texts(after)
 
-    def _texts(self, numbers: Array) -> list[list[str]]:
-        texts, width = list(map(repr, numbers.ravel().tolist())), numbers.shape[1]
-        unknown = np.flatnonzero(~np.isfinite(numbers.ravel())).tolist()
-        self._finite &= not unknown
-        for i in unknown:
-            texts[i] = "null"
-        return [texts[i : i + width] for i in range(0, len(texts), width)]
+    def _weights(self) -> tuple[list[str], list[str]]:
+        """Return of each row its weights, and which returns they are of, as JSON; none where all of a scan have one."""
+        rows, ragged = self._rows, self._rows.weights
+        edges, within = np.asarray(ragged.edges(len(rows.track))), rows.columns == WITHIN
+        begin = np.concatenate([[0], np.cumsum(1 + np.where(within, np.diff(edges), rows.columns))])
+        told = np.full(begin[-1], "0.0", dtype=object)
+        told[begin[:-1]] = _texts(rows.miss)
+        own = np.where(within[ragged.row], np.arange(len(ragged.row)) - edges[ragged.row], ragged.key)
+        told[begin[ragged.row] + 1 + own] = _texts(ragged.value)
+        whole, keys = told.tolist(), ragged.key.tolist()
+        weights = [", ".join(whole[i:j]) for i, j in pairwise(begin.tolist())]
+        spans = zip(within.tolist(), pairwise(edges.tolist()), strict=True)
+        return weights, [f', "returns": {keys[i:j]}' if some else "" for some, (i, j) in spans]
 
-    def _weights(self) -> Iterator[tuple[str, str]]:
-        """Yield of each row its weights, and which returns they are of, as JSON."""
-        rows = self._rows
-        texts = list(chain.from_iterable(self._texts(rows.weights.value[:, None])))
-        misses = chain.from_iterable(self._texts(rows.miss[:, None]))
-        keys, edges = rows.weights.key.tolist(), rows.weights.edges(len(rows.track))
-        for i, (miss, count) in enumerate(zip(misses, rows.columns.tolist(), strict=True)):
-            weights, returns = texts[edges[i] : edges[i + 1]], keys[edges[i] : edges[i + 1]]
-            if count == WITHIN:
-                yield f"[{', '.join([miss, *weights])}]", f', "returns": {returns}'
-                continue
-            row = ["0.0"] * count
-            for key, text in zip(returns, weights, strict=True):
-                row[key] = text
-            yield f"[{', '.join([miss, *row])}]", ""
+    def _ends(self) -> list[str]:
+        """Return how the line of each row ends: with the parents of a track that begins, and a line of one that merged."""
+        rows, numbers = self._rows, self._rows.track.tolist()
+        ends = ["}\n"] * len(numbers)
+        if rows.parents:
+            for i in np.flatnonzero(self._first).tolist():
+                if numbers[i] in rows.parents:
+                    ends[i] = f', "parents": {list(rows.parents[numbers[i]])}}}\n'
+        if rows.merged:
+            after = -1 if self._end == len(self._all.track) else self._all.track[self._end]
+            for i in np.flatnonzero(np.diff(rows.track, append=after)).tolist():
+                if numbers[i] in rows.merged:
+                    ends[i] += _merged(numbers[i], *rows.merged[numbers[i]])
+        return ends
+
+    def _without(self) -> list[str]:
+        """Return, after the last row, the lines of tracks without rows that merged."""
+        if self._end < len(self._all.track):
+            return []
+        without = sorted(self._all.merged.keys() - set(self._all.track.tolist()))
+        return [_merged(number, *self._all.merged[number]) for number in without]
+
+
+def _texts(numbers: Array) -> Texts:
+    return np.array(texts(numbers), dtype=object).reshape(numbers.shape)
 
 
 def _merged(number: int, time: float, other: int) -> str:

@@ -7,6 +7,7 @@ import sys
 from argparse import Namespace
 from collections.abc import Sequence
 from pathlib import Path
+from time import process_time
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -39,8 +40,9 @@ LONG, MANY = 10_000, 1_000_000
 
 def run(arguments: Namespace) -> int:
     """Run, write and report; return 130 if Ctrl-C ended it early, with what was done written all the same."""
+    begun = process_time()
     if arguments.resume:
-        return _go_on(arguments)
+        return _go_on(arguments, begun)
     if arguments.config is None:
         raise ConfigError.at("CONFIG", "is missing: name the config of the run, or --resume with its folder")
     experiment = load(arguments.config, overrides=options.overrides(arguments))
@@ -54,7 +56,7 @@ def run(arguments: Namespace) -> int:
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
         if arguments.stream or (not keep and _is_long(steps.recording.scans)):
-            return _stream(experiment, steps, folder, reads, arguments, lag=lag)
+            return _stream(experiment, steps, folder, reads, arguments, begun, lag=lag)
         with results_in(folder, reads, (*NAMES, *pictures.names())) as results:
             write_config(results.place, experiment)
             with Finishing() as finishing:
@@ -83,7 +85,7 @@ def run(arguments: Namespace) -> int:
     written += [*([_page(folder)] if arguments.report else []), *further]
     for problem in problems:
         print(f"vedette: {problem}", file=sys.stderr)
-    _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}")
+    _tell(arguments, result, told, numbers, f"{folder}: {', '.join(written)}", begun)
     return INTERRUPTED if result.interrupted or stopped else DONE
 
 
@@ -106,7 +108,7 @@ def _is_long(scans: Sequence[Scan]) -> bool:
     return sum(len(scan.detections.z) for scan in scans) > MANY
 
 
-def _go_on(arguments: Namespace) -> int:
+def _go_on(arguments: Namespace, begun: float) -> int:
     """Go on from a streamed run that did not come to its end."""
     from vedette_report.running.resuming import Former
 
@@ -130,7 +132,7 @@ def _go_on(arguments: Namespace) -> int:
     reads = Inputs.of(config, to_config(experiment))
     with on_terminal() as progress:
         steps = experiment.steps(strict=arguments.strict, progress=progress, named=np.inf)
-        return _stream(experiment, steps, folder, reads, arguments, former, former.lag)
+        return _stream(experiment, steps, folder, reads, arguments, begun, former, former.lag)
 
 
 def _stream(
@@ -139,6 +141,7 @@ def _stream(
     folder: Path,
     reads: Inputs,
     arguments: Namespace,
+    begun: float,
     former: Former | None = None,
     lag: float | None = None,
 ) -> int:
@@ -155,7 +158,7 @@ def _stream(
         print(f"vedette: {problem}", file=sys.stderr)
     written = [*done.files, *([_page(folder)] if arguments.report else [])]
     text = done.text if arguments.all else done.brief
-    _tell(arguments, done.result, text, done.figures, f"{folder}: {', '.join(written)}")
+    _tell(arguments, done.result, text, done.figures, f"{folder}: {', '.join(written)}", begun)
     return INTERRUPTED if done.result.interrupted else DONE
 
 
@@ -167,12 +170,14 @@ def _page(folder: Path) -> str:
     return "report.html"
 
 
-def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str) -> None:
-    """Print the result of a run."""
+def _tell(arguments: Namespace, result: Result, text: str, numbers: dict[str, Any], written: str, begun: float) -> None:
+    """Print the result of a run, and what a scan took; `begun`: the s of CPU before it."""
     took = timings(result)
     print(text if arguments.all else f"{text}\nsummary.txt has more, and --all prints it")
     if took["seconds_per_scan"] is not None:
-        print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan")
+        rest = 1e3 * (process_time() - begun - result.seconds) / result.intake.scans
+        beside = "" if arguments.resume else f" to track, {rest:.3g} to read, judge, write and draw"
+        print(f"{1e3 * took['seconds_per_scan']:.3g} ms a scan{beside}")
     print(written)
     if arguments.json:
         print(json.dumps(numbers | took))

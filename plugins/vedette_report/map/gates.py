@@ -65,8 +65,10 @@ def _on_the_map(S: Array, H: Array) -> Array:
         information = np.swapaxes(H, -1, -2) @ np.linalg.solve(S, H)
     except np.linalg.LinAlgError:
         return np.full((len(S), 2, 2), np.nan)
-    (a, b), (_, d) = information[:, 0].T, information[:, 1].T
+    a, b, d = information[:, 0, 0], information[:, 0, 1], information[:, 1, 1]
     det = a * d - b * b
-    inverse: Array = np.stack([np.stack([d, -b], axis=-1), np.stack([-b, a], axis=-1)], axis=-2) / det[:, None, None]
+    inverse = np.empty_like(information)
+    inverse[:, 0, 0], inverse[:, 1, 1] = d / det, a / det
+    inverse[:, 0, 1] = inverse[:, 1, 0] = -b / det
     inverse[~(det > 1e-9 * a * d)] = np.nan
     return inverse

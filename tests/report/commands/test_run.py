@@ -37,6 +37,8 @@ def test_a_run_leaves_its_files_and_tells_their_names(config, tmp_path, capsys):
     assert sorted(files(tmp_path / "results")) == sorted(FILES + PICTURES)
     assert told.err == ""
     assert all(name in told.out.splitlines()[-1] for name in FILES + PICTURES)
+    tracked, beside = re.search(r"^(\S+) ms a scan to track, (\S+) to read", told.out, re.MULTILINE).groups()
+    assert float(beside) > float(tracked) > 0  # this run's files and pictures take longer than its tracks
     assert (tmp_path / "results" / "summary.txt").read_text() in told.out
 
 
