@@ -189,6 +189,7 @@ class Review:
     awaited       greatest such probability of another sensor that is to look again, as it looked last; None: not asked
     spread        largest standard deviation of its position, in m; None unless the lifecycle needs it
     place         expected x and y (*b, t, 2), in m; None unless the lifecycle needs it
+    own           of leaves of hypotheses: existence under their own history, and `existence` is over all; else None
     """
 
     dt: float
@@ -198,6 +199,7 @@ class Review:
     spread: Array | None = None
     place: Array | None = None
     awaited: Array | None = None
+    own: Array | None = None
 
 
 @frozen(eq=False)

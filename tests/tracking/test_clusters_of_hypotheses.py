@@ -75,6 +75,24 @@ def test_twelve_scenes_100_km_apart_are_tracked_as_each_is_alone(kind):
         np.testing.assert_array_equal(whole.confirmed[own], alone.confirmed)
 
 
+@pytest.mark.parametrize("life", ["existence", "score"])
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.by_turns
+def test_targets_far_apart_are_confirmed_and_stay_so(kind, life):
+    """Of five targets in 30 false returns a scan, on three seeds: the share of all scans from the ninth on."""
+    built, found = tracker(kind, lifecycle={"kind": life}), []
+    for seed in range(3):
+        returns, end = scene(seed, 5, 28)
+        speed = np.random.default_rng(seed)
+        speed.uniform(0, 2000.0, (5, 2))
+        speed, state = speed.normal(0, 5.0, (5, 2)), built.start()
+        for time, z in enumerate(returns):
+            state = built.step(state, Scan(float(time), "radar", Detections.of(z, 2)))
+            if time >= 8:
+                found.append(covered(built, state, end + speed * (time - 27)))
+    assert np.mean(found) > 0.9
+
+
 @pytest.mark.parametrize("kind", ["gnn", "nearest", "k_best", "jpda"])
 @pytest.mark.by_turns
 def test_targets_that_may_appear_anywhere_are_found(kind):

@@ -219,13 +219,11 @@ def _reviewed(
     """
     count = int(np.count_nonzero(parent >= 0))
     old, new = slice(count), len(rows.ids) - count
-    belief, memory = pytrees.take(rows.belief, old, 0), pytrees.take(rows.memory, old, 0)
-    seen, before = (hit[old], p_detect[parent[old]]), memory
+    belief, before, seen = *pytrees.take((rows.belief, rows.memory), old, 0), (hit[old], p_detect[parent[old]], shown[old])
     memory, confirmed, alive = judged(it, belief, before, of_target[old], *seen)
     if np.any(shown[old] < it.plan.lifecycle.least_existence):
         alive = alive & judged(it, belief, before, np.minimum(shown, of_target)[old], *seen)[2]
-    if new == 0:
-        return evolve(rows, memory=memory, confirmed=confirmed), alive
-    memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)
-    confirmed, alive = np.append(confirmed, np.zeros(new, dtype=bool)), np.append(alive, np.ones(new, dtype=bool))
+    if new > 0:
+        memory = pytrees.join(memory, pytrees.take(rows.memory, slice(count, None), 0), 0)
+        confirmed, alive = np.append(confirmed, np.zeros(new, dtype=bool)), np.append(alive, np.ones(new, dtype=bool))
     return evolve(rows, memory=memory, confirmed=confirmed), alive

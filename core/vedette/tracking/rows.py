@@ -41,9 +41,12 @@ class TrackRows:
 new_track_rows = maker(TrackRows)
 
 
-def judged(it: Expected, belief: Any, memory: Any, existence: Array, hit: Array, p_detect: Array) -> tuple[Any, Mask, Mask]:
+def judged(
+    it: Expected, belief: Any, memory: Any, existence: Array, hit: Array, p_detect: Array, own: Array | None = None
+) -> tuple[Any, Mask, Mask]:
     """Return the lifecycle's memory of tracks or leaves after a scan, which are confirmed and which go on.
 
+    own: of leaves, the existence under their own history.
     Those whose existence is no number go on, whatever the lifecycle says: the end of a run tells of them.
     """
     plan, lifecycle = it.plan, it.plan.lifecycle
@@ -51,8 +54,8 @@ def judged(it: Expected, belief: Any, memory: Any, existence: Array, hit: Array,
     estimate: Any = plan.estimator.moments(belief) if lifecycle.needs_spread or lifecycle.needs_place or awaits else None
     spread = _largest_deviation(estimate, plan.state) if lifecycle.needs_spread else None
     place = estimate.mean[..., plan.state.locate(PLANE)] if lifecycle.needs_place else None
-    awaited = _awaited(it, estimate.mean) if awaits else None
-    memory, confirmed, alive = lifecycle.review(memory, new_review(it.dt, existence, hit, p_detect, spread, place, awaited))
+    due = _awaited(it, estimate.mean) if awaits else None
+    memory, confirmed, alive = lifecycle.review(memory, new_review(it.dt, existence, hit, p_detect, spread, place, due, own))
     return memory, confirmed, alive if np.count_nonzero(alive) == alive.size else alive | np.isnan(existence)
 
 

@@ -126,21 +126,25 @@ inline PyObject* by_existence(PyObject*, PyObject* const* args, Py_ssize_t count
     return it.done();
 }
 
-// The best score, confirmed, alive.
+// The own score, how far it is below its best, confirmed, alive.
 inline PyObject* by_score(PyObject*, PyObject* const* args, Py_ssize_t count) {
-    Tracks it(args, count, 8);
-    const double *first = it.numbers(), *before = it.numbers();
+    Tracks it(args, count, 11);
+    const double *first = it.numbers(), *before = it.numbers(), *below = it.numbers();
     const bool* sure = it.flags();
-    const double* exists = it.numbers();
+    const double *exists = it.numbers(), *own = it.numbers(), *p_detect = it.numbers();
     const double most = it.number(), confirm = it.number(), end = it.number(), drop = it.number();
-    double* best = it.new_numbers();
+    double *last = it.new_numbers(), *fell = it.new_numbers();
     bool *confirmed = it.new_flags(), *alive = it.new_flags();
     for (npy_intp i = 0; it.good && i < it.size(); ++i) {
-        const double doubted = std::min(std::max(exists[i], 1.0 - most), most);
-        const double score = std::log(doubted) - std::log1p(-doubted) - first[i];
-        best[i] = before[i] >= score ? before[i] : score;
+        const auto over = [&](double existence) {
+            const double doubted = std::min(std::max(existence, 1.0 - most), most);
+            return std::log(doubted) - std::log1p(-doubted) - first[i];
+        };
+        const double score = over(exists[i]), alone = own == exists ? score : over(own[i]);
+        last[i] = alone;
+        fell[i] = std::max(below[i] + std::min(before[i] - alone, -std::log1p(-std::min(p_detect[i], most))), 0.0);
         confirmed[i] = sure[i] || score >= confirm;
-        alive[i] = confirmed[i] ? best[i] - score < drop : score > end;
+        alive[i] = confirmed[i] ? fell[i] < drop : std::min(score, alone) > end;
     }
     return it.done();
 }

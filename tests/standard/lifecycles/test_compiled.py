@@ -28,8 +28,9 @@ def cases(shape):
     ages = RNG.random(shape) * 9, RNG.random(shape) * 9
     yield limited, (*ages, share(shape), share(shape), flags(shape), 0.1, 1.5, 6.0, np.inf)
     yield by_existence, (flags(shape), share(shape), 0.7, 0.5, 0.2)
-    odds = RNG.normal(size=shape), RNG.normal(size=shape)
-    yield by_score, (*odds, flags(shape), share(shape), 1 - 5e-13, 2.0, -2.0, 3.0)
+    odds = RNG.normal(size=shape), RNG.normal(size=shape), RNG.random(shape)
+    for own in (seen := share(shape)), share(shape):
+        yield by_score, (*odds, flags(shape), seen, own, share(shape), 1 - 5e-13, 2.0, -2.0, 3.0)
 
 
 @pytest.mark.parametrize("shape", [(1,), (7,), (3, 2), (0,)])

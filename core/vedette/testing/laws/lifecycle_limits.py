@@ -191,7 +191,7 @@ def falls_by_its_drop(lifecycle: Lifecycle, drawn: Lives) -> None:
     closed_if(limit > 20.0, "its `drop` is more than log odds have room for")
 
     def odds(values: Array, hit: float) -> list[Review]:
-        return [scan(1e-3, hit, 0.9, float(1.0 / (1.0 + np.exp(-value)))) for value in values]
+        return [scan(1e-3, hit, 1.0, float(1.0 / (1.0 + np.exp(-value)))) for value in values]
 
     memory, confirmed, _ = after(lifecycle, odds(np.arange(-1.0, best + 0.5), 1.0), lifecycle.start(0.1 * ONES))
     closed_if(not confirmed.all(), "log odds of 24 do not confirm a track")
