@@ -55,6 +55,7 @@ from vedette_files.tracks.lines import csv_head as csv_head
 from vedette_files.tracks.lines import jsonl_head as jsonl_head
 from vedette_files.tracks.of_series import UNNAMED as UNNAMED
 from vedette_files.tracks.of_series import SeriesTracks as SeriesTracks
+from vedette_files.tracks.of_series import tracks_of_run as tracks_of_run
 from vedette_files.tracks.pieces import Write as Write
 from vedette_files.tracks.pieces import geojson_pieces as geojson_pieces
 from vedette_files.tracks.pieces import parquet_pieces as parquet_pieces

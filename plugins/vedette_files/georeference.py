@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from datetime import timedelta
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -134,5 +135,11 @@ def points_of(track: Track, terms: Terms, *, confirmed: bool = False) -> tuple[l
 
 
 def geometry(line: list[list[float]]) -> dict[str, Any]:
-    """Return a line as GeoJSON has it, a point where it has only one."""
-    return {"type": "Point", "coordinates": line[0]} if len(line) == 1 else {"type": "LineString", "coordinates": line}
+    """Return a line as GeoJSON has it, a point where it has only one; several lines where it crosses 180 deg."""
+    if len(line) == 1:
+        return {"type": "Point", "coordinates": line[0]}
+    cuts = [i for i in range(1, len(line)) if abs(line[i][0] - line[i - 1][0]) > 180.0]
+    if not cuts:
+        return {"type": "LineString", "coordinates": line}
+    parts = [line[i:j] for i, j in pairwise([0, *cuts, len(line)])]
+    return {"type": "MultiLineString", "coordinates": [part if len(part) > 1 else part * 2 for part in parts]}

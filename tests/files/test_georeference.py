@@ -12,7 +12,7 @@ from support.commands import in_json
 from vedette import Space, Track
 from vedette_files import write_tracks_csv
 from vedette_files.geodesy import Origin
-from vedette_files.georeference import PLAIN, Terms, utc, write_geojson
+from vedette_files.georeference import PLAIN, Terms, geometry, utc, write_geojson
 from vedette_files.tables.times import DATED
 from vedette_files.tracks.table import table_of, write_tracks_parquet
 
@@ -155,3 +155,12 @@ def test_a_run_on_parquet_writes_parquet(tmp_path, capsys, monkeypatch):
     result = vedette.load(tmp_path / "c.toml").run()
     assert found["x"].tolist() == result.tracks[0].mean[:, 0].tolist()
     assert "latitude" not in found
+
+
+def test_a_line_is_cut_where_it_crosses_180_degrees():
+    east, west, ahead = [[179.8, 1.0], [179.9, 1.0]], [[-179.9, 1.0]], [[179.95, 1.0], [179.8, 1.0]]
+    assert geometry(east) == {"type": "LineString", "coordinates": east}
+    assert geometry(west) == {"type": "Point", "coordinates": west[0]}
+    whole = geometry(east + west + ahead)  # RFC 7946: a line has two positions at least
+    assert whole == {"type": "MultiLineString", "coordinates": [east, west * 2, ahead]}
+    assert geometry([[-170.0, 0.0], [10.0, 0.0]])["type"] == "LineString"

@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import json
+import re
+from pathlib import Path
 from typing import Any, final
 
 import numpy as np
 from attrs import evolve
 
-from vedette.space import Space
-from vedette_files.series import Tables
+from vedette.space import Indices, Space
+from vedette.types import Track
+from vedette_files.codes import code, label
+from vedette_files.series import Tables, open_series
 from vedette_files.tracks.rows import Ragged, TrackRows
 
 UNNAMED = -2
 """In place of a code until a return has named its object; -1: none is likelier than not."""
+
+_NAMES = re.compile(r'"identity": ("(?:[^"\\]|\\.)*")')
 
 _GIVEN = ("track", "mean", "cov", "confirmed", "existence", "hit", "miss", "nis", "modes")
 
@@ -87,3 +94,23 @@ class SeriesTracks:
         self._parents = {number: self._parents[number] for number in waiting if number in self._parents}
         self._merged = {}
         return evolve(confirmed, identity=confirmed.identity if named else None, parents=parents, merged=merged)
+
+
+def tracks_of_run(series: Path, lines: Path) -> tuple[Track, ...]:
+    """Return the tracks of a run by its series, which are read sooner than its JSON lines; these tell long names alone."""
+    with open_series(series) as blocks:
+        rows = SeriesTracks(Space.of(**dict(blocks.about["axes"])))
+        for tables in blocks.blocks():
+            rows.add(tables)
+        told = rows.hand_out()
+    if told.identity is not None:
+        _hold_names(told.identity, lines)
+    return told.tracks()
+
+
+def _hold_names(codes: Indices, lines: Path) -> None:
+    """Let this process know the names of codes that do not hold them, by the file of the tracks."""
+    if any(label(one).startswith("#") for one in np.unique(codes).tolist()):
+        with lines.open(encoding="utf-8") as file:
+            for name in {found for line in file for found in _NAMES.findall(line)}:
+                code(json.loads(name))

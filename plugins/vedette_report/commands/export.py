@@ -67,11 +67,10 @@ def _finished(folder: Path, target: Path, arguments: Namespace) -> Run:
         if getattr(arguments, option) is not None:
             raise ConfigError.at(f"--{option}", f"is for the database of a service, and {folder} is a run's folder")
     Inputs.of([folder / name for name in NAMES]).check(target, "--to")
-    tracks = "smoothed.jsonl" if arguments.smoothed else "tracks.jsonl"
-    if not (folder / tracks).is_file():
-        raise ConfigError.at("--smoothed", f"{folder} has no {tracks}: `vedette run --smooth` writes it")
+    if arguments.smoothed and not (folder / "smoothed.jsonl").is_file():
+        raise ConfigError.at("--smoothed", f"{folder} has no smoothed.jsonl: `vedette run --smooth` writes it")
     origin = options.read("--origin", arguments.origin, read_origin)
-    return Run.read(folder, tracks, origin, options.read("--epoch", arguments.epoch, read_epoch))
+    return Run.read(folder, origin, options.read("--epoch", arguments.epoch, read_epoch), smoothed=arguments.smoothed)
 
 
 _OF_KEPT = ("from", "until", "box")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from vedette.errors import ConfigError
 from vedette.space import Array, Space
 from vedette.types import Track
-from vedette_files import Origin, Terms, Wanted, read_about, read_kept, read_tracks, utc
+from vedette_files import Origin, Terms, Wanted, read_about, read_kept, tracks_of_run, utc
 
 CHI_SQUARE_95 = -2.0 * np.log(0.05)
 """Squared distance that holds 95 % of a Gaussian in the plane."""
@@ -39,9 +39,11 @@ class Run:
     epoch: float = 0.0
 
     @classmethod
-    def read(cls, folder: Path, tracks: str, origin: Origin | None, epoch: float | None) -> Run:
-        """Read a folder; `tracks` names the file; `origin` and `epoch` are of those who know better than the recording."""
-        return cls._of(folder, read_about(folder / "series.npz"), read_tracks(folder / tracks), origin, epoch)
+    def read(cls, folder: Path, origin: Origin | None, epoch: float | None, *, smoothed: bool = False) -> Run:
+        """Read a folder; `origin` and `epoch` are of those who know better than the recording."""
+        series, lines = ("smoothed.npz", "smoothed.jsonl") if smoothed else ("series.npz", "tracks.jsonl")
+        tracks = tracks_of_run(folder / series, folder / lines)
+        return cls._of(folder, read_about(folder / "series.npz"), tracks, origin, epoch)
 
     @classmethod
     def kept(cls, path: Path, part: Wanted, origin: Origin | None, epoch: float | None) -> Run:

@@ -38,7 +38,7 @@ class Plane:
         steady[:, 0] += turns - turns[starts[:-1]][whose]
         low, high = (extreme.reduceat(steady, starts[:-1]) for extreme in (np.minimum, np.maximum))
         pole = np.where(high[:, 1] > POLAR, 1.0, np.where(low[:, 1] < -POLAR, -1.0, 0.0))
-        return cls((low + high) / 2, pole, np.maximum.reduceat(longitude, starts[:-1]) > 180.0), steady
+        return cls((low + high) / 2, pole, np.maximum.reduceat(places[:, 0], starts[:-1]) > 180.0), steady
 
     def to_plane(self, places: Array, whose: Indices) -> Array:
         """Return east and north (n, 2) in m of longitudes and latitudes in deg, at a pole as seen on its meridian 0."""

@@ -265,7 +265,7 @@ def test_dates_are_asked_for_only_where_there_are_none(folder, tmp_path):
         patch.setattr("vedette_report.exporting.run.read_about", lambda path: {**run.about, "notes": {"time": "utc"}})
         patch.setattr("vedette_report.exporting.run.Terms.of", lambda notes, *tracks: Terms(None, False, True))
         with pytest.raises(ConfigError, match="--epoch: is for times without a date"):
-            Run.read(folder, "tracks.jsonl", None, 0.0)
+            Run.read(folder, None, 0.0)
 
 
 def test_few_of_many_are_chosen_evenly_with_the_last():

@@ -109,6 +109,7 @@ def test_latitudes_are_smoothed_as_metres_are_across_the_date_line_too(middle):
     far["lat"] = frame.y / METRES
     far["lon"] = (middle + frame.x / METRES + 180.0) % 360.0 - 180.0
     around = vedette.smooth_positions(far)
+    assert around.lon.between(-180.0, 180.0).all()
     x = ((around.lon - middle + 180.0) % 360.0 - 180.0) * METRES
     assert np.hypot(x - smooth.x, around.lat * METRES - smooth.y).max() < 1.0
     assert np.median(np.abs(around.speed_mps - smooth.speed_mps)) < 0.05
