@@ -16,7 +16,6 @@ from vedette import (
     ConfigError,
     Mask,
     Pose,
-    Problem,
     Recording,
     Scan,
     Sensor,
@@ -25,12 +24,13 @@ from vedette import (
     Trajectory,
     fields,
 )
-from vedette.sampling import common_state, corners, draw_clutter, returns, shuffled
+from vedette.sampling import common_state, draw_clutter, returns, shuffled
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing
 from vedette_sim.life import life
 from vedette_sim.lockstep import Gaze, drawn_states, look_together, ship_states
 from vedette_sim.look import Look
+from vedette_sim.looked_at import check_axes, check_sensors
 from vedette_sim.population import Population
 from vedette_sim.random_motion import Drawn
 from vedette_sim.resolution import merged_returns
@@ -146,10 +146,10 @@ class Simulation(Source):
         """Return all scans in time order, and the truth at every scan time. ConfigError if scene and sensors disagree."""
         root = int(rng.integers(2**63))
         world = {**sensors, **self.sensors}
-        self._check_sensors(sensors, world)
+        check_sensors(self.looks, sensors, world)
         times = {name: look.times(self.duration, _stream(root, "look", name)) for name, look in self.looks.items()}
         truth = tuple(self._truth(root, np.concatenate(list(times.values()))))
-        self._check_axes(world, truth)
+        check_axes(self.looks, world, truth)
 
         def draw() -> Iterator[Scan]:
             """Yield the scans in time order, those of one time in the order of the looks."""
@@ -168,7 +168,7 @@ class Simulation(Source):
         These draws differ from those of `open`: a run takes all its numbers from one generator, in a fixed order.
         """
         world = {**sensors, **self.sensors}
-        self._check_sensors(sensors, world)
+        check_sensors(self.looks, sensors, world)
         objects: list[tuple[str, Ship | Drawn]] = [*self.ships.items(), *self.drawn.items()]
         if len(objects) != 1 or any(self._groups()) or any(look.jitter > 0 or look.missing for look in self.looks.values()):
             return None
@@ -190,7 +190,7 @@ class Simulation(Source):
             space, states = PLANE, ship_states(one, times, rngs)
         else:
             space, states = common_state(one.models), drawn_states(one.models, one.start, one.transition, times, rngs)
-        self._check_axes(world, (Trajectory(name, space, times, states[0]),))
+        check_axes(self.looks, world, (Trajectory(name, space, times, states[0]),))
         scans = []
         for gaze in gazes:
             if len(gaze.times):
@@ -200,44 +200,6 @@ class Simulation(Source):
                     scans += look_together(gaze, x, rngs)
         scans.sort(key=lambda scan: scan.time)
         return Scenes(tuple(scans), space, states[:, np.searchsorted(times, [scan.time for scan in scans])])
-
-    def _check_sensors(self, sensors: Mapping[str, Sensor], world: Mapping[str, Sensor]) -> None:
-        problems = []
-        for name, look in self.looks.items():
-            if name not in world:
-                problems.append(Problem(f"looks.{name}", f"there is no such sensor; there are {', '.join(world) or 'none'}"))
-                continue
-            space = world[name].measurement
-            if name in sensors and sensors[name].measurement != space:
-                text = f"must measure what the tracker's does, {sensors[name].measurement}, got {space}"
-                problems.append(Problem(f"sensors.{name}", text))
-            if look.clutter is not None:
-                try:
-                    corners(space, look.clutter)
-                except ValueError as error:
-                    problems.append(Problem(f"looks.{name}.clutter", str(error)))
-            for sensor in (world[name], sensors.get(name, world[name])):
-                try:
-                    look.lacking(sensor)
-                except ValueError as error:
-                    problems.append(Problem(f"looks.{name}.missing", str(error)))
-                    break
-            try:
-                look.cells(space)
-            except ValueError as error:
-                problems.append(Problem(f"looks.{name}.resolution", str(error)))
-        if problems:
-            raise ConfigError(problems)
-
-    def _check_axes(self, world: Mapping[str, Sensor], truth: tuple[Trajectory, ...]) -> None:
-        problems = [
-            Problem(f"looks.{name}", f"it looks at {world[name].observes}, but {path.name!r} has only {path.space}")
-            for name in self.looks
-            for path in truth
-            if any(axis not in path.space.axes for axis in world[name].observes.axes)
-        ]
-        if problems:
-            raise ConfigError(problems)
 
     def _truth(self, root: int, scan_times: Array) -> Iterator[Trajectory]:
         """Yield every object over its life: when it appears, at each scan, when it disappears."""

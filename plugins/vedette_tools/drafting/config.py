@@ -44,8 +44,8 @@ PROVEN, LOOKS = 8000, 6000
 """On so many returns of so many scans a draft is tried: in fewer, hardly any target turns as all do at some time."""
 
 HELD, DOUBTED = 2.0, 2000
-"""Returns in clumps are of one object where, joined, so many times as large a part of them is in chains, or where tracks share
-them, by so many of them. Chosen by hand.
+"""Returns in clumps are of one object where, joined, so many times as large a part of them is in chains, or where tracks
+share them, by so many of them. Chosen by hand.
 """
 
 FEWEST = 4 * SHORT

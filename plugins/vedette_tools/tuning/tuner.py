@@ -7,7 +7,7 @@ import json
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 from attrs import field, frozen
@@ -114,12 +114,7 @@ def tune(
     given: Any = read_file(config) if isinstance(config, str | Path) else config
     experiment = load(given, overrides=overrides)
     parameters = read_free(experiment, free)
-    if method not in METHODS:
-        raise ConfigError.at("--method", f"must be one of {', '.join(METHODS)}, got {method!r}")
-    if by not in ("likelihood", "consistency"):
-        raise ConfigError.at("--by", f"must be 'likelihood' or 'consistency', got {by!r}")
-    whole_number("--starts", starts, 1, 100)
-    whole_number("--workers", workers, 1, 4096)
+    _check_options(by, starts, method, workers)
     if resume and out is None:
         raise ConfigError.at("--resume", "needs the folder of the tuning that it is to go on with: --out")
     data, used = open_data(experiment, part), to_config(experiment)
@@ -155,6 +150,16 @@ def tune(
         write(result)
     kept.forget()
     return result
+
+
+def _check_options(by: str, starts: int, method: str, workers: int) -> None:
+    """Raise ConfigError, with its option, for what no search can be made by."""
+    if method not in METHODS:
+        raise ConfigError.at("--method", f"must be one of {', '.join(METHODS)}, got {method!r}")
+    if by not in get_args(Criterion):
+        raise ConfigError.at("--by", f"must be 'likelihood' or 'consistency', got {by!r}")
+    whole_number("--starts", starts, 1, 100)
+    whole_number("--workers", workers, 1, 4096)
 
 
 def _found(asked: Asker, known: Curvature, curve: Curve, i: int) -> Found:
