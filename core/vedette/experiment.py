@@ -223,8 +223,8 @@ class Experiment:
             explain_run(error, self, partial(steps.again, [*taken, steps.latest]))
             raise
         tracks = history.tracks()
-        if (bad := history.first_undefined()) is not None or not tracks:
-            check_again(self, partial(steps.again, taken[: LOOKED_AT if bad is None else bad + 1]))
+        if not tracks:
+            check_again(self, partial(steps.again, taken[:LOOKED_AT]))
         return evolve(
             self.outcome(steps, interrupted=interrupted),
             tracks=tuple(map(from_the_start, tracks)) if self.retroactive else tracks,

@@ -47,8 +47,33 @@ from vedette_live.keeping import TOGETHER
 from vedette_live.running import Running
 from vedette_live.window import Window
 from vedette_standard.lifecycles.existence import Existence
+from vedette_standard.motion.constant_velocity import ConstantVelocity
 
 LINES = {"kind": "csv_lines", "columns": ["time", "x", "y"]}
+
+
+def test_a_service_whose_plugin_gives_nan_stops_and_says_whose(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where a method raises: it went on, wrote {"x": NaN} and ended with 0."""
+    stream = tmp_path / "stream.jsonl"
+    stream.write_bytes(b"".join(lines()))
+
+    def noise(self: ConstantVelocity, x: np.ndarray, dt: float) -> np.ndarray:
+        return np.full((4, 4), np.nan)
+
+    monkeypatch.setattr(ConstantVelocity, "noise", noise)
+    config = {
+        **TRACKER,
+        "inputs": [
+            {
+                "input": {"kind": "file", "path": str(stream), "follow": False},
+                "format": {"kind": "json_lines"},
+            }
+        ],
+        "outputs": [{"output": {"kind": "file", "path": str(tmp_path / "out")}, "format": {"kind": "json_lines"}}],
+    }
+    with pytest.raises(vedette.PluginError, match=r"ConstantVelocity\).noise must return .*nan"):
+        Running(load_service(config)).run()
+    assert b"NaN" not in (tmp_path / "out").read_bytes()
 
 
 def test_a_file_through_a_service_gives_the_tracks_of_the_library_and_a_record_that_replays(tmp_path: Path) -> None:

@@ -171,6 +171,19 @@ def test_a_streamed_run_tells_of_numbers_that_are_none(tmp_path):
         stream(with_nan("Lidar", "clutter", "jpda"), tmp_path / "out")
 
 
+@pytest.mark.parametrize("empty", [False, True])
+@pytest.mark.parametrize(("cls", "method"), [("Drift", "move"), ("Drift", "noise")])
+@pytest.mark.parametrize("associator", ["x_associator", "jpda", "n_scan"])
+@pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")
+def test_a_step_gives_no_track_of_nan(cls, method, associator, empty):
+    """Who steps by hand, as a service does, is told at once who gave nan, even where a scan has no return."""
+    tracker = with_nan(cls, method, associator).tracker
+    state = tracker.start(vedette.Gaussian(np.zeros((2, 4)), np.ones((2, 1, 1)) * np.eye(4)), 0.0)
+    scan = vedette.Scan(1.0, "lidar", vedette.Detections.of(np.zeros((0, 3)) if empty else [[5.0, 3.0, 4.0]]))
+    with pytest.raises(vedette.PluginError, match=rf"\(vedette_x\.{cls}\)\.{method} must return .*numbers; got nan"):
+        tracker.step(state, scan)
+
+
 def with_nan(cls, method, associator):
     """Return a run in which a method of the plugin returns nan."""
     nan = "Newborn(given.returns, given.prior, given.existence * np.nan)" if method == "begin" else "given * np.nan"

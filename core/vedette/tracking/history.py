@@ -13,7 +13,6 @@ from vedette.tracking.state import State
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
-_ESTIMATED = ("mean", "cov", "existence")
 _COLUMNS = ("ids", "times", "mean", "cov", "confirmed", "existence", "nis", "hit")
 
 
@@ -87,13 +86,6 @@ class History:
                 )
             )
         return tuple(tracks)
-
-    def first_undefined(self) -> int | None:
-        """Return the first scan after which an estimate or an existence was no number, counted from 0; None: all were."""
-        for name in _ESTIMATED:
-            if self._rows and np.isnan(np.sum(self._column(name))):
-                return next(i for i, row in enumerate(self._rows) if any(np.isnan(row[n]).any() for n in _ESTIMATED))
-        return None
 
     def _column(self, name: str) -> Array:
         return np.concatenate([row[name] for row in self._rows])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from functools import partial
 from typing import Any, final
 
@@ -15,7 +16,7 @@ from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
-from vedette.space import Space
+from vedette.space import Array, Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import state_data
 from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
@@ -35,9 +36,20 @@ from vedette.tracking.whole_scan import in_one_call
 from vedette.types import Gaussian, Newborn, Recording, Scan, new_gaussian
 
 
-def _shown(estimate: Gaussian) -> Gaussian:
-    """Return an estimate that nobody can write into: its arrays may be those of the state."""
+def _check_numbers(estimator: Estimator[Any], state: State, far: Array | None) -> None:
+    """Raise FloatingPointError if a track is nan: its distances (*b, t, k) to returns are, too, if it has any."""
+    if far is None or not far.size or math.isnan(np.vdot(far, far) + np.vdot(state.existence, state.existence)):
+        _shown(estimator.moments(state.belief), state.existence)
+
+
+def _shown(estimate: Gaussian, alive: Array | float = 1.0) -> Gaussian:
+    """Return an estimate that nobody can write into, as its arrays may be those of the state.
+
+    FloatingPointError if it is nan; of runs in lock-step, each may diverge for itself.
+    """
     mean, cov = estimate.mean[...], estimate.cov[...]
+    if mean.ndim == 2 and math.isnan(np.vdot(mean, mean) + np.vdot(cov, cov) + np.vdot(alive, alive)):
+        raise FloatingPointError("a track's estimate or existence is nan")
     mean.setflags(write=False)
     cov.setflags(write=False)
     return new_gaussian(mean, cov)
@@ -179,7 +191,9 @@ class Tracker:
                 return after
             expected = expect(plan, state, scan, observed)
             met = meet(expected)
-            return conclude(expected, met, associate(expected, met))
+            after = conclude(expected, met, associate(expected, met))
+            _check_numbers(plan.estimator, after, met[0] and met[0].distance)
+            return after
         except Exception as error:
             check_given(state, self.start, observed)
             explain(error, self, partial(self.step, state, scan), self.start)
@@ -221,5 +235,5 @@ class Tracker:
         try:
             return _shown(self.estimator.moments(belief))
         except Exception as error:
-            explain(error, self, partial(self.estimator.moments, belief))
+            explain(error, self, partial(self.estimate, state, time))
             raise

@@ -82,7 +82,7 @@ def _written(
     experiment: Experiment, results: Results, steps: Steps, shown: Shown | None, former: Former | None, lag: float | None
 ) -> Streamed:
     steps.intake.refused.limit(NAMED)
-    tracker, interrupted, defined, confirmed = experiment.tracker, False, True, False
+    tracker, interrupted, confirmed = experiment.tracker, False, False
     with ExitStack() as stack:
         files = GrowingFiles(experiment, results, steps, lag, stack)
         if former is not None:
@@ -91,9 +91,6 @@ def _written(
         try:
             for scan, state in steps.apart():
                 estimate, modes = estimates(tracker, state)
-                if defined and np.isnan(np.sum(estimate.mean) + np.sum(state.existence)):  # told once, of the first scan
-                    defined = False
-                    check_again(experiment, partial(_again, tracker, steps.before, scan))
                 confirmed = confirmed or bool(np.any(state.confirmed))
                 files.add(scan, state, estimate, modes)
                 if shown is not None:
@@ -129,7 +126,3 @@ def _concluded(result: Result, files: GrowingFiles, lag: float | None) -> Stream
 def estimates(tracker: Tracker, state: State) -> tuple[Gaussian, Array | None]:
     """Return the estimates (t,) after a scan, and the mode probabilities (t, r), if any."""
     return tracker.estimate(state), tracker.estimator.mode_prob(state.belief)
-
-
-def _again(tracker: Tracker, before: State, scan: Scan) -> None:
-    tracker.estimate(tracker.step(before, scan))
