@@ -232,8 +232,4 @@ class Tracker:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
         check_state(state)
         belief = state.belief if time is None else self.predict(state, time_from(state, time))
-        try:
-            return _shown(self.estimator.moments(belief))
-        except Exception as error:
-            explain(error, self, partial(self.estimate, state, time))
-            raise
+        return explained(self, lambda: _shown(self.estimator.moments(belief)))
