@@ -1,4 +1,4 @@
-"""In which order a scan holds its returns says nothing: permuted, they give the same tracks."""
+"""In which order a scan holds its returns says nothing, nor how the axes lie: the tracks are the same."""
 
 import numpy as np
 import pytest
@@ -40,3 +40,27 @@ def test_permuted_returns_give_the_same_tracks(by, birth):
     assert found[:, -1].any(), "the law says something"
     for _ in range(3):
         np.testing.assert_allclose(tracks(by, birth, [rng.permutation(z) for z in scans]), found, rtol=1e-6, atol=1e-6)
+
+
+KINDS = ["nearest", "pda", "gnn", "jpda", "jpda_star", "m_best_jpda", "variational", "k_best", "n_scan", "lmb"]
+TURNS = {
+    "turned": [[0.6, -0.8], [0.8, 0.6]],
+    "half a turn": [[-1.0, 0.0], [0.0, -1.0]],
+    "mirrored": [[1.0, 0.0], [0.0, -1.0]],
+}
+
+
+@pytest.mark.parametrize("by", KINDS)
+@pytest.mark.parametrize("turn", TURNS)
+@pytest.mark.by_turns
+def test_a_scene_in_other_axes_gives_the_same_tracks(by, turn):
+    """Young tracks that share returns: which of them has one is not for the axes to say."""
+    rng, axes = np.random.default_rng(3), np.array(TURNS[turn])
+    targets = rng.uniform(-60, 60, (8, 2))
+    scans = [np.concatenate([targets + rng.normal(0, 5.0, (8, 2)), rng.uniform(-100, 100, (6, 2))]) for _ in range(5)]
+    found = tracks(by, "from_returns", scans)
+    other = tracks(by, "from_returns", [z @ axes.T + 40.0 for z in scans])
+    other[:, :2] -= 40.0
+    for plane in (slice(2), slice(2, 4)):
+        other[:, plane] = other[:, plane] @ axes
+    np.testing.assert_allclose(other[np.lexsort(other.round(3).T)], found, rtol=1e-6, atol=1e-6)

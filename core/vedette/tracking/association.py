@@ -13,7 +13,7 @@ from vedette.hypotheses import LeafScores
 from vedette.space import Array, Indices
 from vedette.tracking import births, pytrees
 from vedette.tracking.branching import Branched, branched
-from vedette.tracking.clusters import Pairs, Taken, by_cluster
+from vedette.tracking.clusters import Pairs, Taken, by_cluster, seen_in_turn
 from vedette.tracking.expected import Expected
 from vedette.tracking.meeting import Meeting, Met
 from vedette.types import Detections, Frame
@@ -68,7 +68,7 @@ def associate(it: Expected, met: Met) -> Associated:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
     if not plan.lifecycle.permanent:
         apart = plan.associator.exclusive or framed
-        seen = kernels.existence(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
+        seen = seen_in_turn(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
     if plan.begins and not framed:
         claims = kernels.claimed(weights, plan.associator.exclusive)
     return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None, None)

@@ -123,10 +123,28 @@ def by_cluster(
             approximated += int(np.count_nonzero(associator.approximated(scores)))
         if permanent:
             continue
-        seen = kernels.existence(scores, shares, before, loglik, p_gate, associator.exclusive)
+        seen = seen_in_turn(scores, shares, before, loglik, p_gate, associator.exclusive)
         for to, values in zip((hit, existence, p_detect), seen, strict=True):
             to[group.tracks] = values[group.track_at]
     return weights, misses, (hit, existence, p_detect), approximated
+
+
+def seen_in_turn(
+    scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool
+) -> tuple[Array, Array, Array]:
+    """Return `kernels.existence` of tracks, of which, unless `exclusive`, the surer claims a return first.
+
+    Among equally sure ones it is the one that a return fits best, and not that which lies lowest in the axes; of tracks that
+    are all certain the older.
+    """
+    if exclusive or scores.shape[-2] < 2:
+        return kernels.existence(scores, weights, prior, loglik, p_gate, exclusive)
+    best = np.where(prior < 1.0, np.max(scores[..., 1:], axis=-1, initial=-np.inf), 0.0)
+    order = np.lexsort(np.broadcast_arrays(-best, -prior), axis=-1)[..., None]
+    one, taken, said, doubt = (np.take_along_axis(each, order, -2) for each in (scores, weights, loglik, prior[..., None]))
+    found = kernels.existence(one, taken, doubt[..., 0], said, p_gate, False)
+    hit, there, p_detect = (np.take_along_axis(each, np.argsort(order[..., 0], axis=-1), -1) for each in found)
+    return hit, there, p_detect
 
 
 def _seen(pairs: Pairs, weights: Array, misses: Array, prior: Array, p_gate: float) -> tuple[Array, Array, Array]:

@@ -56,24 +56,12 @@ def conclude(it: Expected, met: Met, by: Associated) -> State:
         return next_state(state, belief=belief, existence=it.existence, **took, **scan)
     rows, unseen, leaves, begun = _of_tracks(it, by, belief) if by.branched is None else _of_leaves(it, by, belief)
     return next_state(
-        state,
-        belief=rows.belief,
-        memory=rows.memory,
-        unseen=unseen,
-        ids=rows.ids,
-        existence=rows.existence,
-        confirmed=rows.confirmed,
-        weights=rows.weights,
-        distances=rows.distances,
-        born=state.born + begun,
-        leaves=leaves,
-        returns=rows.returns,
-        gates=_gates(it, scores, by),
-        names=rows.names,
+        state, belief=rows.belief, memory=rows.memory, unseen=unseen, ids=rows.ids, existence=rows.existence,
+        confirmed=rows.confirmed, weights=rows.weights, distances=rows.distances, born=state.born + begun, leaves=leaves,
+        returns=rows.returns, gates=_gates(it, scores, by), names=rows.names,
         lost=state.lost + (0.0 if by.branched is None else by.branched.lost),
-        looks=looked(it) if len(plan.gates) > 1 else state.looks,
-        **scan,
-    )
+        looks=looked(it) if len(plan.gates) > 1 else state.looks, **scan,
+    )  # fmt: skip
 
 
 def _agreed(it: Expected, common: Offsets, by: Associated, belief: Any) -> tuple[Any, Gaussian, Indices]:
