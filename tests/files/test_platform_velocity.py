@@ -1,11 +1,11 @@
-"""A platform's velocity where no column tells it: the slope of its path."""
+"""A platform's velocity where no column tells it, the slope of its path; and a sensor aboard, which its turns move."""
 
 import numpy as np
 import pytest
 from attrs import evolve
 
 from support.csv_recordings import opened
-from vedette_files.tables.platform import PlatformColumns
+from vedette_files.tables.platform import Mounting, PlatformColumns
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 RADAR = {"radar": RangeBearingRate(1.0, 0.01, 0.1)}
@@ -55,3 +55,35 @@ def test_one_place_has_no_slope_and_rates_over_ground_need_none(own, velocity, t
     (tmp_path / "own.csv").write_text("s,px,py\n1.0,5,6\n")
     (scan,) = opened(tmp_path, rows([1.0]), RADAR, columns=COLUMNS, platform=own).scans
     assert (scan.pose.velocity is None) if velocity is None else (scan.pose.velocity.tolist() == velocity)
+
+
+@pytest.mark.parametrize("told", ["vx,vy", ""])
+def test_a_sensor_ahead_on_a_platform_that_turns(told, tmp_path):
+    """On a circle of 100 m at 0.2 rad/s, over the wrap of headings: where what is mounted 3 m ahead is, and how fast."""
+    times, mount = np.arange(0.0, 40.0, 0.25), Mounting(3.0, -1.0, 0.5)
+    angle, own = 0.2 * times, {"x": "px", "y": "py", "heading": "h"} | {title: title for title in told.split(",") if title}
+    path = np.column_stack([times, 100 * np.cos(angle), 100 * np.sin(angle), (angle + np.pi / 2) % (2 * np.pi)])
+    path = np.column_stack([path, -20 * np.sin(angle), 20 * np.cos(angle)])
+    lines = ["s,px,py,h,vx,vy", *(",".join(map(repr, map(float, row))) for row in path)]
+    (tmp_path / "own.csv").write_text("\n".join(lines))
+    platform = PlatformColumns(own, file="own.csv", time="s", mounted={"radar": mount})
+    recording = opened(tmp_path, "t,r,b,d\n20.0,50,0.1,1\n25.25,50,0.1,1\n", RADAR, columns=COLUMNS, platform=platform)
+    for scan in recording.scans:
+        ahead, left = (np.array([np.cos(a), np.sin(a)]) for a in (0.2 * scan.time + np.pi / 2, 0.2 * scan.time + np.pi))
+        spot = -100 * left + 3.0 * ahead - 1.0 * left
+        np.testing.assert_allclose(scan.pose.position, spot, atol=1e-6)
+        np.testing.assert_allclose(scan.pose.velocity, 0.2 * np.array([-spot[1], spot[0]]), atol=0.02)
+        assert np.cos(scan.pose.heading - 0.2 * scan.time - np.pi / 2 - 0.5) == pytest.approx(1.0)
+
+
+def test_a_place_of_the_sensors_own_that_does_not_count_is_told(tmp_path):
+    radar = {"radar": evolve(RADAR["radar"], x=3.5, heading=0.5)}
+    recording = opened(
+        tmp_path,
+        rows([0.5, 1.0]),
+        radar,
+        columns=COLUMNS,
+        platform=PlatformColumns({"x": "px", "y": "py"}, scan="k"),
+        scan="k",
+    )
+    assert [told for told in recording.warnings if "sensors.radar" in told and "mounted" in told]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import final
 
 import numpy as np
-from attrs import evolve, field, frozen
+from attrs import Factory, evolve, field, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
+from vedette.roles import Sensor
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
 from vedette_files.geodesy import check_place, complaint, into_plane, is_geodetic, made
@@ -26,6 +27,19 @@ POSE = Space.of(x="m", y="m", z="m", vx="m/s", vy="m/s", heading="rad mod 2pi")
 PLACE = "platform"
 
 _MOVES = Space.of(vx="m/s", vy="m/s", vz="m/s")
+_TURN = Space.of(turn="rad/s")
+
+
+@final
+@frozen
+class Mounting:
+    """Where a sensor is on its platform, along axes that turn with the platform's heading."""
+
+    x: float = fields.quantity("m", "ahead, along the heading", default=0.0)
+    y: float = fields.quantity(
+        "m", "where bearings from ahead are 90 deg: to the left if x is east and y north", default=0.0
+    )
+    heading: float = fields.quantity("rad", "its bearing 0, from ahead", default=0.0)
 
 
 @final
@@ -49,7 +63,9 @@ class PlatformColumns:
         "sensor to the name of its platform; the others stand still. Default: each sensor's platform has its name, "
         "or is the only one"
     )
-
+    mounted: dict[str, Mounting] = fields.part(
+        "sensor to where it is on its platform; default: at its place", default=Factory(dict)
+    )
     over_ground: bool = fields.flag(
         "range rates are over ground, without the platform's own motion: it counts as at rest", default=False
     )
@@ -111,6 +127,7 @@ class PlatformColumns:
             used=used + sum(map(len, kept.values())),
             left_out=left_out,
             names=self.sensors,
+            mounted=self.mounted,
             several=bool(self.object),
         )
 
@@ -119,7 +136,7 @@ class PlatformColumns:
 class Platforms:
     """The platforms' states, by the platform's name: along tracks in time, or by scan, over `space`.
 
-    `used` and `left_out` count their rows; `names` are the sensors' platforms.
+    `used` and `left_out` count their rows; `names` are the sensors' platforms, `mounted` where they are on them.
     """
 
     tracks: Mapping[str, Trajectory]
@@ -128,6 +145,7 @@ class Platforms:
     used: int
     left_out: int
     names: Mapping[str, str] = field(factory=dict)
+    mounted: Mapping[str, Mounting] = field(factory=dict)
     several: bool = False
     over_ground: bool = False
 
@@ -165,6 +183,13 @@ class Platforms:
             for sensor in self.names
             if sensor not in known
         ]
+        problems += [
+            Problem(
+                f"{PLACE}.mounted.{sensor}", f"no sensor {sensor!r} is on a platform, only {', '.join(map(repr, known))}"
+            )
+            for sensor in self.mounted
+            if sensor not in known or not self.moves(sensor)
+        ]
         if problems:
             raise ConfigError(problems)
 
@@ -182,16 +207,38 @@ class Platforms:
         part = dict(zip(space.names, state, strict=True))
         axes = [axis for axis in ("x", "y", "z") if axis in part]
         velocity = np.zeros(len(axes)) if self.over_ground else np.array([part[f"v{axis}"] for axis in axes])
-        known = bool(np.all(np.isfinite(velocity)))
-        position = np.array([part[axis] for axis in axes])
-        return Pose(position, velocity if known else None, float(part.get("heading", 0.0)))
+        position, heading = np.array([part[axis] for axis in axes]), float(part.get("heading", 0.0))
+        if (mount := self.mounted.get(sensor)) is not None:
+            c, s = np.cos(heading), np.sin(heading)
+            arm = np.array([c * mount.x - s * mount.y, s * mount.x + c * mount.y])
+            position[:2] += arm
+            if arm.any() and not self.over_ground:
+                velocity[:2] += part.get("turn", 0.0) * np.array([-arm[1], arm[0]])
+            heading += mount.heading
+        return Pose(position, velocity if np.all(np.isfinite(velocity)) else None, heading)
+
+
+def replaced(name: str, sensor: Sensor) -> Iterator[str]:
+    """Yield that a sensor's own place, which a platform's poses replace, does not count, and what would."""
+    own = {axis: value for axis in ("x", "y", "heading") if isinstance(value := getattr(sensor, axis, 0.0), float) and value}
+    if own:
+        told = ", ".join(f"{axis} = {value:.6g}" for axis, value in own.items())
+        yield (
+            f"sensors.{name}: {told} of its own do not count, as source.platform places it; "
+            f"if it is there on its platform, write them into [source.platform.mounted.{name}]"
+        )
 
 
 def _moving(track: Trajectory) -> Trajectory:
-    """Return a path with the velocities that it lacks: its slopes, of second order; NaN where it has one time only."""
+    """Return a path with the velocities that it lacks, and its turn: slopes of second order; NaN where it has one time."""
     lacking = [axis for axis in _MOVES.axes if axis.name[1:] in track.space and axis.name not in track.space]
     where = [track.space.names.index(axis.name[1:]) for axis in lacking]
     times, first, rows = np.unique(track.times, return_index=True, return_inverse=True)
     places = track.states[:, where]
+    if "heading" in track.space:
+        lacking += _TURN.axes
+        heading = np.empty(len(rows))
+        heading[:] = np.unwrap(track.states[first, track.space.names.index("heading")])[rows]
+        places = np.column_stack([places, heading])
     slopes = np.gradient(places[first], times, axis=0)[rows] if len(times) > 1 else np.full(places.shape, np.nan)
     return evolve(track, space=Space((*track.space.axes, *lacking)), states=np.hstack([track.states, slopes]))

@@ -35,7 +35,7 @@ from vedette_files.tables.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.tables.empty_scans import fill_gaps
 from vedette_files.tables.layout import Layout
 from vedette_files.tables.looks import Look
-from vedette_files.tables.platform import PlatformColumns, Platforms
+from vedette_files.tables.platform import PlatformColumns, Platforms, replaced
 from vedette_files.tables.returns import POSITION, DetectionColumns, Reading
 from vedette_files.tables.rows import BY_ROW, Dialect
 from vedette_files.tables.times import DATED, UNZONED, check_pattern
@@ -124,12 +124,12 @@ class CsvSource(Source):
             notes[NAMED] = f"by the column {self.detections.identity}"
         layout, told = self._layout(paths)
         notes |= told
-        platform = None
+        platform, odd = None, list[str]()
         if self.platform is not None:
             platform = self.platform.read(paths["platform"], layout, refused["platform"])
             platform.check(readings)
+            odd += [told for name in readings if platform.moves(name) for told in replaced(name, sensors[name])]
             rows["platform"] = _rows(platform.used, refused["platform"], platform.left_out)
-        odd = list[str]()
         looks, left_out = self.detections.read(path, readings, layout, refused["detections"], odd)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
         if platform is not None:
