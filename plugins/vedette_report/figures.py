@@ -4,24 +4,28 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from numbers import Real
 from typing import Any, final
 
+import numpy as np
 from attrs import asdict, define, evolve
 
 from vedette.config import installed_figures
 from vedette.display import html_table
 from vedette.experiment import Experiment, Result
 from vedette.metrics import Block, Figure, Score
-from vedette.types import Rows
+from vedette.types import Rows, Trajectory
 from vedette.units import short
 from vedette_report.pixels import pixel_figures
 from vedette_report.registration import registered
 
 FIRST = 20
 """Number of refused parts that the figures name."""
+
+WHOLE, MANY = 0.5, 30.0
+"""A judge's radius is too large beyond such a part of the scene and so many of a track's errors: by hand."""
 
 
 def figures(experiment: Experiment, result: Result, score: Score) -> dict[str, Any]:
@@ -128,6 +132,13 @@ def length_unit(experiment: Experiment) -> str:
     """Return the unit of positions: px where tracks are followed in images, else m."""
     space = experiment.tracker.state
     return "px" if any(axis.name == "x" and axis.unit == "px" for axis in space.axes) else "m"
+
+
+def extent(truth: Sequence[Trajectory]) -> float:
+    """Return how far from one another true objects are at most, over all times, in m."""
+    spots = [path.states[:, [i for i, name in enumerate(path.space.names) if name in ("x", "y")]] for path in truth]
+    every = np.concatenate([each for each in spots if each.shape[1] == 2] or [np.zeros((1, 2))])
+    return float(np.linalg.norm(np.ptp(every, axis=0))) if len(every) else 0.0
 
 
 def count(number: int, what: str) -> str:

@@ -30,6 +30,13 @@ def test_a_right_filter_of_a_far_target_is_not_called_underconfident(scene):
     assert f"{said}; set judge.cover_radius to 240 or more" in text
 
 
+@pytest.mark.parametrize(("deviation", "odd"), [(0.5, True), (10.0, False), (100.0, True)])
+def test_a_cut_off_of_50_m_is_said_to_be_out_of_proportion_to_the_errors(scene, deviation, odd):
+    text, score = told(scene[0], deviation=deviation, radius=1000.0)
+    assert score.position_rmse_m == pytest.approx(deviation * np.sqrt(2), rel=0.1)
+    assert (text.count("judge.gospa_cutoff") == 1) == odd
+
+
 @pytest.mark.costly
 def test_with_the_radius_that_is_asked_for_it_is_judged(scene):
     text, score = told(scene[0], deviation=80.0 / np.sqrt(2), radius=240.0)

@@ -22,12 +22,14 @@ from vedette_report.warnings.words import held, left_out
 
 def run(arguments: Namespace) -> int:
     """Run the tracker, print what each track says of itself, and write text, figures and picture if asked to."""
-    experiment = load(arguments.config, overrides=options.overrides(arguments))
+    of_run = Path(arguments.config) / "config.json"
+    config = of_run if of_run.is_file() else Path(arguments.config)
+    experiment = load(config, overrides=options.overrides(arguments))
     folder = None if arguments.out is None else Path(arguments.out)
     if folder is not None:
         check_folder(folder)
     pictures = drawing(arguments.format, arguments.columns, arguments.style)
-    reads = Inputs.of(arguments.config, arguments.style, to_config(experiment))
+    reads = Inputs.of(config, arguments.style, to_config(experiment))
     with locked(folder, reads, ("consistency.txt", "consistency.json")):
         with on_terminal() as progress:
             result = experiment.run(progress=progress, keep_states=True)

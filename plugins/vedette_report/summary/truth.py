@@ -9,13 +9,15 @@ import numpy as np
 from vedette.config import installed_figures
 from vedette.experiment import Experiment
 from vedette.metrics import Score
+from vedette.types import Trajectory
 from vedette_report.columns import aligned, maybe, percent
+from vedette_report.figures import MANY, WHOLE, extent
 
 _NOISE = 1e-9
 """Anything smaller than this is the rounding of sums, and reported as 0."""
 
 
-def against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[tuple[str, str]]:
+def against_truth(experiment: Experiment, score: Score, unit: str, truth: Sequence[Trajectory]) -> Iterator[tuple[str, str]]:
     """Yield each figure's name and what it says."""
     judge = experiment.judge
     offset = "" if not np.any(judge.offset) else f", the known offset {_vector(judge.offset.tolist())} {unit} removed"
@@ -31,6 +33,9 @@ def against_truth(experiment: Experiment, score: Score, unit: str) -> Iterator[t
     near = "" if judge.near is None else f" within {judge.near:g} {unit} of an object"
     yield "false tracks", f"{maybe(score.false_tracks, 'at a time')}{near}"
     how = f"cut-off {judge.gospa_cutoff:g} {unit}, order {judge.gospa_order:g}"
+    error = score.position_rmse_m
+    if error is not None and not error <= judge.gospa_cutoff <= max(WHOLE * extent(truth), MANY * error):
+        how += f": OUT OF PROPORTION, set judge.gospa_cutoff to 3 to 10 errors of {error:.2g} {unit}"
     yield "GOSPA", f"{maybe(score.gospa_m, unit)} a scan, {how}"
     if judge.far is not None:
         yield "", f"of tracks within {judge.far:g} {unit} of an object; {maybe(score.gospa_all_m, unit)} with all"

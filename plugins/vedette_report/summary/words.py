@@ -61,7 +61,8 @@ def summary(
         few = ", too few for parts in % to say much" if score.scans < ENOUGH else ""
         radius = f"a track within {experiment.judge.cover_radius:g} {unit} covers an object"
         lines += ["", f"Against the truth: {radius}; {count(score.scans, 'scan')} judged{few}"]
-        told = [(name, text) for name, text in against_truth(experiment, score, unit) if not (brief and name in _MORE)]
+        every = against_truth(experiment, score, unit, result.recording.truth)
+        told = [(name, text) for name, text in every if not (brief and name in _MORE)]
         if (overlap := pixel_figures(result.tracks, result.recording.truth).get("overlap")) is not None:
             told.append(("overlap", f"{overlap:.3g}: intersection over union of the track's and the true box"))
         lines += [*rows(told), "", *objects(score, unit, FEW if brief else MOST_OBJECTS)]

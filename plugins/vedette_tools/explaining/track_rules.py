@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
 
 from vedette.space import Array
-from vedette.types import Detections, LazyScans, Trajectory
+from vedette.types import Detections, LazyScans
 from vedette.units import say
+from vedette_report.figures import MANY, WHOLE, extent
 from vedette_report.warnings.rehearsal import rehearsed, silenced
 from vedette_report.warnings.words import held
 from vedette_tools.explaining.finding import Finding
@@ -21,8 +22,6 @@ from vedette_tools.explaining.steady_state import SCANS, inverts
 LEAST_SURVIVAL = 0.8
 FALSE_TRACKS, FALSE_SHARE = 10.0, 0.2
 MOST_RETURNS = 500
-WHOLE, MANY = 0.5, 30.0
-"""A judge's radius is too large beyond such a part of the scene and so many of a track's deviations: by hand."""
 
 
 def _started(it: Situation) -> Iterator[tuple[Seen, Array, Array]]:
@@ -203,13 +202,6 @@ def _false_starts(seen: Seen) -> float | None:
     return None
 
 
-def _extent(truth: Sequence[Trajectory]) -> float:
-    """Return how far from one another true objects are at most, over all times, in m."""
-    spots = [path.states[:, [i for i, name in enumerate(path.space.names) if name in ("x", "y")]] for path in truth]
-    every = np.concatenate([each for each in spots if each.shape[1] == 2] or [np.zeros((1, 2))])
-    return float(np.linalg.norm(np.ptp(every, axis=0))) if len(every) else 0.0
-
-
 def judge_against_errors(it: Situation) -> Iterator[Finding]:
     """Find a judge that asks for more than the estimates can be, or to whom all objects are one."""
     judge, where = it.experiment.judge, positions(it.state)
@@ -221,15 +213,15 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
     ]
     if not errors or not where or it.opened.recording is None or not it.opened.recording.truth:
         return
-    best, extent = min(errors), _extent(it.opened.recording.truth)
+    best, width = min(errors), extent(it.opened.recording.truth)
     for name, value in (("cover_radius", judge.cover_radius), ("gospa_cutoff", judge.gospa_cutoff)):
         if value < best:
             text = (
                 f"{say(value, 'm')} are less than one standard deviation, {say(best, 'm')}, of a track after {SCANS} scans"
             )
             yield Finding(f"judge.{name}", text, "3 to 10 standard deviations")
-        elif value > max(WHOLE * extent, MANY * best):
-            text = f"{say(value, 'm')} reach over most of the {say(float(f'{extent:.2g}'), 'm')} in which true objects are"
+        elif value > max(WHOLE * width, MANY * best):
+            text = f"{say(value, 'm')} reach over most of the {say(float(f'{width:.2g}'), 'm')} in which true objects are"
             yield Finding(f"judge.{name}", text, f"3 to 10 standard deviations, each {say(float(f'{best:.2g}'), 'm')}")
 
 

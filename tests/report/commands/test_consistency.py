@@ -134,6 +134,17 @@ def test_it_prints_text_and_figures_and_writes_them_with_a_picture(scene, tmp_pa
 
 
 @pytest.mark.costly
+@pytest.mark.costly
+def test_of_the_folder_of_a_run_it_tells_what_it_does_of_its_config(scene, tmp_path, capsys):
+    assert main(["run", str(scene), "--out", str(tmp_path / "ran")]) == 0
+    told = []
+    for given in (scene, tmp_path / "ran"):
+        capsys.readouterr()
+        assert main(["consistency", str(given)]) == 0
+        told.append(capsys.readouterr().out)
+    assert told[0] == told[1]
+
+
 def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, untold, tmp_path, capsys):
     assert main(["consistency", str(scene), "--json"]) == 0
     (known,) = json.loads(capsys.readouterr().out.splitlines()[-1])["tracks"]
