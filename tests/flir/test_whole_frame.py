@@ -5,7 +5,7 @@ import pytest
 from attrs import evolve
 
 from support.infrared import BOX, BY, FILTER, PEAK, SIZE, SPREAD, land
-from vedette_flir.estimators import seen_before, two_frames
+from vedette_flir.estimators import earlier, seen_before, two_frames
 from vedette_flir.estimators.earlier import YOUNG, Elsewhere, kept_frame
 from vedette_flir.estimators.template_search import NEAR
 from vedette_flir.estimators.whole_frame import sought
@@ -93,7 +93,7 @@ def test_how_far_a_scene_went_is_known_in_frames_of_any_shape(shape, gone):
 
     place = np.array(shape[::-1]) / 2.0
     known = kept_frame(scene((0.0, 0.0)), FILTER.first(scene((0.0, 0.0)), place, BOX).appearance, place, held=True)
-    _, (_, (_, back)), scale = Elsewhere(known, scene(gone), place)._registered
+    _, (*_, (_, back)), scale = Elsewhere(known, scene(gone), place)._registered
     within = np.all(np.abs(gone) < np.array(shape[::-1]) / 4.0 - 2.0)
     assert not within or np.abs(moved(back, scale) - gone).max() < 1.0
 
@@ -108,10 +108,10 @@ def test_a_scene_is_found_again_by_what_stands_in_it_and_not_by_the_target(monke
     )
     place = np.array([100.0, 55.0])
     known = kept_frame(then, FILTER.first(then, place, BOX).appearance, place, held=True)
-    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][1][1])).max() < 3.0
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][-1][1])).max() < 3.0
     monkeypatch.setattr(two_frames, "_without_outliers", lambda image: image)
     monkeypatch.setattr(two_frames, "_fitted", lambda then, now, turn: (turn, 0.0))  # which would mend it here
-    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][1][1])).max() > 10.0
+    assert np.abs(moved(Elsewhere(known, now, place)._registered[1][-1][1])).max() > 10.0
 
 
 @pytest.mark.parametrize(("roll", "zoom"), [(0.15, 1.0), (-0.08, 1.1), (0.0, 0.85)])
@@ -139,3 +139,27 @@ def test_what_stood_elsewhere_is_known_as_the_camera_rolls_and_zooms(monkeypatch
     assert not [place for place in new()[1] if np.hypot(*(place - there)) < 6.0]
     monkeypatch.setattr(two_frames, "_fitted", lambda then, now, turn: (turn, 0.0))
     assert not new()[0] < 0.5
+
+
+def test_what_stood_on_the_sea_is_known_where_waves_hardly_tell_how_far_the_camera_turned(monkeypatch):
+    """It is like the target, which has left. By the earlier frame as it was it is new."""
+    y, x = np.ogrid[: SIZE[0], : SIZE[1]]
+    turned, stands, target = np.array([5.0, 1.0]), np.array([150.0, 60.0]), np.array([60.0, 40.0])
+
+    def scene(rng, off, spots):
+        u, v = x + off[0], y + off[1]
+        land = 8.0 * np.sin(u / 9.0) * np.cos(v / 7.0) * (v > 95.0)
+        boats = sum(60.0 * np.exp(-((u - at[0]) ** 2 + (v - at[1]) ** 2) / 8.0) for at in spots)
+        return 60.0 + land + boats + rng.normal(0.0, 4.0, SIZE)
+
+    def new(seed):
+        rng = np.random.default_rng(seed)
+        then, now = scene(rng, np.zeros(2), [stands, target]), scene(rng, turned, [stands])
+        known = kept_frame(then, FILTER.first(then, target, BOX).appearance, target, held=True)
+        known = evolve(known, earlier_at=known.earlier_at + [0.0, 0.0, YOUNG])
+        look = BY.look(now, stands - turned, NEAR, known)
+        return Elsewhere(known, now, target - turned).new(BY, look)[0]
+
+    assert max(map(new, range(12))) < 0.5
+    monkeypatch.setattr(earlier, "AS_WELL", 1.0)
+    assert max(map(new, range(12))) > 0.7
