@@ -15,6 +15,11 @@ from vedette.space import Array, Mask
 from vedette.supporting import ImagingSensor
 from vedette.types import Detections, Frame, Innovation
 
+HOPELESS = 60.0
+"""Without a gate, a return so many nats below a miss counts for nothing, and links no tracks: the probability of a pair is
+at most exp(score - miss), here 1e-26, beyond the digits of any weight.
+"""
+
 
 @frozen(eq=False)
 class SensorGate:
@@ -97,9 +102,12 @@ class Gate:
                 return self._frame_scores(innovation, existence)
             limit, log_density = self._against(innovation, sensor, observed, sensor_gate, rate)
         evidence = None if observed.evidence is None else observed.evidence[..., None, :]
-        valid = observed.valid  # type: ignore[union-attr]  # a frame has returned above: its sensor states no density
-        sure = sure if sensor_gate.beyond else None
-        return kernels.gate_scores(innovation.loglik, distance, valid, existence, limit, log_density, evidence, sure)
+        # A frame has returned above: its sensor states no density.
+        valid, sure = observed.valid, sure if sensor_gate.beyond else None  # type: ignore[union-attr]
+        scores = kernels.gate_scores(innovation.loglik, distance, valid, existence, limit, log_density, evidence, sure)
+        if sensor_gate.threshold == math.inf:
+            scores[..., 1:][scores[..., 1:] < scores[..., :1] - HOPELESS] = -math.inf
+        return scores
 
     def _against(
         self, innovation: Innovation, sensor: Sensor, detections: Detections, sensor_gate: SensorGate, rate: Array | None
