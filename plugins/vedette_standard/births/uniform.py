@@ -30,8 +30,8 @@ class Uniform(Birth):
     ratio of the return's standard deviations in the state, by `Sensor.invert`, and in the measurement. The prior is that of
     the return, and `spread` for the axes that no return gives. A sensor may observe axes beside those of the box, as a
     Doppler radar does: by `spread` they are N(0, spread^2) before the return, and e(z) is linearised around its place.
-    A look lowers n by the mean P_D over the box, and the density stays uniform: where a sensor sees a part, it is too high in
-    that part and too low beside it. `poisson` with several narrow Gaussians tells parts apart.
+    A look lowers n by the mean P_D over the box, and the density stays uniform: where a sensor sees a part, it is too high
+    in that part and too low beside it. `poisson` with several narrow Gaussians tells parts apart.
     Houssineau, Laneuville, PHD Filter with Diffuse Spatial Prior on the Birth Process, FUSION 2010.
 
     >>> from vedette import Detections
