@@ -140,10 +140,10 @@ def seen_in_turn(
     if exclusive or scores.shape[-2] < 2:
         return kernels.existence(scores, weights, prior, loglik, p_gate, exclusive)
     best = np.where(prior < 1.0, np.max(scores[..., 1:], axis=-1, initial=-np.inf), 0.0)
-    order = np.lexsort(np.broadcast_arrays(-best, -prior), axis=-1)[..., None]
-    one, taken, said, doubt = (np.take_along_axis(each, order, -2) for each in (scores, weights, loglik, prior[..., None]))
-    found = kernels.existence(one, taken, doubt[..., 0], said, p_gate, False)
-    hit, there, p_detect = (np.take_along_axis(each, np.argsort(order[..., 0], axis=-1), -1) for each in found)
+    order = np.lexsort((-best, -prior), axis=-1)
+    at = order if order.ndim == 1 else (np.arange(len(order))[:, None], order)
+    hit, there, p_detect = (np.empty(order.shape) for _ in range(3))
+    hit[at], there[at], p_detect[at] = kernels.existence(scores[at], weights[at], prior[at], loglik[at], p_gate, False)
     return hit, there, p_detect
 
 
