@@ -160,6 +160,7 @@ def test_every_spelling_of_a_unit_is_proportional(unit, number):
 def test_the_factors_are_the_definitions():
     for text, unit, value in [
         ("1 NM", "m", 1852.0),
+        ("3 um", "m", 3e-6),
         ("1 ft", "m", 0.3048),
         ("1 h", "s", 3600.0),
         ("3.6 km/h", "m/s", 1.0),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 _SI = {
-    "m": {"m": 1.0, "km": 1e3, "NM": 1852.0, "ft": 0.3048},
+    "m": {"m": 1.0, "km": 1e3, "NM": 1852.0, "ft": 0.3048, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "s": {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "min": 60.0, "h": 3600.0},
     "m/s": {"m/s": 1.0, "km/h": 1 / 3.6, "kn": 1852 / 3600},
     "m/s^2": {"m/s^2": 1.0, "g": 9.80665},
@@ -57,7 +57,7 @@ def in_unit(value: Any, unit: str, largest: float = math.inf, name: str = "") ->
         joined = _NUMBER.match(value.strip())  # "0.6deg" is read as "0.6 deg" is
         value, written = joined.groups() if joined else value.strip().partition(" ")[::2]
         if written and written not in known:
-            right = "a number without a unit" if unit == "1" else f"in {' or '.join(known)}"
+            right = "a number without a unit" if unit == "1" else f"in {' or '.join(list(known)[:4])}"
             raise ValueError(f"{where}must be {right}, got {given!r}")
         factor = known.get(written, 1.0)
     try:

@@ -36,7 +36,7 @@ class Limited(Lifecycle):
     or that leave the areas in which targets survive.
     """
 
-    max_out_of_coverage: float | None = fields.quantity(
+    max_out_of_coverage: float = fields.quantity(
         "s", "a track ends after this time in places where no sensor that still looks is likely to detect it",
         default=60.0, above=0,
     )  # fmt: skip
@@ -75,8 +75,7 @@ class Limited(Lifecycle):
     def review(self, memory: Since, scan: Review) -> tuple[Since, Mask, Mask]:
         """Return the lifecycle's own judgement, and end the tracks that are beyond a limit."""
         own, confirmed, alive = self.judge(memory.own, scan)
-        out, unseen = self.max_out_of_coverage, self.max_without_detection
-        most = math.inf if out is None else out, math.inf if unseen is None else unseen
+        most = self.max_out_of_coverage, math.inf if self.max_without_detection is None else self.max_without_detection
         covers = scan.p_detect if scan.awaited is None else np.maximum(scan.p_detect, scan.awaited)
         covered, detected, alive = limited(
             memory.covered, memory.detected, scan.hit, covers, alive, self.least_covered, scan.dt, *most
@@ -88,8 +87,8 @@ class Limited(Lifecycle):
         return new_since(covered, detected, own), confirmed, alive
 
     def unseen(self, scan: Review) -> Mask:
-        """Return which tracks the scan cannot see, and only a limit ends; none if `max_out_of_coverage` is no limit."""
-        return (scan.p_detect <= UNSEEN) & (scan.hit <= DETECTED) & (self.max_out_of_coverage is not None)
+        """Return which tracks the scan cannot see, and only a limit ends."""
+        return (scan.p_detect <= UNSEEN) & (scan.hit <= DETECTED)
 
     @abstractmethod
     def start_own(self, existence: Array) -> Any:
