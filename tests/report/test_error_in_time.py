@@ -123,3 +123,17 @@ def test_white_errors_are_seldom_called_correlated_and_correlated_ones_always():
         near += found.wins and abs(size - 1) < 0.15 and abs(lasts - 1) < 0.3
     assert wrong <= 1
     assert near >= 28
+
+
+@pytest.mark.costly
+def test_white_errors_of_a_target_that_circles_are_seldom_called_correlated():
+    """By hundreds of nats, as their first halves tell it; what the second ones say of the first denies that."""
+    told = []
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        t = np.sort(rng.uniform(0.0, 40.0, 150))
+        t = t[(t < 15) | (t > 18)]
+        x, y, z = 15 * np.cos(t / 6) - 30, 40 + 10 * np.sin(t / 6), 7 + 4 * np.sin(t / 9)
+        told.append(compared([Path(t, np.arctan2(z, np.hypot(x, y)) + rng.normal(0.0, 0.002, len(t)))]))
+    assert sum(one.wins for one in told) <= 1
+    assert sum(one.gain > 50.0 and one.denied for one in told) >= 3

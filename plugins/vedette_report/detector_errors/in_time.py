@@ -48,7 +48,8 @@ PASSES, POINTS = 6, 7
 @frozen
 class Compared:
     """White and correlated errors, each fitted to all returns, and by how much correlated ones are likelier on those of the
-    second halves of paths, each predicted, with the parameters of the first halves; `dt`: the usual step, in s.
+    second halves of paths, each predicted, with the parameters of the first halves; `dt`: the usual step, in s; `denied`:
+    whether first halves, with the parameters of the second, speak against it, as of targets that turn from some time on.
     """
 
     white: Errors
@@ -57,6 +58,7 @@ class Compared:
     error: float
     returns: int
     dt: float
+    denied: bool
 
     @property
     def alike(self) -> float:
@@ -67,7 +69,7 @@ class Compared:
     @property
     def wins(self) -> bool:
         """Whether errors are correlated, beyond chance."""
-        return self.gain > max(2.0 * self.error, CLEARLY) and self.alike >= LEAST
+        return self.gain > max(2.0 * self.error, CLEARLY) and self.alike >= LEAST and not self.denied
 
     def told(self, sensor: str, axis: str, unit: str) -> str:
         """Say what the comparison says."""
@@ -99,17 +101,28 @@ def compared(paths: Sequence[Path]) -> Compared | None:
     if not pieces:
         return None
     every = Pieces.of(pieces)
-    first = Pieces.of([Path(one.times[: len(one.times) // 2], one.values[: len(one.times) // 2]) for one in pieces])
-    fits = [_fitted(first, correlated) for correlated in (False, True)]
-    if min(fit.scale for fit in fits) <= FAINT * np.ptp(every.values):
+    ends = [len(one.times) // 2 for one in pieces]
+    later = np.arange(every.used.shape[1]) >= np.array(ends)[:, None]
+    by_first = _gained(every, [one.part(slice(end)) for one, end in zip(pieces, ends, strict=True)], later)
+    by_second = _gained(every, [one.part(slice(end, None)) for one, end in zip(pieces, ends, strict=True)], ~later)
+    if by_first is None or by_second is None:
         return None  # no errors at all: positions that somebody has computed
-    scores = [every.singles(fit) for fit in fits]
-    halves = np.array([[len(one.times) // 2] for one in pieces])
-    held: Mask = np.logical_and(every.used, np.arange(every.used.shape[1]) >= halves)
-    apart = [np.where(mask, row, 0.0)[mask] for row, mask in zip(scores[1] - scores[0], held, strict=True)]
-    error = float(np.sqrt(sum(long_run(row) for row in apart)))
+    gain, error = by_first
+    denied = by_second[0] + 2.0 * by_second[1] < CLEARLY
     white, other = (every.errors(_fitted(every, correlated)) for correlated in (False, True))
-    return Compared(white, other, float(sum(map(np.sum, apart))), error, int(np.count_nonzero(held)), every.dt)
+    return Compared(white, other, gain, error, int(np.count_nonzero(every.used & later)), every.dt, denied)
+
+
+def _gained(every: Pieces, parts: Sequence[Path], held: Mask) -> tuple[float, float] | None:
+    """Return by how much likelier correlated errors are on what is `held` back (p, s), with the parameters of the parts, and
+    the error of that; None where these have no errors.
+    """
+    fits = [_fitted(Pieces.of(parts), correlated) for correlated in (False, True)]
+    if min(fit.scale for fit in fits) <= FAINT * np.ptp(every.values):
+        return None
+    scores = [every.singles(fit) for fit in fits]
+    apart = [row[mask] for row, mask in zip(scores[1] - scores[0], every.used & held, strict=True)]
+    return float(sum(map(np.sum, apart))), float(np.sqrt(sum(long_run(row) for row in apart)))
 
 
 def _pieces(path: Path) -> list[Path]:

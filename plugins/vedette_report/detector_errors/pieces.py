@@ -23,6 +23,10 @@ class Path:
     times: Array
     values: Array
 
+    def part(self, rows: slice) -> Path:
+        """Return a part of it."""
+        return Path(self.times[rows], self.values[rows])
+
 
 @frozen
 class Errors:
