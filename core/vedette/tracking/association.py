@@ -68,7 +68,7 @@ def associate(it: Expected, met: Met) -> Associated:
         approximated = int(np.count_nonzero(plan.associator.approximated(scores)))
     if not plan.lifecycle.permanent:
         apart = plan.associator.exclusive or framed
-        seen = seen_in_turn(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart)
+        seen = seen_in_turn(scores, weights, it.existence, innovation.loglik, plan.p_gate, apart, it.confirmed)
     if plan.begins and not framed:
         claims = kernels.claimed(weights, plan.associator.exclusive)
     return new_associated(weights, innovation.nis, None, None, seen, claims, approximated, None, None)
@@ -125,7 +125,7 @@ def _of_pairs(it: Expected, met: Sequence[Meeting]) -> Associated:
     pairs, places = _within_gates(met, t, k)
     if met[0].close is None:
         weights, misses, seen, approximated = by_cluster(
-            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.lifecycle.permanent
+            plan.associator, pairs, it.existence, observed.evidence, plan.p_gate, plan.lifecycle.permanent, it.confirmed
         )
     else:
         weights, misses, seen, approximated = plan.associator.associate_close(it, pairs, met[0], places[0])

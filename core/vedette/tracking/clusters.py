@@ -92,11 +92,13 @@ class Group:
 
 
 def by_cluster(
-    associator: Associator, pairs: Pairs, prior: Array, evidence: Array | None, p_gate: float, permanent: bool
-) -> tuple[Array, Array, tuple[Array, Array, Array], int]:
+    associator: Associator, pairs: Pairs, prior: Array, evidence: Array | None, p_gate: float, permanent: bool,
+    confirmed: Mask | bool = False,
+) -> tuple[Array, Array, tuple[Array, Array, Array], int]:  # fmt: skip
     """Return the weights of pairs (p,) and misses (t,), and (t,) detection, existence and P_D, as they were if `permanent`.
 
-    Last is how many tracks' weights are not exact. `prior`: existence before the scan (t,).
+    Last is how many tracks' weights are not exact. `prior`: existence before the scan (t,); `confirmed`: who was, of tracks
+    that may share a return.
     """
     weights, misses, approximated = np.zeros(len(pairs.tracks)), np.ones(len(prior)), 0
     hit, existence, p_detect = np.zeros(len(prior)), np.array(prior), np.zeros(len(prior))
@@ -114,8 +116,9 @@ def by_cluster(
         if evidence is not None:
             given = np.zeros((group.shape[0], 1, group.shape[2] - 1))
             given[group.pair_at[0], 0, group.pair_at[2] - 1] = evidence[pairs.returns[group.pairs]]
-        before, loglik = np.ones(group.shape[:2]), np.zeros(group.shape)
+        before, loglik, firm = np.ones(group.shape[:2]), np.zeros(group.shape), np.zeros(group.shape[:2], dtype=bool)
         before[group.track_at], loglik[(*group.track_at, 0)] = prior[group.tracks], pairs.loglik[group.tracks]
+        firm[group.track_at] = np.broadcast_to(confirmed, prior.shape)[group.tracks]
         asked = kernels.if_existing(scores, loglik[..., 0], before) if associator.decides else scores
         shares = associator.associate(asked, given)
         misses[group.tracks], weights[group.pairs] = shares[(*group.track_at, 0)], shares[group.pair_at]
@@ -123,27 +126,27 @@ def by_cluster(
             approximated += int(np.count_nonzero(associator.approximated(scores)))
         if permanent:
             continue
-        seen = seen_in_turn(scores, shares, before, loglik, p_gate, associator.exclusive)
+        seen = seen_in_turn(scores, shares, before, loglik, p_gate, associator.exclusive, firm)
         for to, values in zip((hit, existence, p_detect), seen, strict=True):
             to[group.tracks] = values[group.track_at]
     return weights, misses, (hit, existence, p_detect), approximated
 
 
 def seen_in_turn(
-    scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool
+    scores: Array, weights: Array, prior: Array, loglik: Array, p_gate: float, exclusive: bool, confirmed: Mask
 ) -> tuple[Array, Array, Array]:
-    """Return `kernels.existence` of tracks, of which, unless `exclusive`, the surer claims a return first.
+    """Return `kernels.existence` of tracks; unless `exclusive`, confirmed ones claim a return first, then the surer.
 
-    Among equally sure ones it is the one that a return fits best, and not that which lies lowest in the axes; of tracks that
-    are all certain the older.
+    One that was missed for long would lose its target to a new one else. Among equally sure ones it is the one that a return
+    fits best, and not that which lies lowest in the axes; of tracks that are all certain the older.
     """
     if exclusive or scores.shape[-2] < 2:
         return kernels.existence(scores, weights, prior, loglik, p_gate, exclusive)
     best = np.where(prior < 1.0, np.max(scores[..., 1:], axis=-1, initial=-np.inf), 0.0)
-    order = np.lexsort((-best, -prior), axis=-1)
+    order = np.lexsort((-best, -prior, ~confirmed), axis=-1)
     at = order if order.ndim == 1 else (np.arange(len(order))[:, None], order)
-    hit, there, p_detect = (np.empty(order.shape) for _ in range(3))
-    hit[at], there[at], p_detect[at] = kernels.existence(scores[at], weights[at], prior[at], loglik[at], p_gate, False)
+    found = kernels.existence(scores[at], weights[at], prior[at], loglik[at], p_gate, False)
+    hit, there, p_detect = (np.take_along_axis(each, np.argsort(order, axis=-1), axis=-1) for each in found)
     return hit, there, p_detect
 
 

@@ -75,7 +75,7 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
     """Raise PluginError, which names class and method, if a component of `parts` is at fault for an error.
 
     `again` does what failed once more, and `before` something of which it takes the results. Without a component at fault
-    nothing is raised.
+    nothing is raised, but of nan.
     """
     if isinstance(error, VedetteError | MemoryError) or isinstance(sys.getprofile(), _Watch):
         return
@@ -90,7 +90,8 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
             second.append(raised)
 
     told = (raised_by(raised, parts) for raised in (*second, error) if not isinstance(raised, VedetteError))
-    if text := broken_promise(parts, both) or next(filter(None, told), None):
+    unknown = str(error) if isinstance(error, FloatingPointError) else None
+    if text := broken_promise(parts, both) or next(filter(None, told), unknown):
         raise PluginError(text) from error
 
 

@@ -44,7 +44,7 @@ Estimator            moments      gaussian tracks state
 Birth                begin        Newborn: returns begun, prior gaussian begun other, existence begun
 Birth                reveal       tuple: density ~ * k, sources any
 Lifecycle            start        memory all
-Lifecycle            predict      all
+Lifecycle            predict      ! + all
 Lifecycle            review       tuple: memory memory tracks, confirmed ? tracks, alive ? tracks
 Preprocessor         measurement  Space
 Preprocessor         process      Detections: z k measurement, valid ? k, noise ~ k measurement measurement

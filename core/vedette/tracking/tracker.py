@@ -36,12 +36,6 @@ from vedette.tracking.whole_scan import in_one_call
 from vedette.types import Gaussian, Newborn, Recording, Scan, new_gaussian
 
 
-def _check_numbers(estimator: Estimator[Any], state: State, far: Array | None) -> None:
-    """Raise FloatingPointError if a track is nan: its distances (*b, t, k) to returns are, too, if it has any."""
-    if far is None or not far.size or math.isnan(np.vdot(far, far) + np.vdot(state.existence, state.existence)):
-        _shown(estimator.moments(state.belief), state.existence)
-
-
 def _shown(estimate: Gaussian, alive: Array | float = 1.0) -> Gaussian:
     """Return an estimate that nobody can write into, as its arrays may be those of the state.
 
@@ -49,7 +43,7 @@ def _shown(estimate: Gaussian, alive: Array | float = 1.0) -> Gaussian:
     """
     mean, cov = estimate.mean[...], estimate.cov[...]
     if mean.ndim == 2 and math.isnan(np.vdot(mean, mean) + np.vdot(cov, cov) + np.vdot(alive, alive)):
-        raise FloatingPointError("a track's estimate or existence is nan")
+        raise FloatingPointError("a track's estimate or existence is nan, and no method of a component tells why")
     mean.setflags(write=False)
     cov.setflags(write=False)
     return new_gaussian(mean, cov)
@@ -192,7 +186,11 @@ class Tracker:
             expected = expect(plan, state, scan, observed)
             met = meet(expected)
             after = conclude(expected, met, associate(expected, met))
-            _check_numbers(plan.estimator, after, met[0] and met[0].distance)
+            far, alive = met[0] and met[0].distance, after.existence
+            if far is None or not far.size or math.isnan(np.vdot(far, far) + np.vdot(alive, alive)):
+                _shown(
+                    plan.estimator.moments(after.belief), alive
+                )  # the distances of a track that is nan are, if it has any
             return after
         except Exception as error:
             check_given(state, self.start, observed)
