@@ -35,7 +35,7 @@ class Opened:
 
     def __init__(self, running, path, width=1400, height=900, scheme="light"):
         self.tab = running.new_page(viewport={"width": width, "height": height}, color_scheme=scheme)
-        self.tab.set_default_timeout(5_000)
+        self.tab.set_default_timeout(30_000)  # of a machine with other things to do
         self.said, self.asked = [], []
         self.tab.on("console", lambda message: self.said.append(message.text))
         self.tab.on("pageerror", lambda error: self.said.append(str(error)))

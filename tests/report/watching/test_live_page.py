@@ -33,7 +33,7 @@ class Watched:
         stream(self.experiment, folder, steps=self.steps, shown=lambda *told: self.told.append(told))
         self.sent = 0
         self.tab = running.new_page(viewport=dict(zip(("width", "height"), size, strict=True)))
-        self.tab.set_default_timeout(10_000)
+        self.tab.set_default_timeout(30_000)
         self.said, self.asked = [], []
         self.tab.on("console", lambda message: self.said.append(message.text))
         self.tab.on("pageerror", lambda error: self.said.append(str(error)))
