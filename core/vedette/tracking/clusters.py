@@ -145,8 +145,9 @@ def seen_in_turn(
     best = np.where(prior < 1.0, np.max(scores[..., 1:], axis=-1, initial=-np.inf), 0.0)
     order = np.lexsort((-best, -prior, ~confirmed), axis=-1)
     at = order if order.ndim == 1 else (np.arange(len(order))[:, None], order)
-    found = kernels.existence(scores[at], weights[at], prior[at], loglik[at], p_gate, False)
-    hit, there, p_detect = (np.take_along_axis(each, np.argsort(order, axis=-1), axis=-1) for each in found)
+    seen = kernels.existence(scores[at], weights[at], prior[at], loglik[at], p_gate, False)
+    back = np.argsort(order, axis=-1)
+    hit, there, p_detect = (np.take_along_axis(each, back, axis=-1) for each in seen)
     return hit, there, p_detect
 
 

@@ -186,11 +186,10 @@ class Tracker:
             expected = expect(plan, state, scan, observed)
             met = meet(expected)
             after = conclude(expected, met, associate(expected, met))
+            # The distances of a track that is nan are nan, if it has any: its moments are asked for only then.
             far, alive = met[0] and met[0].distance, after.existence
             if far is None or not far.size or math.isnan(np.vdot(far, far) + np.vdot(alive, alive)):
-                _shown(
-                    plan.estimator.moments(after.belief), alive
-                )  # the distances of a track that is nan are, if it has any
+                _shown(plan.estimator.moments(after.belief), alive)
             return after
         except Exception as error:
             check_given(state, self.start, observed)
