@@ -152,7 +152,8 @@ def _joined(best: Reading) -> Reading:
     after, said = opened(evolve(table, links=links)), []
     for name, link in links.items():
         each = _returns(best.recording, name) / max(_returns(after, name), 1)
-        said.append(f"objects give {name} several returns a scan, on average {each:.2g}: those within {link:g} m are of one")
+        told = f"objects give several returns a scan, on average {each:.2g}"
+        said.append(f"{name}: {told}: those within {link:g} m are of one")
     joined = Reading.of(evolve(table, links=links, assumed=(*table.assumed, *said)), after)
     if joined.followed / max(joined.returns, 1) > HELD * best.followed / max(best.returns, 1):
         return joined

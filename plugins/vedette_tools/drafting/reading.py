@@ -13,7 +13,7 @@ from attrs import evolve, frozen
 from vedette.config import load
 from vedette.experiment import Experiment
 from vedette.space import Array
-from vedette.tracking import take
+from vedette.tracking import preprocess, take
 from vedette.types import Recording, Scan
 from vedette_files import CsvSource
 from vedette_standard import GroupedReturns
@@ -55,12 +55,10 @@ def opened(table: Table) -> Recording:
         recording = source.open_frame(table.frame_table.frame, sensors)
     else:
         recording = source.open(sensors, np.random.default_rng(0))
+    if not table.links:
+        return recording
     groups = {name: GroupedReturns({name: sensors[name]}, link) for name, link in table.links.items()}
-
-    def joined(scan: Scan) -> Scan:
-        return evolve(scan, detections=groups[scan.sensor].process({scan.sensor: scan})) if scan.sensor in groups else scan
-
-    return evolve(recording, scans=tuple(map(joined, recording.scans))) if groups else recording
+    return evolve(recording, scans=tuple(preprocess(recording.scans, groups, [], strict=False)))
 
 
 def _experiment(table: Table) -> Experiment:

@@ -65,7 +65,7 @@ def test_objects_of_several_returns_are_drafted_with_one_of_each_and_tracked(eac
     config = tomllib.loads(text)
     assert config["preprocessors"]["sensor"]["kind"] == "grouped_returns"
     assert 1.5 < config["preprocessors"]["sensor"]["link"] < 15.0
-    assert "objects give sensor several returns a scan" in text
+    assert "sensor: objects give several returns a scan" in text
     assert "nothing fits" not in text
     tracks = vedette.load(config | {"source": config["source"] | {"path": str(path)}}).run().tracks
     assert sum(np.sum(track.confirmed) > 100 for track in tracks) == 6
