@@ -64,6 +64,7 @@ def test_a_tuning_names_its_folder_and_goes_on(given):
     assert main([*tune, "--resume"]) == 0
 
 
+@pytest.mark.costly
 def test_a_disk_that_is_full_already(given):
     """No place was named: what fails first is the lock of the folder."""
     assert full("run", "config.json", "--out", "out", most=0) == "vedette: error: out: File too large"

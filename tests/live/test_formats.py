@@ -196,6 +196,7 @@ def test_published_sentences_are_read_as_published(line: bytes) -> None:
     assert label(int(message.identity[0])) == str(mmsi)
 
 
+@pytest.mark.costly
 def test_a_published_radar_plot_is_read_as_published() -> None:
     """The sample of category 048 of Croatia Control's decoder, whose values other decoders print too."""
     pytest.importorskip("asterix.generated")

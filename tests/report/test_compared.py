@@ -149,6 +149,7 @@ def test_one_cursor_moves_all_runs_and_every_value_is_its_file_s(folders, opened
     assert opened.tab.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
 
 
+@pytest.mark.by_turns
 def test_a_picture_of_it_is_taken_for_the_docs(opened, tmp_path):
     """VEDETTE_PICTURES names the folder where it is kept."""
     name = "compare.png" if opened.tab.viewport_size["width"] == 1400 else "compare_phone.png"
@@ -158,6 +159,7 @@ def test_a_picture_of_it_is_taken_for_the_docs(opened, tmp_path):
     assert path.stat().st_size > 20_000
 
 
+@pytest.mark.by_turns
 def test_each_run_can_be_turned_off_on_the_map_and_in_the_charts(opened):
     tab = opened.tab
     tab.evaluate("page.choose({}); page.goTo(20)")
@@ -172,6 +174,7 @@ def test_each_run_can_be_turned_off_on_the_map_and_in_the_charts(opened):
         assert tab.evaluate(picture) == before
 
 
+@pytest.mark.by_turns
 def test_a_click_on_a_track_shows_it_in_its_own_run(folders, opened):
     entries = read_series(folders[1] / "series.npz")["entries"]
     row = np.flatnonzero((entries["scan"] == 25) & entries["confirmed"])[0]
@@ -186,6 +189,7 @@ def test_a_click_on_a_track_shows_it_in_its_own_run(folders, opened):
     opened.tab.evaluate("page.choose({}); page.switches.slice(0, 2).forEach((box) => box.click())")
 
 
+@pytest.mark.by_turns
 def test_figures_of_the_summaries_stand_beside_each_other_with_differences(folders, opened):
     one, other = (json.loads((folder / "summary.json").read_text()) for folder in folders)
     cells = opened.tab.locator('[data-figure="position_rmse_m"] td').all_inner_texts()

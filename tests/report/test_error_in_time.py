@@ -59,7 +59,8 @@ def test_the_likelihood_is_that_of_all_returns_at_once(memory):
     assert pieces.singles(fit).sum() == pytest.approx(each[0])
 
 
-@pytest.mark.parametrize(("alike", "deviation"), [pytest.param(0.3, 0.5, marks=pytest.mark.costly), (0.7, 0.05)])
+@pytest.mark.by_turns
+@pytest.mark.parametrize(("alike", "deviation"), [(0.3, 0.5), (0.7, 0.05)])
 def test_a_correlated_error_is_found_with_its_size_and_time(alike, deviation):
     """Within four of its stated errors, which are some per cent."""
     found = compared(straight(np.random.default_rng(2), alike, deviation, axes=4))

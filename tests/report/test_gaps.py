@@ -1,6 +1,7 @@
 """Returns that lack a component: on a map, and in the figures of a run."""
 
 import numpy as np
+import pytest
 
 import vedette
 from vedette import Detections, Recording, Scan
@@ -32,6 +33,7 @@ def test_a_return_is_on_the_map_if_what_it_lacks_does_not_move_it():
             assert returns([scan], {"radar": sensor}, plane)["radar"].shape == (2, 2)
 
 
+@pytest.mark.costly
 def test_innovations_are_compared_with_as_many_components_as_returns_have():
     """The filter is right; half of the returns lack one of three: NIS was told as .83, that of the rate as a half."""
     config = {

@@ -9,7 +9,7 @@ from support.browser import LACKING, Opened, browser
 from support.paths import EXAMPLES
 from vedette.cli import main
 
-pytestmark = pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
+pytestmark = [pytest.mark.by_turns, pytest.mark.skipif(LACKING is not None, reason=str(LACKING))]
 SERIOUS = "async () => (await axe.run()).violations.filter(({impact}) => /serious|critical/.test(impact)).map(({id}) => id)"
 LIGHT = """(colour) => {
   const parts = [1, 3, 5].map((at) => parseInt(colour.slice(at, at + 2), 16) / 255);
@@ -51,7 +51,6 @@ def test_axe_finds_nothing_serious(name, scheme, pages, running):
     assert opened.said == []
 
 
-@pytest.mark.by_turns
 def test_the_page_opens_where_a_track_is_confirmed_and_returns_are_seen(opened):
     told = opened.tab.evaluate(
         "[page.data.scans.returns[page.state.scan], document.querySelectorAll('#details .list').length]"
@@ -82,7 +81,6 @@ def test_what_is_drawn_in_the_dark_has_a_contrast_of_4_5(pages, running):
     assert min((light + 0.05) / (paper + 0.05) for light in lights) >= 4.5
 
 
-@pytest.mark.by_turns
 def test_dates_are_told_where_times_are_dates(opened):
     opened.tab.evaluate("page.data.scans.time[2] = 1533103200.25; page.data.facts.dated = true; page.goTo(2)")
     assert opened.values()["time"] == "2018-08-01T06:00:00.250Z"

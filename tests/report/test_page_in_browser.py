@@ -13,7 +13,7 @@ from support.paths import EXAMPLES
 from vedette.cli import main
 from vedette_files import read_series
 
-pytestmark = pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
+pytestmark = [pytest.mark.by_turns, pytest.mark.skipif(LACKING is not None, reason=str(LACKING))]
 NONE = "\N{EN DASH}"
 WIDE, PHONE = (1400, 900), (390, 844)
 
@@ -232,6 +232,7 @@ def test_sensors_can_be_filtered(tmp_path, running):
     assert both.said == []
 
 
+@pytest.mark.costly
 def test_a_frame_lies_under_what_was_seen_in_it(tmp_path, running):
     line = ["run", str(EXAMPLES / "flir.toml"), "--set", "source.frames=12", "--out", str(tmp_path), "--stream", "--report"]
     assert main(line) == 0

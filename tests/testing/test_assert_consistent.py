@@ -211,6 +211,7 @@ SCENE = {
 }
 
 
+@pytest.mark.costly
 @pytest.mark.statistical(alpha=1e-6)
 def test_a_recording_is_told_of_and_a_right_filter_is_near_one_on_it():
     (told,) = recorded_consistency(vedette.load(LINEAR | SCENE))

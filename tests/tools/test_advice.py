@@ -118,6 +118,7 @@ def test_advice_as_it_is_printed_costs_nothing_that_is_held_back(what, folder, c
     assert distance > -1.0
 
 
+@pytest.mark.costly
 def test_the_opposite_of_what_is_advised_costs(folder, capsys):
     """The mutant: all that is too small is called too large."""
     likelihood, distance = gained("R too small", 2, folder, capsys, lambda text: text.replace("too small", "too large"))

@@ -145,6 +145,7 @@ def test_of_the_folder_of_a_run_it_tells_what_it_does_of_its_config(scene, tmp_p
     assert told[0] == told[1]
 
 
+@pytest.mark.costly
 def test_without_truth_the_innovations_are_told_and_they_are_the_same(scene, untold, tmp_path, capsys):
     assert main(["consistency", str(scene), "--json"]) == 0
     (known,) = json.loads(capsys.readouterr().out.splitlines()[-1])["tracks"]

@@ -49,6 +49,7 @@ def seen_by(read, name):
     return view_of(read, name, z, 0.9)
 
 
+@pytest.mark.costly
 def test_others_tell_where_a_sensor_sees_nothing(tmp_path):
     """Its returns lie on a line: what the view is wider by is a part of the length of that."""
     read = beside(tmp_path / "d.csv")

@@ -56,6 +56,7 @@ def test_kinds_of_faults_are_counted_apart():
     assert told.endswith("2 for other reasons")
 
 
+@pytest.mark.costly
 def test_objects_that_cross_an_ocean_have_a_config_whose_command_takes_the_rest(tmp_path, monkeypatch, capsys):
     """Half of the rows were left out, and no line said so above."""
     rows = [f"{3600 * k},{name},{10 + 0.2 * k:.2f},{-30 - 0.5 * k - west:.2f}" for k in range(120) for name, west in STORMS]
