@@ -51,9 +51,9 @@ def test_unseen_targets_that_appear_in_half_the_box_are_twice_as_dense_there():
     sensor = standard.CartesianPosition(1.0, detection_probability=0.9)
     seen = Detections.of([[50.0, 0.0], [-50.0, 0.0]])
     densities = [
-        standard.Uniform(view=view, spread={}, rate=1.0, appears_in=areas).reveal(np.asarray(3.0), None, sensor, seen, 1.0)[
-            0
-        ]
+        standard.Uniform(view=view, spread={}, rate=1.0, appears_in=areas).reveal(
+            np.full((1, 1, 1), 3.0), None, sensor, seen, 1.0
+        )[0]
         for areas in ((), (FRONT,))
     ]
     np.testing.assert_allclose(densities[0], 3 * 0.9 / 2e5, rtol=1e-12)

@@ -12,26 +12,28 @@ from attrs import frozen
 from vedette import Array, Birth, Detections, Estimator, Mask, Newborn, Sensor, fields
 from vedette.sampling import Bounds
 from vedette_standard.births.anywhere import over_places
+from vedette_standard.births.cells import counted, looked, middles, moved
 from vedette_standard.births.one_point import one_point
 from vedette_standard.births.places import present
 from vedette_standard.regions import PLANE, Polygon, held
 
 PLACES = 16
-"""Points per axis at which the mean detection probability is taken."""
+"""Points per axis by which it is counted how much of the box `appears_in` leaves."""
 
 
 @final
 @frozen
 class Uniform(Birth):
-    """Undetected targets are a Poisson process of uniform density over a box: a track may start at any return.
+    """Undetected targets are a Poisson process that appears evenly over a box: a track may start at any return.
 
     Of n targets, a return z comes from one with the density e(z) = n P_D |dx/dz| / volume, against clutter lambda(z): a
     track that starts there exists with probability e / (e + lambda), times that of coming from no track. |dx/dz| is the
     ratio of the return's standard deviations in the state, by `Sensor.invert`, and in the measurement. The prior is that of
     the return, and `spread` for the axes that no return gives. A sensor may observe axes beside those of the box, as a
     Doppler radar does: by `spread` they are N(0, spread^2) before the return, and e(z) is linearised around its place.
-    A look lowers n by the mean P_D over the box, and the density stays uniform: where a sensor sees a part, it is too high
-    in that part and too low beside it. `poisson` with several narrow Gaussians tells parts apart.
+    A look lowers n by P_D, where it sees, in cells as small as its view needs: n is then that of the box if all of it were
+    like the return's place. What moves, by the `spread` of its velocity, comes into a view across its edge: at 10 m/s and
+    1.3 km, .75 of what comes straight from afar, after a minute.
     Houssineau, Laneuville, PHD Filter with Diffuse Spatial Prior on the Birth Process, FUSION 2010.
 
     >>> from vedette import Detections
@@ -45,7 +47,7 @@ class Uniform(Birth):
     >>> np.allclose(number, 0.4 * np.exp(-0.2) + 0.02 * 50.0 * (1.0 - np.exp(-0.2)))
     True
     >>> density, found = birth.reveal(number, estimator, sensor, seen, 0.9)
-    >>> np.allclose(density, np.array([1.0, 0.0, 1.0]) * number * 0.8 * 0.5 / 8e5)
+    >>> np.allclose(density, np.array([1.0, 0.0, 1.0]) * number.item() * 0.8 * 0.5 / 8e5)
     True
     >>> new = birth.begin(found, estimator, sensor, "radar", seen, np.array([0.25, 0.0, 0.98]))
     >>> new.returns.tolist(), new.prior.mean.tolist(), np.diag(new.prior.cov[0]).tolist()
@@ -88,12 +90,16 @@ class Uniform(Birth):
             raise ValueError("view: must hold the box in which targets appear, got none")
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Array:
-        """Return the expected number of undetected targets ()."""
-        return np.asarray(self.initial)
+        """Return the expected number of undetected targets, of one cell."""
+        return np.full((1,) * (1 + len(self.view)), self.initial)
 
     def predict(self, memory: Array, estimator: Estimator[Any], dt: float, rng: np.random.Generator) -> Array:
-        """Return their number `dt` later: some have left, others have come."""
-        return np.asarray(memory * math.exp(-dt / self.lifetime) + self.rate * present(dt, self.lifetime))
+        """Return their numbers `dt` later: some have left, others have come, and some are in other cells."""
+        left = memory * math.exp(-dt / self.lifetime) + self.rate * present(dt, self.lifetime)
+        for axis, (name, side) in enumerate(self.view.items()):
+            distance = self.spread.get(f"v{name}", 0.0) * dt / (side.high - side.low)
+            left = moved(left, axis, np.array([distance]), np.ones_like)
+        return left
 
     def reveal(
         self, memory: Array, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
@@ -105,15 +111,16 @@ class Uniform(Birth):
         if not self._places(sensor):
             return None, None
         rate, whole = np.zeros(detections.z.shape[0]), detections.complete
-        low, high, places = self._box(sensor)
+        low, high = self._box()
         z, noise = detections.z[whole], detections.noise_of(whole)
         spot = sensor.invert(z, noise)
-        own = [axis in self.view for axis in sensor.observes.names]
-        place = spot.mean[:, own]
+        place = spot.mean[:, self._axes(sensor)]
         inside = np.all((place >= low) & (place <= high), axis=-1) & self._appearing(sensor, spot.mean)
-        volume = np.prod(high - low) * len(places) / PLACES ** len(low)
+        own = [axis in self.view for axis in sensor.observes.names]
         stretch = over_places(sensor, spot, z, noise, own, self.spread)
-        rate[whole] = np.where(inside, memory * sensor.detects(spot.mean) * stretch / volume, 0.0)
+        number = counted(memory, (place - low)[None] / (high - low), lambda at: sensor.detects(self._at(sensor, at)))[0]
+        volume = np.prod(high - low) * self._share(sensor)
+        rate[whole] = np.where(inside, number * sensor.detects(spot.mean) * stretch / volume, 0.0)
         return rate, rate
 
     def update(
@@ -125,13 +132,12 @@ class Uniform(Birth):
         claimed: Array,
         p_gate: float,
     ) -> Array:
-        """Return the number of those without a track: not detected, or by a return that may start none."""
+        """Return the numbers of those without a track: not detected, or by a return that may start none."""
         if not self._places(sensor):
             return memory
-        _, _, places = self._box(sensor)
         count = np.count_nonzero(detections.valid)
         whole = np.count_nonzero(detections.complete) / count if count else 1.0
-        return np.asarray(memory * (1.0 - whole * p_gate * np.mean(sensor.detects(places))))
+        return looked(memory, lambda at: sensor.detects(self._at(sensor, at[None])), whole * p_gate)
 
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
@@ -147,7 +153,7 @@ class Uniform(Birth):
                 raise ValueError(f"spread: {told} beside the box")
             own = ", ".join(self.view)
             raise NotImplementedError(f"one return of {sensor.kind!r} does not give {own}, so it cannot start a track")
-        self._box(sensor)
+        self._share(sensor)
         rate = np.zeros(len(claimed)) if found is None else found
         total = rate + np.broadcast_to(sensor.clutter(detections.z), len(claimed))
         existence = np.divide(rate, total, out=np.zeros_like(rate), where=total > 0) * (1.0 - claimed)
@@ -164,16 +170,25 @@ class Uniform(Birth):
         names = set(sensor.observes.names)
         return set(self.view) <= names <= {*self.view, *self.spread} and len(sensor.measurement) >= len(self.view)
 
-    def _box(self, sensor: Sensor) -> tuple[Array, Array, Array]:
-        """Return the corners of the box, in the order in which the sensor observes its axes, and places (p, n) spread over
-        all of it in which targets appear, 0 in other axes.
-        """
-        names = [name for name in sensor.observes.names if name in self.view]
-        low, high = np.array([(self.view[name].low, self.view[name].high) for name in names]).T
-        middles = (np.arange(PLACES) + 0.5) / PLACES
-        grid = np.meshgrid(*(low[:, None] + (high - low)[:, None] * middles), indexing="ij")
-        places = np.zeros((grid[0].size, len(sensor.observes)))
-        places[:, [name in self.view for name in sensor.observes.names]] = np.stack(grid, axis=-1).reshape(-1, len(low))
-        if self.appears_in and not len(places := places[self._appearing(sensor, places)]):
+    def _axes(self, sensor: Sensor) -> list[int]:
+        """Return which observed axes are those of the box, in its order."""
+        return [sensor.observes.names.index(name) for name in self.view]
+
+    def _box(self) -> tuple[Array, Array]:
+        """Return the corners of the box."""
+        low, high = np.array([(side.low, side.high) for side in self.view.values()]).T
+        return low, high
+
+    def _at(self, sensor: Sensor, place: Array) -> Array:
+        """Return states (*b, n) of a sensor at places (*b, d) counted from 0 to 1 along the box, 0 in other axes."""
+        low, high = self._box()
+        x = np.zeros((*place.shape[:-1], len(sensor.observes)))
+        x[..., self._axes(sensor)] = low + (high - low) * place
+        return x
+
+    def _share(self, sensor: Sensor) -> float:
+        """Return in what share of the box targets appear."""
+        appearing = self._appearing(sensor, self._at(sensor, middles(PLACES, len(self.view))))
+        if not appearing.any():
             raise ValueError("appears_in: must hold a part of the box, got none")
-        return low, high, places
+        return float(np.mean(appearing))

@@ -31,7 +31,7 @@ BIRTHS = {
 
 
 def revealed(sensor, z):
-    return Uniform(BOX, SPREAD, initial=3.0).reveal(np.asarray(3.0), FILTER, sensor, Detections.of(z), 1.0)[0]
+    return Uniform(BOX, SPREAD, initial=3.0).reveal(np.full((1, 1, 1), 3.0), FILTER, sensor, Detections.of(z), 1.0)[0]
 
 
 def integrated(sensor, z):
