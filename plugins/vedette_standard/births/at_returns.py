@@ -10,9 +10,6 @@ from attrs import frozen
 from vedette import Array, Detections, Gaussian, Indices, Sensor, Space, kernels
 from vedette.filters import embedded
 
-PLACES = 64
-"""Points of a Gaussian, all equally likely, by which a look thins it; about so many, whatever the number of axes."""
-
 
 @final
 @frozen(eq=False)
@@ -62,20 +59,3 @@ def at_returns(prior: Gaussian, state: Space, sensor: Sensor, detections: Detect
     loglik, shift, post = seen.loglik[:, 0, 1], seen.detail.shift, seen.detail.post
     after = Gaussian(prior.mean[:, None] + shift.reshape(c, j, -1), post.reshape(c, j, len(state), len(state)))
     return AtReturns(returns, loglik.reshape(c, j), after)
-
-
-def mean_detection(prior: Gaussian, state: Space, sensor: Sensor) -> Array:
-    """Return the probability (c,) that a sensor detects a target of each Gaussian (c, n): its mean over `PLACES` points."""
-    own = state.locate(sensor.observes)
-    mean, n = prior.mean[:, own], len(own)
-    detects: Array = sensor.detects(mean)
-    if np.ndim(detects) == 0:
-        return detects
-    from scipy.special import ndtri
-
-    count = round(PLACES ** (1 / n))
-    quantiles = ndtri((np.arange(count) + 0.5) / count)
-    points = np.stack(np.meshgrid(*[quantiles] * n), axis=-1).reshape(-1, n)
-    offsets = points @ np.swapaxes(kernels.root(prior.cov[:, own][..., own]), -1, -2)
-    average: Array = np.mean(sensor.detects(sensor.observes.displace(mean[:, None], offsets)), axis=-1)
-    return average

@@ -77,4 +77,4 @@ def moved(number: Array, axis: int, distance: Array, faces: Callable[[Array], Ar
     kept = np.exp(-np.outer(distance / math.sqrt(2.0 * math.pi), rate))
     along = np.moveaxis(number, 1 + axis, 1)
     after = ((mode * kept[:, None]) @ mode.T @ along.reshape(*along.shape[:2], -1)).reshape(along.shape)
-    return np.moveaxis(after, 1, 1 + axis)
+    return np.maximum(np.moveaxis(after, 1, 1 + axis), 0.0)  # 0 but for rounding

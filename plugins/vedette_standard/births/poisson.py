@@ -8,15 +8,20 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Newborn, Sensor, fields, kernels
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Mixtures, Newborn, Sensor, fields, kernels
 from vedette.filters import mixed
 from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
-from vedette_standard.births.at_returns import at_returns, mean_detection
+from vedette_standard.births import in_gaussians
+from vedette_standard.births.at_returns import at_returns
+from vedette_standard.births.cells import counted, looked
 from vedette_standard.births.places import Appearance, Edge, present
 
 FADED = 0.01
 """A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
+
+ALIKE = 0.01
+"""Growth of the volume, as a logarithm, up to which two Gaussians are one: an error of so much in what it holds."""
 
 
 _TRIED = (
@@ -27,10 +32,19 @@ _TRIED = (
 
 @frozen(eq=False)
 class Intensity:
-    """Unseen targets: their expected number (c,) in each of c Gaussians, which are the beliefs of the tracker's filter."""
+    """Unseen targets of c Gaussians, which are the beliefs of the tracker's filter, in cells (c, n, .., n) of the plane.
 
-    weights: Array
+    place (c,): which place of the config they appeared in, -1 where they are of a track that ended.
+    """
+
+    number: Array
     belief: Any
+    place: Indices
+
+    @property
+    def weights(self) -> Array:
+        """Their expected number (c,) in each Gaussian."""
+        return np.asarray(np.mean(self.number, axis=tuple(range(1, self.number.ndim))))
 
 
 @final
@@ -41,7 +55,8 @@ class Poisson(Birth):
     A return z comes from one of them with the density e(z) = sum_c w_c P_D N(z; c), against clutter lambda(z): a track that
     starts there exists with probability e / (e + lambda), times that of coming from no track, and has the Gaussians'
     moments given z, for a nonlinear sensor linearised around z. So the tracker is a Poisson multi-Bernoulli filter.
-    A look thins a Gaussian by its mean P_D: where a view ends within one, several narrower ones tell on which side they are.
+    A look thins a Gaussian where it sees, in cells of the plane of equal probability, as small as its view needs, which mix
+    by motion. Once a view ends within a Gaussian, those of other times that are like it are added to it.
     Williams, Marginal Multi-Bernoulli Filters: RFS Derivation of MHT, JIPDA and MeMBer, IEEE T-AES 51, 2015.
 
     >>> from vedette import Detections
@@ -112,7 +127,10 @@ class Poisson(Birth):
             means.append(parts.mean)
             covs.append(parts.cov)
         prior = Gaussian(np.concatenate(means), np.concatenate(covs))
-        return Intensity(np.concatenate(weights), estimator.start(prior, estimator.state, rng))
+        cells = (-1, *[1] * len(in_gaussians.plane(estimator.state)))
+        return Intensity(
+            np.concatenate(weights).reshape(cells), estimator.start(prior, estimator.state, rng), np.arange(len(prior.mean))
+        )
 
     def initial_memory(self, estimator: Estimator[Any], rng: np.random.Generator) -> Intensity:
         """Return the intensity before the first scan."""
@@ -127,10 +145,31 @@ class Poisson(Birth):
         new = self._appearing(estimator, False, dt, rng)
         # However short a step, what appears in it is not negligible at once: many such make up those of a long one.
         least = np.min(FADED * new.weights[new.weights > 0], initial=self.negligible)
-        kept = memory.weights > least
-        old = estimator.predict(take(memory.belief, kept, 0), dt, rng)
-        weights = np.concatenate([memory.weights[kept] * math.exp(-dt / self.lifetime), new.weights])
-        return Intensity(weights, join(old, new.belief, 0))
+        old = take(memory, memory.weights > least, 0)
+        if old.number.shape[1] > 1 and len(old.number):
+            old = self._fewer(old, estimator, dt)
+        cells = (len(new.number), *old.number.shape[1:])
+        number = np.concatenate([old.number * math.exp(-dt / self.lifetime), np.broadcast_to(new.number, cells)])
+        belief = join(estimator.predict(old.belief, dt, rng), new.belief, 0)
+        return Intensity(number, belief, np.concatenate([old.place, new.place]))
+
+    def _fewer(self, memory: Intensity, estimator: Estimator[Any], dt: float) -> Intensity:
+        """Return what looks have cut, mixed by dt of motion; of two Gaussians that are alike, one.
+
+        What no look thins lives long, and else there would be a Gaussian for each scan of its life.
+        """
+        it = take(memory, np.argsort(memory.place, kind="stable"), 0)
+        prior = estimator.moments(it.belief)
+        number = in_gaussians.mixed_by_motion(it.number, prior, estimator.state, dt)
+        alike = in_gaussians.pairs_alike(prior, estimator.state, ALIKE) & (np.diff(it.place) == 0) & (it.place[1:] >= 0)
+        first = np.flatnonzero(np.append(True, ~alike))
+        into = np.cumsum(np.append(True, ~alike)) - 1
+        shares = it.weights / np.bincount(into, it.weights)[into]
+        try:
+            belief = estimator.merge(it.belief, Mixtures(into, np.arange(len(into)), shares, len(first)))
+        except NotImplementedError:
+            return Intensity(number, it.belief, it.place)
+        return Intensity(np.add.reduceat(number, first), belief, it.place[first])
 
     def reveal(
         self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
@@ -144,7 +183,7 @@ class Poisson(Birth):
         if near is not None:
             loglik[:, near.returns] = near.loglik
         with np.errstate(divide="ignore"):
-            log_share = np.log(memory.weights)[:, None] + loglik
+            log_share = np.log(self._there(memory, estimator, sensor, detections, near)) + loglik
         return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share, near)
 
     def update(
@@ -157,8 +196,9 @@ class Poisson(Birth):
         p_gate: float,
     ) -> Intensity:
         """Return the intensity thinned by the probability of not being detected."""
-        detects = mean_detection(estimator.moments(memory.belief), estimator.state, sensor)
-        return Intensity(memory.weights * (1.0 - p_gate * detects), memory.belief)
+        prior = estimator.moments(memory.belief)
+        number = looked(memory.number, lambda at: in_gaussians.detection(prior, estimator.state, sensor, at[None]), p_gate)
+        return Intensity(number, memory.belief, memory.place)
 
     def begin(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
@@ -185,25 +225,53 @@ class Poisson(Birth):
         if not self.recycles or not len(existence):
             return memory
         back = estimator.start(ended, estimator.state, NO_DRAWS)
-        return Intensity(np.concatenate([memory.weights, existence]), join(memory.belief, back, 0))
+        cells = (len(existence), *memory.number.shape[1:])
+        number = np.broadcast_to(existence.reshape(-1, *[1] * (len(cells) - 1)), cells)
+        place = np.concatenate([memory.place, np.full(len(existence), -1)])
+        return Intensity(np.concatenate([memory.number, number]), join(memory.belief, back, 0), place)
+
+    def _there(
+        self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, near: Any
+    ) -> Array:
+        """Return the expected number (c, k) of each Gaussian, if all of it were like where it would give each return."""
+        k = len(detections.z)
+        if memory.number.shape[1] == 1:
+            return np.broadcast_to(memory.number.reshape(-1, 1), (len(memory.number), k))
+        prior = estimator.moments(memory.belief)
+        mean = np.empty((len(prior.mean), k, len(estimator.state)))
+        other = np.arange(k) if near is None else np.setdiff1d(np.arange(k), near.returns)
+        if len(other):
+            mean[:, other] = self._alone(memory, estimator, sensor, detections, other).mean
+        if near is not None:
+            mean[:, near.returns] = near.given.mean
+        places = in_gaussians.counted_along(prior, estimator.state, mean)
+        return counted(memory.number, places, lambda at: in_gaussians.detection(prior, estimator.state, sensor, at))
+
+    def _alone(
+        self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, returns: Indices
+    ) -> Gaussian:
+        """Return the moments (c, j, n) of each Gaussian given each of some returns (j,), as the filter has it."""
+        c, j = len(memory.number), len(returns)
+        component, row = np.repeat(np.arange(c), j)[:, None], np.tile(returns, c)[:, None]
+        noise, missing = (None if every is None else every[row] for every in (detections.noise, detections.missing))
+        own = Detections(detections.z[row], np.ones(row.shape, dtype=bool), noise=noise, missing=missing)
+        belief = take(memory.belief, component, 0)
+        seen = estimator.evaluate(belief, sensor, own, 1.0)  # the gate weighs a miss only
+        after = estimator.moments(estimator.update(belief, seen, np.broadcast_to([0.0, 1.0], (len(row), 1, 2))))
+        return Gaussian(after.mean.reshape(c, j, -1), after.cov.reshape(c, j, *after.cov.shape[-2:]))
 
     def _given(
         self, found: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, returns: Indices
     ) -> Gaussian:
         """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
-        memory, innovation, log_share, near = found
+        memory, _, log_share, near = found
         c, n = len(log_share), len(estimator.state)
         mean, cov = np.empty((len(returns), c, n)), np.empty((len(returns), c, n, n))
-        if innovation is not None:
-            component = np.tile(np.arange(c), len(returns))[:, None]
-            belief, row = take(memory.belief, component, 0), np.repeat(returns, c)[:, None]
-            noise, missing = (None if every is None else every[row] for every in (detections.noise, detections.missing))
-            own = Detections(detections.z[row], np.ones(row.shape, dtype=bool), noise=noise, missing=missing)
-            alone = estimator.evaluate(belief, sensor, own, 1.0)  # the gate weighs a miss only
-            after = estimator.moments(estimator.update(belief, alone, np.broadcast_to([0.0, 1.0], (len(row), 1, 2))))
-            mean[:], cov[:] = after.mean.reshape(mean.shape), after.cov.reshape(cov.shape)
+        close = np.zeros(len(returns), dtype=bool) if near is None else np.isin(returns, near.returns)
+        if not close.all():
+            after = self._alone(memory, estimator, sensor, detections, returns[~close])
+            mean[~close], cov[~close] = after.mean.swapaxes(0, 1), after.cov.swapaxes(0, 1)
         if near is not None:
-            here = np.flatnonzero(np.isin(returns, near.returns))
-            there = np.searchsorted(near.returns, returns[here])
-            mean[here], cov[here] = near.given.mean[:, there].swapaxes(0, 1), near.given.cov[:, there].swapaxes(0, 1)
+            there = np.searchsorted(near.returns, returns[close])
+            mean[close], cov[close] = near.given.mean[:, there].swapaxes(0, 1), near.given.cov[:, there].swapaxes(0, 1)
         return mixed(Gaussian(mean, cov), kernels.softmax(log_share[:, returns].T), estimator.state)
