@@ -26,7 +26,10 @@ _UNSAVED = 10_000
 @final
 @define(eq=False)
 class Keeping:
-    """Keeps what a service took; a full disk does not end the service, and is told."""
+    """Keeps what a service took; a full disk does not end the service, and is told.
+
+    `born`: the tracks begun by a state that was left out, whose ids the store holds.
+    """
 
     service: Service
     counters: Counters
@@ -35,6 +38,7 @@ class Keeping:
     store: Storage | None = None
     recorder: Recorder | None = None
     made: dict[str, Any] = field(factory=dict)
+    born: int = 0
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
     _dropped: int = 0
 
@@ -63,6 +67,8 @@ class Keeping:
         except Exception as error:  # another Vedette's data may be others, in any way
             why = f"{type(error).__name__}: {error}"[:300]
             LOG.error("the saved state does not fit, and is left out", extra={"why": why})
+            born = saved.states.get("born")  # the data of an older Vedette lack it
+            self.born = born if isinstance(born, int) else 0
             return None
         if places:
             LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
@@ -107,6 +113,7 @@ class Keeping:
         states: dict[str, Any] = {
             "made": self.made,
             "before": window.before.to_data(),
+            "born": window.state.born,
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
             "clocks": clocks,
             "missed": acknowledging.untaken(numbers),

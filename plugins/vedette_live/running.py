@@ -8,7 +8,7 @@ from threading import Event, Thread
 from typing import final
 
 import numpy as np
-from attrs import define, field
+from attrs import define, evolve, field
 
 from vedette.errors import InputError
 from vedette.streams import now
@@ -250,6 +250,7 @@ class Running:
         given = experiment.tracker.given(Recording(()))
         seeds = np.random.SeedSequence(experiment.seed).spawn(2)[1]
         start = experiment.tracker.start(given, -np.inf if given is None else time, seeds)
+        start = evolve(start, born=max(start.born, self.kept.born))
         return Window(experiment.tracker, start, conduct.horizon, conduct.window, experiment.preprocessors)
 
     def _finish(self) -> None:

@@ -101,3 +101,29 @@ def test_what_was_tampered_with_is_refused(base: Path, tmp_path: Path, capsys: p
             new.execute(f"UPDATE tracks SET {column} = ?", (value,))
         assert main(["export", str(path), "--to", str(tmp_path / "x.csv")]) == 2
         assert str(path) in capsys.readouterr().err
+
+
+def test_after_a_change_of_the_motion_the_axes_in_common_are_exported_and_ids_go_on(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Nothing could be exported any more, and strangers had one id."""
+    base, to = tmp_path / "state.sqlite", tmp_path / "tracks.csv"
+    given = {**TRACKER, "inputs": [feed()], "service": {"store": {"kind": "sqlite", "path": str(base)}}}
+    accelerated = {
+        "estimator": {"kind": "kalman", "motion": {"kind": "constant_acceleration", "sigma_jerk": 0.01}},
+        "birth": {"kind": "from_returns", "spread": {"vx": 4.0, "vy": 4.0, "ax": 0.1, "ay": 0.1}},
+    }
+    ran(given, [Arrival(line, 0.0) for line in lines(40)])
+    ran({**given, **accelerated}, [Arrival(line, 0.0) for line in lines(80)[40:]])
+    before, rows, after = (exported(base, to, *asked) for asked in (["--until", "59"], [], ["--from", "60"]))
+    assert (before, after) != ([], [])
+    assert {(row["time"], row["track"], row["x"], row["vy"]) for row in rows} == {
+        (row["time"], row["track"], row["x"], row["vy"]) for row in [*before, *after]
+    }
+    assert [("ax" in found[0]) for found in (before, rows, after)] == [False, False, True]
+    assert max(int(row["track"]) for row in before) < min(int(row["track"]) for row in after)
+    assert capsys.readouterr().err.count("ax [m/s^2]") == 1
+    with closing(sqlite3.connect(base)) as direct, direct:  # as an older Vedette left it
+        direct.execute("DELETE FROM facts WHERE name LIKE 'axes until%'")
+    assert exported(base, to) == after
+    assert str(len(before)) in capsys.readouterr().err

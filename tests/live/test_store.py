@@ -433,6 +433,20 @@ def test_a_state_of_another_layout_is_left_out_and_told(
     assert vars(caplog.records[-1])["why"].startswith(why)
 
 
+def test_ids_go_on_where_a_state_is_left_out(tmp_path: Path) -> None:
+    """They began at 0 again, and an export joined strangers: also to those that only outputs were told of."""
+    given = {**config(tmp_path, 1), "inputs": [feed()]}
+    first = ran(given, [Arrival(line, 0.0) for line in lines(20)]).state
+    other = {**given, "lifecycle": {"kind": "m_of_n"}}
+    second = ran(other, [Arrival(line, 0.0) for line in lines(40)[20:]]).state
+    assert first is not None
+    assert second is not None
+    assert 0 < first.born <= min(second.ids)
+    again = ran({**given, "sensors": TRACKER["sensors"]}, [Arrival(line, 0.0) for line in lines(60)[40:]]).state
+    assert again is not None
+    assert second.born <= min(again.ids)
+
+
 def test_counts_of_another_layout_are_left_out_with_their_state(tmp_path: Path) -> None:
     given = {**config(tmp_path, 1), "inputs": [feed()]}
     ran(given, [numbered("north", 1, 1.0, [[0.0, 0.0]], [])])

@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import sqlite3
 from collections import defaultdict
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette.errors import InputError
 from vedette.space import Array, Space, SpaceError
@@ -30,8 +30,20 @@ CREATE INDEX IF NOT EXISTS tracks_by_id ON tracks (id, time);
 CREATE INDEX IF NOT EXISTS tracks_by_place ON tracks (x, y);
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
+UNTIL = "axes until "
+"""Begins the name of a fact: the axes of the tracks with ids up to the number that follows, and above the one before."""
 _COLUMNS = "time, id, x, y, latitude, longitude, existence, confirmed, mean, cov"
 _INSERT = f"INSERT OR REPLACE INTO tracks ({_COLUMNS}) VALUES (?,?,?,?,?,?,?,?,?,?)"
+
+
+@frozen(eq=False)
+class Kept:
+    """Tracks that a service kept, over one space, and what notes say of them; `told`: what is not as it was kept, or ""."""
+
+    tracks: tuple[Track, ...]
+    space: Space
+    notes: dict[str, str]
+    told: str = ""
 
 
 @frozen
@@ -80,14 +92,19 @@ def keep_tracks(
 
 
 def keep_facts(into: sqlite3.Connection, space: Space, notes: Mapping[str, str]) -> None:
-    """Write what is the same of all tracks: their axes, and what notes say of the earth and of times."""
-    axes = [[axis.name, axis.unit + (" mod 2pi" if axis.period else "")] for axis in space.axes]
-    facts = {"axes": json.dumps(axes), "notes": json.dumps(dict(notes))}
+    """Write what is the same of all tracks from now on, before these: their axes, and what notes say of the earth and times.
+
+    Axes that change stay those of the tracks so far: later ones have higher ids.
+    """
+    axes = json.dumps([[axis.name, axis.unit + (" mod 2pi" if axis.period else "")] for axis in space.axes])
+    replaced = f"SELECT '{UNTIL}' || (SELECT MAX(id) FROM tracks), value FROM facts WHERE name = 'axes' AND value <> ?"
+    into.execute(f"INSERT OR REPLACE INTO facts {replaced} AND EXISTS (SELECT 1 FROM tracks)", (axes,))
+    facts = {"axes": axes, "notes": json.dumps(dict(notes))}
     into.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", facts.items())
 
 
-def read_kept(path: Path, wanted: Wanted) -> tuple[tuple[Track, ...], Space, dict[str, str]]:
-    """Return the tracks of a database that are asked for, their space, and notes; InputError if it holds none."""
+def read_kept(path: Path, wanted: Wanted) -> Kept:
+    """Return the tracks of a database that are asked for, by the axes that all of them have; InputError if it holds none."""
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)) as there:
             there.execute("PRAGMA trusted_schema = OFF")
@@ -95,27 +112,54 @@ def read_kept(path: Path, wanted: Wanted) -> tuple[tuple[Track, ...], Space, dic
             condition, values = wanted.where()
             columns = "id, time, existence, confirmed, mean, cov"
             rows = there.execute(f"SELECT {columns} FROM tracks WHERE {condition} ORDER BY id, time", values).fetchall()
-        space = Space.of(**dict(json.loads(facts["axes"])))
-        return _tracks(rows, space), space, json.loads(facts["notes"])
+        now = Space.of(**dict(json.loads(facts["axes"])))
+        until = {int(name.removeprefix(UNTIL)): axes for name, axes in facts.items() if name.startswith(UNTIL)}
+        before = [(last, Space.of(**dict(json.loads(until[last])))) for last in sorted(until)]
+        tracks, told = _tracks(rows, now, before)
+        spaces = {str(track.space): track.space for track in tracks} or {str(now): now}
+        *others, latest = spaces.values()
+        common = Space(tuple(axis for axis in latest.axes if all(axis in other.axes for other in others)))
+        if others:
+            told.append(f"the tracks are over {' and over '.join(map(str, spaces))}: {common} is what all have")
+        if not len(common):
+            raise ValueError("; ".join([*told, "nothing: choose some of them by their times"]))
+        shared = tuple(_over(track, common) for track in tracks)
+        return Kept(shared, common, json.loads(facts["notes"]), "; ".join(told))
     except (sqlite3.Error, SpaceError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: holds no tracks of a service: {type(error).__name__}: {error}") from None
 
 
-def _tracks(rows: Iterable[tuple[Any, ...]], space: Space) -> tuple[Track, ...]:
-    """Return the tracks of rows in the order of their ids."""
+def _tracks(
+    rows: Sequence[tuple[Any, ...]], now: Space, before: Sequence[tuple[int, Space]]
+) -> tuple[tuple[Track, ...], list[str]]:
+    """Return the tracks of rows in the order of their ids, and what is told of rows that are left out.
+
+    An older Vedette did not keep which axes tracks had before these changed: rows of another number of axes are left out.
+    """
     by_id = defaultdict[int, list[tuple[Any, ...]]](list)
-    for row in rows:
-        by_id[row[0]].append(row)
-    tracks = tuple(_track(number, own, space) for number, own in by_id.items())
-    for track in tracks:
-        if track.mean.shape[1:] != (len(space),) or track.cov.shape[1:] != (len(space), len(space)):
-            raise ValueError(f"track {track.id}: has {track.mean.shape[1:]} and {track.cov.shape[1:]} over {space}")
-    return tracks
+    spaces, left_out = dict[int, Space](), 0
+    for number, *row, mean, cov in rows:
+        space = spaces.setdefault(number, next((of for last, of in before if number <= last), now))
+        one = (number, *row, np.array(json.loads(mean), dtype=float), np.array(json.loads(cov), dtype=float))
+        if one[4].shape == (len(space),) and one[5].shape == (len(space), len(space)):
+            by_id[number].append(one)
+        else:
+            left_out += 1
+    if left_out == len(rows) > 0:
+        raise ValueError(f"none of its {left_out} estimates is over {now}")
+    told = [f"{left_out} estimates are over other axes, which are not known, and are left out"] if left_out else []
+    return tuple(_track(number, own, spaces[number]) for number, own in by_id.items()), told
+
+
+def _over(track: Track, space: Space) -> Track:
+    """Return a track over some of its axes."""
+    at = track.space.locate(space)
+    return evolve(track, space=space, mean=track.mean[:, at], cov=track.cov[:, at][:, :, at])
 
 
 def _track(number: int, rows: Sequence[tuple[Any, ...]], space: Space) -> Track:
     times, existence = (np.array([row[k] for row in rows], dtype=float) for k in (1, 2))
-    mean, cov = (np.array([json.loads(row[k]) for row in rows], dtype=float) for k in (4, 5))
+    mean, cov = (np.stack([row[k] for row in rows]) for k in (4, 5))
     unknown, none = np.full(len(rows), np.nan), np.ones(1)  # which returns they took is not kept
     return Track(
         number,

@@ -185,6 +185,8 @@ class _Open:
             write.execute("BEGIN IMMEDIATE")
             write.execute("INSERT INTO states (saved, digest, content) VALUES (?, ?, ?)", (now(), digest, content))
             write.execute(f"DELETE FROM states WHERE id <= (SELECT MAX(id) FROM states) - {KEPT}")
+            if reports:
+                keep_facts(write, reports[-1].space, saved.notes)
             for report in reports:
                 columns: dict[str, Any] = {"id": report.ids, "mean": report.mean, "cov": report.cov}
                 columns |= {"existence": report.existence, "confirmed": report.confirmed}
@@ -192,7 +194,6 @@ class _Open:
                 keep_tracks(write, report.time, report.space, columns, places)
             if reports:
                 write.execute("DELETE FROM tracks WHERE time < ?", (reports[-1].time - self.keep,))
-                keep_facts(write, reports[-1].space, saved.notes)
             write.execute("COMMIT")
         except sqlite3.Error as error:
             if write.in_transaction:

@@ -48,6 +48,8 @@ def run(arguments: Namespace) -> int:
     write(target, run, options.whole("--ellipses", arguments.ellipses, 0))
     if target.suffix.lower() == ".kml" and not run.terms.dated:
         print("vedette: KML has dates only, so 0 s stands at 1970-01-01T00:00:00Z; --epoch gives another", file=sys.stderr)
+    if told := run.about.get("told"):
+        print(f"vedette: {folder}: {told}", file=sys.stderr)
     points = sum(len(track.times) for track in run.tracks)
     rest = f" of {whole}" if whole > len(run.tracks) else ""
     print(f"{target}: {len(run.tracks)}{rest} tracks, {points} estimates, {target.stat().st_size / 1e6:.2g} MB")

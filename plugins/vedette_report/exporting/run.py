@@ -48,9 +48,10 @@ class Run:
     @classmethod
     def kept(cls, path: Path, part: Wanted, origin: Origin | None, epoch: float | None) -> Run:
         """Read the tracks of a service from its database, those of a time and a place."""
-        tracks, space, notes = read_kept(path, part)
-        about = {"title": "", "axes": {axis.name: axis.unit for axis in space.axes}, "notes": notes, "objects": []}
-        return cls._of(path, about, tracks, origin, epoch)
+        kept = read_kept(path, part)
+        axes = {axis.name: axis.unit for axis in kept.space.axes}
+        about = {"title": "", "axes": axes, "notes": kept.notes, "objects": [], "told": kept.told}
+        return cls._of(path, about, kept.tracks, origin, epoch)
 
     @classmethod
     def _of(
