@@ -121,8 +121,11 @@ def folder_beside(path: Path, place: str) -> Iterator[Path]:
 
 
 def open_growing(path: Path) -> io.FileIO:
-    """Open a file, new or as it is, to read it and to write at its end, unbuffered; OSError if it is a link."""
-    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
+    """Open a file, new or as it is, to read it and to write at its end, unbuffered; OSError if it is a link.
+
+    Its end is where it is at each write: one that was cut meanwhile, as logs are, gets no hole.
+    """
+    flags = os.O_RDWR | os.O_CREAT | os.O_APPEND | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_BINARY", 0)
     return io.FileIO(os.open(path, flags, 0o644), "r+b")
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from typing import Any, final
 
+import numpy as np
 from attrs import define, field
 
 from vedette.streams import Saved, Storage, TrackReport
@@ -41,6 +42,7 @@ class Keeping:
     born: int = 0
     _unsaved: deque[TrackReport] = field(factory=lambda: deque[TrackReport](maxlen=_UNSAVED))
     _dropped: int = 0
+    _until: tuple[int, float] = (0, -np.inf)
 
     def open(self) -> Window | None:
         """Open store and record, and return what was saved, to go on from; None if nothing that fits was."""
@@ -63,7 +65,7 @@ class Keeping:
             runs = saved.states.get("missed", {}).items()  # the data of an older Vedette lack it
             missed = {key: [(int(first), int(last)) for first, last in of] for key, of in runs}
             counts = {name: int(count) for name, count in saved.counters.items() if name in self.counters.counts}
-            recorded = int(saved.states.get("recorded", -1))
+            recorded, record = int(saved.states.get("recorded", -1)), saved.states.get("record")
         except Exception as error:  # another Vedette's data may be others, in any way
             why = f"{type(error).__name__}: {error}"[:300]
             LOG.error("the saved state does not fit, and is left out", extra={"why": why})
@@ -77,10 +79,11 @@ class Keeping:
         for grouper, those in zip(self.listening.groupers, clocks, strict=False):
             grouper.clocks = those
         self.listening.numbers.kept, self.listening.numbers.missed = known, missed
-        if self.recorder is not None and recorded >= 0 and not saved.older:
+        if self.recorder is not None and recorded >= 0 and not saved.older and record in (None, str(self.recorder.path)):
             self.recorder.cut(recorded)
         for name, count in counts.items():
             self.counters.add(name, count)
+        self._until = (self.counters.counts["scans_taken_total"], window.state.time)
         LOG.info("restored", extra={"scan_time": window.state.time, "tracks": len(window.state.ids)})
         return window
 
@@ -119,7 +122,7 @@ class Keeping:
             "missed": acknowledging.untaken(numbers),
         }
         if self.recorder is not None:
-            states["recorded"] = self.recorder.end
+            states |= {"recorded": self.recorder.end, "record": str(self.recorder.path)}
         try:
             if self.recorder is not None and self.recorder.waiting:
                 raise OSError("the record cannot be written")
@@ -134,6 +137,7 @@ class Keeping:
             return
         self.ails.pop("store", None)
         self.counters.add("saves_total")
+        self._until = (self.counters.counts["scans_taken_total"], window.state.time)
         self._unsaved.clear()
         if self._dropped:
             LOG.error("the store lacks tracks, as it could not be written for long", extra={"reports": self._dropped})
@@ -176,6 +180,17 @@ class Keeping:
             if "record" not in self.ails:
                 LOG.error("not recorded", extra={"why": str(error)})
             self.ails["record"] = str(error)
+
+    def lacks(self) -> list[str]:
+        """Return what store and record lack at the end, as they cannot be written."""
+        told, (kept, since) = list[str](), self._until
+        if "store" in self.ails:
+            lost = self.counters.counts["scans_taken_total"] - kept
+            after = "" if since == -np.inf else f" after {since:.6f} s"
+            told.append(f"service.store: {lost} scans{after} are not kept: {self.ails['store']}")
+        if self.recorder is not None and (lost := len(self.recorder.waiting) + self.recorder.dropped):
+            told.append(f"service.record: lacks {lost} lines: {self.ails.get('record', '')}")
+        return told
 
     def close(self) -> None:
         """Close record and store."""

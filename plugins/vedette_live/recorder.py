@@ -11,6 +11,7 @@ from collections import deque
 from collections.abc import Mapping
 from contextlib import ExitStack, suppress
 from io import FileIO
+from itertools import chain, count
 from pathlib import Path
 from typing import final
 
@@ -24,6 +25,7 @@ from vedette_files import left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
 from vedette_files.writing import growing, is_at, open_growing
 from vedette_live.grouping import Formed
+from vedette_live.log import LOG
 from vedette_live.window import Taken
 
 MOST = 10_000
@@ -37,7 +39,7 @@ PIECE = 2**20
 class Recorder:
     """Appends scans to a file, whole lines or nothing; `end` is where the next one goes.
 
-    A file that was moved away, as logs are, is begun anew.
+    A file that was moved away or emptied, as logs are, is begun anew.
     """
 
     path: Path
@@ -51,11 +53,21 @@ class Recorder:
 
     @classmethod
     def append(cls, path: str, experiment: Experiment, notes: Mapping[str, str]) -> Recorder:
-        """Open a record, new or to go on with, whose head holds `notes`; InputError if the file is something else."""
+        """Open a record, new or to go on with, whose head holds `notes`; beside a file that is something else, and told."""
         place = user_path(path)
         spaces = {name: sensor.measurement for name, sensor in experiment.tracker.sensors.items()}
         detected = {name: spaces[name] for name in experiment.preprocessors}
         head = "".join(recording_head(Recording((), notes=notes, detected=detected), spaces)).encode()
+        beside = (place.with_stem(f"{place.stem}-{number}") for number in count(2))
+        opened = next(one for each in chain([place], beside) if (one := cls._opened(each, head, spaces)) is not None)
+        if opened.path != place:
+            why = f"{place.name} is no record of these sensors and notes, and stays as it is: {opened.path.name} is written"
+            LOG.error("record", extra={"why": why})
+        return opened
+
+    @classmethod
+    def _opened(cls, place: Path, head: bytes, spaces: Mapping[str, Space]) -> Recorder | None:
+        """Open a file; None if it is something else, InputError if it cannot be written."""
         held = ExitStack()
         held.enter_context(growing(place, "service.record"))
         try:
@@ -67,7 +79,7 @@ class Recorder:
             raise InputError(f"service.record: {place}: cannot be written: {error.strerror}") from None
         if not _begins(there, head):
             held.close()
-            raise InputError(f"service.record: {place}: is not a record of these sensors and notes; name another file")
+            return None
         file.truncate(end)
         return cls(place, head, spaces, file, held, end)
 
@@ -93,8 +105,12 @@ class Recorder:
 
     @property
     def moved(self) -> bool:
-        """Whether the file was moved away, so that `flush` begins it anew."""
-        return not is_at(self.path, self.file)
+        """Whether the file was moved away or cut, so that `flush` begins it anew."""
+        return not is_at(self.path, self.file) or self._size < self.end
+
+    @property
+    def _size(self) -> int:
+        return os.fstat(self.file.fileno()).st_size
 
     def flush(self) -> None:
         """Write what waits; OSError, and all of it still waits, if it cannot be written."""
@@ -102,12 +118,11 @@ class Recorder:
             self._begin_anew()
         data = b"".join((b"" if self.end else self.head, *self.waiting))
         try:
-            self.file.seek(self.end)
             at = 0
             while at < len(data):
                 at += self.file.write(data[at:])
         except OSError:
-            self.file.truncate(self.end)
+            self.file.truncate(min(self.end, self._size))
             raise
         self.end += len(data)
         self.waiting.clear()
@@ -116,10 +131,11 @@ class Recorder:
         file = open_growing(self.path)
         if file.seek(0, os.SEEK_END):
             file.close()
-            raise OSError(f"{self.path} is another file by now: move it away")
+            raise OSError(f"{self.path} was cut, or is another file by now: move it away")
         self.held.callback(file.close)
         self.file.close()
         self.file, self.end = file, 0
+        LOG.warning("the record was moved away or emptied, and is begun anew", extra={"path": str(self.path)})
 
     def close(self) -> None:
         """Close the file, and let others have it."""

@@ -64,6 +64,7 @@ class Running:
     _deaf: dict[str, int] = field(factory=dict)
     _asked: float = np.inf
     _saved: float = field(factory=now)
+    _lacks: list[str] = field(factory=list)
 
     def __attrs_post_init__(self) -> None:
         self.listening = Listening(self.service, self.counters, self.ails)
@@ -82,7 +83,7 @@ class Running:
         self.stop.set()
 
     def run(self) -> None:
-        """Run. InputError if an input, an output or the store can never be used."""
+        """Run. InputError if an input, an output or the store can never be used, or if scans are not kept at the end."""
         conduct = self.service.parts.service
         sys.setswitchinterval(0.001)  # a thread that computes would hold up one that has a datagram for 5 ms
         try:
@@ -119,8 +120,9 @@ class Running:
                 health.close()
             self.listening.tell(last=True)
             LOG.info("stopped", extra={name.removesuffix("_total"): self.counters.counts[name] for name in _LAST_TOLD})
-        if fatal := [told for name, told in self.ails.items() if name.startswith("input") and told.startswith("!")]:
-            raise InputError(fatal[0][1:])
+        fatal = [told[1:] for name, told in self.ails.items() if name.startswith("input") and told.startswith("!")]
+        if told := [*fatal[:1], *self._lacks]:
+            raise InputError("\n".join(told))
 
     def _ailment(self) -> str:
         return "; ".join(f"{name}: {told.lstrip('!')}" for name, told in sorted(self.ails.items()))
@@ -265,4 +267,7 @@ class Running:
             self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
         for sink, lagged in zip(self._sinks, self._lagged, strict=True):
             self._tell_late(sink, [] if lagged is None else lagged.finish())
+        self._lacks = self.kept.lacks()
+        for told in self._lacks:
+            LOG.error("not kept", extra={"why": told})
         self.kept.close()

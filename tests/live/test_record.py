@@ -27,7 +27,6 @@ from support.services import (
     undisturbed,
     wait_for,
 )
-from vedette.errors import InputError
 from vedette.streams import Arrival
 from vedette.types import Scan
 from vedette_files import read_recording, write_recording
@@ -117,7 +116,10 @@ def test_a_service_killed_after_its_record_was_moved_away_records_no_scan_twice(
     assert [scan.time for scans in records for scan in scans] == [1.5 * k for k in range(80)]
 
 
-def test_a_record_says_where_x_points_and_one_of_before_goes_on_but_none_of_another_frame(tmp_path: Path) -> None:
+def test_a_record_says_where_x_points_and_of_another_frame_another_one_is_begun_beside(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It was an error, and under systemd one at each start."""
     experiment, notes = vedette.load(TRACKER), {"origin": "59, 10", "frame": "x north, y east"}
 
     def begun(name: str, notes: dict[str, str]) -> str:
@@ -128,8 +130,55 @@ def test_a_record_says_where_x_points_and_one_of_before_goes_on_but_none_of_anot
 
     assert json.loads(begun("new", notes))["notes"] == notes
     assert begun("old", {}) == begun("old", notes)
-    with pytest.raises(InputError, match=r"^service.record: "):
-        begun("new", {**notes, "frame": "x east, y north"})
+    assert not caplog.records
+    before, other = (tmp_path / "new").read_bytes(), {**notes, "frame": "x east, y north"}
+    (tmp_path / "new-2").write_bytes(bytes(100))  # as a copy that was cut by another program had left it
+    for count in (1, 2):
+        assert begun("new", other) == before.decode()
+        assert json.loads((tmp_path / "new-3").read_text())["notes"] == other
+        assert len(caplog.records) == count
+
+
+def test_a_record_goes_on_where_its_state_was_saved_and_not_where_another_was(tmp_path: Path) -> None:
+    """A sensor that is renamed for a while: the first record was cut where the second one had ended."""
+    names, record = {"south": "sud"}, tmp_path / "record.jsonl"
+    conduct = {"record": str(record), "store": {"kind": "sqlite", "path": str(tmp_path / "state.sqlite")}}
+    given = {**TRACKER, "inputs": [feed()], "service": conduct}
+    sensors = {names.get(name, name): sensor for name, sensor in TRACKER["sensors"].items()}
+    told = [Arrival(line, 0.0) for line in lines(60)]
+    ran(given, told[:40])
+    ran({**given, "sensors": sensors, "inputs": [feed(sensors={"south": "sud"})]}, told[40:44])
+    ran(given, told[44:])
+    taken = [[scan.time for scan in read_recording(tmp_path / name)[0].scans] for name in ("record.jsonl", "record-2.jsonl")]
+    assert taken == [[1.5 * k for k in (*range(40), *range(44, 60))], [1.5 * k for k in range(40, 44)]]
+
+
+def test_a_record_that_is_emptied_is_begun_anew_without_a_hole(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """As logrotate's copytruncate does: it was written on where it had ended, after NULs, and no service could go on."""
+    record, port = tmp_path / "record.jsonl", free_port()
+    inputs = [{"input": {"kind": "tcp_server", "port": port}, "format": {"kind": "json_lines"}}]
+    config = {**TRACKER, "inputs": inputs, "service": {"record": str(record), "save": 0.05}}
+    with served(config) as running, connected(port) as sender:
+        for part in (lines(40), lines(80)[40:]):
+            record.write_bytes(b"")  # before anything is there, too
+            size = running.counters.counts["scans_taken_total"]
+            sender.sendall(b"".join(part))
+            wait_for(lambda size=size: running.counters.counts["scans_taken_total"] == size + 40)  # type: ignore[misc]
+            wait_for(lambda: len(record.read_bytes().splitlines()) == 41)
+    assert [scan.time for scan in read_recording(record)[0].scans] == [1.5 * k for k in range(40, 80)]
+    assert len([each for each in caplog.records if "path" in vars(each)]) == 1
+
+
+def test_a_record_that_is_cut_within_is_left_alone_and_told(tmp_path: Path) -> None:
+    recorder = Recorder.append(str(tmp_path / "record.jsonl"), vedette.load(TRACKER), {})
+    recorder.flush()
+    with recorder.path.open("r+b") as other:
+        other.truncate(20)
+    recorder.waiting.append(b"{}\n")
+    with pytest.raises(OSError, match="move it away"):
+        recorder.flush()
+    assert recorder.path.stat().st_size == 20
+    recorder.close()
 
 
 def test_a_record_that_ends_in_a_part_of_a_line_goes_on_after_the_last_whole_one(tmp_path: Path) -> None:

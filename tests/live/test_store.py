@@ -280,6 +280,29 @@ def test_what_a_disk_that_is_full_for_long_costs_is_told(
     assert min(lacking.values()) > 20
 
 
+@pytest.mark.parametrize("first", [0, 20])
+def test_a_stop_while_nothing_can_be_written_is_an_error_that_counts_what_is_not_kept(tmp_path: Path, first: int) -> None:
+    """It ended with "stopped", and exit code 0."""
+    record = str(tmp_path / "record.jsonl")
+    given = {**config(tmp_path, 1, record=record), "inputs": [feed()]}
+    ran(given, [Arrival(line, 0.0) for line in lines(first)])
+
+    def late() -> Iterator[Arrival]:
+        into = running.kept.recorder
+        assert into is not None
+        into.file = FullFile(into.file.fileno(), "r+b", closefd=False)
+        yield from (Arrival(line, 0.0) for line in lines(60)[first:])
+
+    running = made(given, late())
+    with pytest.raises(InputError) as told:
+        running.run()
+    store, lacking = str(told.value).splitlines()
+    assert f" {60 - first} scans" in store
+    assert (f"after {1.5 * (first - 1):.6f} s" in store) == (first > 0)
+    assert f" {60 - first} lines" in lacking
+    assert ran(given, [Arrival(line, 0.0) for line in lines(60)[first:]]).ails == {}
+
+
 class FullFile(FileIO):
     """A file on a full disk, which takes a few bytes before it says so."""
 
