@@ -51,7 +51,7 @@ def figures(seen: Seen, it: Situation) -> dict[str, Any]:
     where, finite = positions(it.state), math.isfinite(threshold)
     volumes = settled.gate_volumes(threshold) if finite else np.full(SCANS, math.nan)
     axes = []
-    for i, axis in enumerate(seen.sensor.measurement.axes):
+    for i, axis in enumerate(seen.sensor.measurement.axes[at] for at in settled.has):
         sigmas = [float(np.sqrt(S[i, i])) for S in (settled.R, settled.S[0], settled.S[-1])]
         half = [float(np.sqrt(threshold)) * sigma if finite else None for sigma in sigmas[1:]]
         axes.append(
@@ -115,6 +115,9 @@ def _of_sensor(seen: Seen, facts: dict[str, Any]) -> Iterator[str]:
             first, then = angle(axis["first_gate"], unit), angle(axis["settled_gate"], unit)
             gate = f"; the gate reaches {first} either way at first, then {then}"
         yield f"    {axis['axis']}: errs by {angle(axis['noise'], unit)} (standard deviation){gate}"
+    names = [name for at, name in enumerate(seen.sensor.measurement.names) if at not in seen.settled.has]
+    if names:
+        yield f"    {', '.join(names)}: no return of the source's first scans has it"
     yield f"    a target gives a return with probability {facts['detection_probability']:.3g}"
     if facts["false_returns_in_first_gate"] is not None:
         yield (

@@ -250,7 +250,7 @@ def _noise_ratio(it: Situation, motion: MotionModel, seen: Seen, dt: float) -> t
     sensor = seen.sensor.placed(seen.came.pose)
     x, settled = _at(it, motion, seen), seen.settled
     assert settled is not None
-    axes = sensor.measurement.axes
+    axes = [sensor.measurement.axes[at] for at in settled.has]
     if x is None:
         return 1.0, axes[0]
     Q = motion.noise(x, dt)
@@ -261,7 +261,7 @@ def _noise_ratio(it: Situation, motion: MotionModel, seen: Seen, dt: float) -> t
     for i, a in names:
         for j, b in names:
             wide[i, j] = Q[a, b]
-    ratios = np.sqrt(np.diag(H @ wide @ H.T) / np.diag(settled.R))
+    ratios = np.sqrt(np.diag(H @ wide @ H.T)[settled.has] / np.diag(settled.R))
     return float(np.max(ratios)), axes[int(np.argmax(ratios))]
 
 

@@ -210,9 +210,10 @@ def coarse_sensor(it: Situation) -> Iterator[Finding]:
         if isinstance(seen.sensor, ImagingSensor) or seen.settled is None:
             continue
         x = ring(seen.sensor, seen.far or 0.0) if seen.far else None
-        R = seen.settled.R if x is None else np.broadcast_to(seen.sensor.noise(x), (8, *seen.settled.R.shape))[0]
-        for axis, variance in zip(seen.sensor.measurement.axes, np.diag(R), strict=True):
-            sigma = math.sqrt(variance)
+        has, m = seen.settled.has, len(seen.sensor.measurement)
+        R = seen.settled.R if x is None else np.broadcast_to(seen.sensor.noise(x), (8, m, m))[0][np.ix_(has, has)]
+        for at, variance in zip(has, np.diag(R), strict=True):
+            axis, sigma = seen.sensor.measurement.axes[at], math.sqrt(variance)
             if axis.period is not None and sigma > axis.period / 18:
                 text = (
                     f"errs in {axis.name} by {np.degrees(sigma):.3g} deg: the direction is hardly known. Is its unit right?"

@@ -77,7 +77,7 @@ def fused(it: Situation) -> dict[str, float] | None:
     if len(some) < 2 or not where:
         return None
     starts = [settled.start for seen, settled, _ in some if seen.name in tracker.starters] or [some[0][1].start]
-    looks = [(seen.sensor.placed(seen.came.pose), dt) for seen, _, dt in some]
+    looks = [(seen.sensor.placed(seen.came.pose), dt, seen.came.lacks) for seen, _, dt in some]
     time, cov = together(tracker, looks, starts[0])
     first, then = deviation(starts[0].cov[0], where), deviation(cov, where)
     return {"after_s": time, "first_position_error_m": first, "position_error_m": then}
@@ -106,7 +106,7 @@ def situation(experiment: Experiment, interval: float | None = None) -> Situatio
 
 def _settled(experiment: Experiment, name: str, dt: float, recording: Recording | None, came: Came) -> Settled | None:
     """Return how a track settles; PluginError if a component makes it nan, None if it is nan and none is at fault."""
-    again = partial(settle, experiment.tracker, name, dt, recording, came.returns, came.pose)
+    again = partial(settle, experiment.tracker, name, dt, recording, came.returns, came.pose, came.lacks)
     settled = again()
     if settled is None or (np.isfinite(settled.mean).all() and np.isfinite(settled.S).all()):
         return settled

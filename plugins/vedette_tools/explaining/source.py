@@ -11,7 +11,7 @@ from attrs import Factory, frozen
 
 from vedette.errors import VedetteError
 from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette.space import Array, Mask
 from vedette.tracking import open_source, preprocess
 from vedette.types import Pose, Recording, Scan, come_once
 
@@ -22,7 +22,8 @@ MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
 @frozen(eq=False)
 class Came:
     """What came of one sensor: the median time between its scans in s (None if there were fewer than two), the mean number
-    of returns a scan (None of frames), the returns (k, m) with the pose of each, the pose of its first scan, the scans.
+    of returns a scan (None of frames), the returns (k, m) with the pose of each, the pose of its first scan, the scans, and
+    which components (m,) no return has.
     """
 
     interval: float | None
@@ -31,6 +32,7 @@ class Came:
     poses: tuple[Pose | None, ...]
     pose: Pose | None
     scans: tuple[Scan, ...] = ()
+    lacks: Mask | None = None
 
 
 @frozen(eq=False)
@@ -88,9 +90,11 @@ def _came(times: list[float], scans: list[Scan], axes: int) -> Came:
     gaps = gaps[gaps > 0]
     returns: list[Any] = []
     poses: list[Pose | None] = []
+    lacks = np.full(axes, any(np.any(scan.detections.valid) for scan in scans))
     for scan in scans:
         seen = scan.detections
         if seen.z.shape[-1] == axes:  # bad returns are the run's to refuse
+            lacks &= np.all(seen.missing[seen.valid], axis=0) if seen.missing is not None else not np.any(seen.valid)
             whole = seen.complete & np.all(np.isfinite(seen.z), axis=-1)
             returns += list(seen.z[whole])
             poses += [scan.pose] * int(np.sum(whole))
@@ -101,4 +105,5 @@ def _came(times: list[float], scans: list[Scan], axes: int) -> Came:
         poses=tuple(poses),
         pose=next((scan.pose for scan in scans), None),
         scans=tuple(scans),
+        lacks=lacks if np.any(lacks) and not np.all(lacks) else None,
     )

@@ -11,7 +11,7 @@ from attrs import frozen
 
 from vedette.filters import expected_return, predicted
 from vedette.roles import Sensor
-from vedette.space import Array
+from vedette.space import Array, Indices, Mask
 from vedette.supporting import ImagingSensor
 from vedette.tracking import Tracker
 from vedette.types import Detections, Gaussian, Pose, Recording
@@ -37,14 +37,16 @@ class Settled:
 
     start    the prior of a new track (1, n)
     updated  covariances (s, n, n) after each scan;  mean (s, n)
+    has      which measured axes its returns have, m of them
     S        innovation covariance (s, m, m);  R (m, m) of the last
-    measured (m,)       the last return
+    measured            the last return, over all axes
     detects, density    probability of detection, clutter density at the last, in 1 / volume of the measurement space
     """
 
     start: Gaussian
     updated: Array
     mean: Array
+    has: Indices
     S: Array
     R: Array
     measured: Array
@@ -86,14 +88,18 @@ def ring(sensor: Sensor, r: float) -> Array:
 
 
 def settle(
-    tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None
-) -> Settled | None:
-    """Return how a track of one sensor settles with scans `dt` s apart; None if none can or does, or for a camera."""
+    tracker: Tracker, name: str, dt: float, recording: Recording | None, returns: Array, pose: Pose | None,
+    lacks: Mask | None = None,
+) -> Settled | None:  # fmt: skip
+    """Return how a track of one sensor settles with scans `dt` s apart; None if none can or does, or for a camera.
+
+    lacks (m,): the components that none of its returns has.
+    """
     sensor = tracker.sensors[name]
     if isinstance(sensor, ImagingSensor):
         return None
     start = _prior(tracker, name, dt, recording, returns, pose)
-    return None if start is None else _run(tracker, sensor.placed(pose), dt, start)
+    return None if start is None else _run(tracker, sensor.placed(pose), dt, start, lacks)
 
 
 def _prior(
@@ -174,7 +180,7 @@ def inverts(sensor: Sensor, z: Array) -> bool:
     return True
 
 
-def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settled | None:
+def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian, lacks: Mask | None) -> Settled | None:
     """Take SCANS scans, each with the return that is expected; None if the estimator learns nothing from any of them."""
     estimator, rng = tracker.estimator, np.random.default_rng(0)
     where = estimator.state.locate(sensor.observes)
@@ -183,7 +189,7 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
     R: Array = np.zeros(0)
     x: Array = start.mean[0, where]
     for _ in range(SCANS):
-        belief, ahead, R, covariance = _scan(tracker, belief, sensor, dt, rng)
+        belief, ahead, R, covariance = _scan(tracker, belief, sensor, dt, rng, lacks)
         x = ahead.mean[0, where]
         S.append(covariance)
         after = estimator.moments(belief)
@@ -192,36 +198,42 @@ def _run(tracker: Tracker, sensor: Sensor, dt: float, start: Gaussian) -> Settle
         means.append(after.mean[0])
     if not learnt:
         return None
+    names = sensor.measurement.names
+    has = np.arange(len(names)) if lacks is None else np.flatnonzero(~lacks)
     density = np.asarray(sensor.clutter(sensor.measure(x)[None]))
+    lengths = math.prod(sensor.optional.get(name, 1.0) for i, name in enumerate(names) if i not in has)
     return Settled(
-        start, np.array(updated), np.array(means), np.array(S), R, sensor.measure(x),
-        float(np.max(sensor.detects(x))), float(density.reshape(-1)[0]) if density.size else 0.0,
+        start, np.array(updated), np.array(means), has, np.array(S)[:, has][..., has], R[has][:, has], sensor.measure(x),
+        float(np.max(sensor.detects(x))), float(density.reshape(-1)[0]) * lengths if density.size else 0.0,
     )  # fmt: skip
 
 
-def together(tracker: Tracker, looks: Sequence[tuple[Sensor, float]], start: Gaussian) -> tuple[float, Array]:
+def together(tracker: Tracker, looks: Sequence[tuple[Sensor, float, Mask | None]], start: Gaussian) -> tuple[float, Array]:
     """Return a time in s and the covariance (n, n) of a track by then, seen by each sensor at its interval in s.
+
+    Of each sensor, which components (m,) all of its returns lack.
 
     After SCANS scans of the slowest, or so many of all that it makes no difference.
     """
-    span = min(SCANS * max(dt for _, dt in looks), MOST / sum(1.0 / dt for _, dt in looks))
-    due = sorted((k * dt, i) for i, (_, dt) in enumerate(looks) for k in range(1, 1 + int(span / dt + 1e-9)))
+    span = min(SCANS * max(dt for _, dt, _ in looks), MOST / sum(1.0 / dt for _, dt, _ in looks))
+    due = sorted((k * dt, i) for i, (_, dt, _) in enumerate(looks) for k in range(1, 1 + int(span / dt + 1e-9)))
     rng, time = np.random.default_rng(0), 0.0
     belief = tracker.estimator.start(start, tracker.estimator.state, rng)
     for then, i in due:
-        belief = _scan(tracker, belief, looks[i][0], then - time, rng)[0]
+        belief = _scan(tracker, belief, looks[i][0], then - time, rng, looks[i][2])[0]
         time = then
     return time, tracker.estimator.moments(belief).cov[0]
 
 
 def _scan(
-    tracker: Tracker, belief: Any, sensor: Sensor, dt: float, rng: np.random.Generator
+    tracker: Tracker, belief: Any, sensor: Sensor, dt: float, rng: np.random.Generator, lacks: Mask | None
 ) -> tuple[Any, Gaussian, Array, Array]:
-    """Return the belief after a scan with the return that is expected, the prediction, R and S."""
+    """Return the belief after a scan with the return that is expected but for what it lacks, the prediction, R and S."""
     estimator = tracker.estimator
     belief = predicted(estimator, belief, dt, rng)
     ahead = estimator.moments(belief)
     R = sensor.noise(ahead.mean[0, estimator.state.locate(sensor.observes)])
     expected, S, _ = expected_return(Gaussian(ahead.mean[0], ahead.cov[0]), estimator.state, sensor, R)
-    innovation = estimator.evaluate(belief, sensor, Detections.of(expected[None]), tracker.gate.probability)
+    seen = Detections(expected[None], [True], missing=None if lacks is None else lacks[None])
+    innovation = estimator.evaluate(belief, sensor, seen, tracker.gate.probability)
     return estimator.update(belief, innovation, np.array([[0.0, 1.0]])), ahead, R, S

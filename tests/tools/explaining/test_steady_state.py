@@ -6,6 +6,7 @@ from scipy.linalg import solve_discrete_are
 
 from vedette.config import load
 from vedette_tools.explaining import situation
+from vedette_tools.explaining.description import lines
 from vedette_tools.explaining.lifetimes import TRACKS
 from vedette_tools.explaining.situation import fused
 from vedette_tools.explaining.steady_state import MOST, reach, settle, together
@@ -42,6 +43,26 @@ def test_shares_of_confirmed_tracks_follow_the_binomial_law():
     assert lives.confirmed == pytest.approx(expected, abs=4 * np.sqrt(expected * (1 - expected) / TRACKS))
     assert lives.false == 0.0
     assert lives.kept == 1.0
+
+
+def test_what_no_return_of_a_partial_sensor_has_is_not_counted(tmp_path):
+    """A track settles, and its gate holds false returns, as of the sensor that measures the rest alone."""
+    (tmp_path / "rows.csv").write_text("t,x,y,u,v\n" + "".join(f"{DT * k},{20 * k},{5 * k},,\n" for k in range(30)))
+    columns = {"time": "t", "columns": {"x": "x", "y": "y", "vx": "u", "vy": "v"}}
+    table = {"kind": "csv", "path": str(tmp_path / "rows.csv"), "detections": columns}
+    speeds = {"kind": "position_velocity", "sigma": SIGMA, "sigma_speed": 0.1, "detection_probability": 0.9}
+    partial = {"kind": "partial", "of": {**speeds, "clutter_density": 1e-12}, "optional": {"vx": 20.0, "vy": 30.0}}
+    given = {"kind": "given", "start": {"x": [0, SIGMA], "y": [0, SIGMA], "vx": [0, 10], "vy": [0, 10]}}
+    told = []
+    for sensor, source in ((partial, {"source": table}), ({**alone()["sensors"]["radar"], "clutter_density": 6e-10}, {})):
+        config = alone() | {"sensors": {"radar": sensor}, "birth": given} | source
+        it = situation(load(config), DT)
+        settled = it.sensors[0].settled
+        told.append([settled.updated[-1], settled.S[0], settled.R, settled.density, settled.gate_volumes(9.0)])
+    for one, other in zip(*told, strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9)
+    said = "\n".join(lines(situation(load(config | {"sensors": {"radar": partial}, "source": table}), DT)))
+    assert "vx, vy: no return" in said
 
 
 @pytest.mark.parametrize("limit", [40.0, 3000.0, 123456.0])
@@ -101,5 +122,5 @@ def test_a_track_that_another_sensor_begins_is_where_both_see_it():
 
 def test_many_sensors_that_look_often_are_taken_for_so_many_scans_in_all():
     tracker, settled = settled_by("radar", radar=RADAR)
-    time, _ = together(tracker, [(tracker.sensors["radar"], 0.1)] * 20, settled.start)
+    time, _ = together(tracker, [(tracker.sensors["radar"], 0.1, None)] * 20, settled.start)
     assert time == pytest.approx(MOST * 0.1 / 20)
