@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from vedette import Detections, Recording, Scan
+from vedette import ConfigError, Detections, Recording, Scan
 from vedette_files import CsvSource, JsonLinesSource, Origin, read_recording, write_recording
 from vedette_files.tables.returns import DetectionColumns
 from vedette_standard.sensors.linear import LinearSensor
@@ -105,6 +105,22 @@ def test_an_empty_cell_of_a_table_is_missing(tmp_path):
     refused = from_csv(tmp_path, "t,r,b,v\n0,100,0.1,\n1,100,0.1,2\n", {"radar": DOPPLER}).refused
     assert [problem.place for problem in refused] == ["d.csv:2"]
     assert "partial" in refused[0].text
+
+
+@pytest.mark.parametrize("noise", [{}, {"range": "sr", "bearing": "sb"}], ids=["none", "of each return"])
+def test_a_table_without_a_column_of_an_optional_axis_has_it_in_no_row(noise, tmp_path):
+    """As if each of its cells were empty; of an axis that is always reported it says that the column lacks."""
+    text, there = "t,r,b,sr,sb\n0,100,0.1,2,0.1\n0,200,0.2,2,0.1\n1,,,,\n", {"range": "r", "bearing": "b"}
+    recording = from_csv(tmp_path, text, columns=there, noise=noise)
+    np.testing.assert_array_equal(seen(recording)[0], [[100.0, 0.1, NAN], [200.0, 0.2, NAN]])
+    assert seen(recording)[1:] == [[]]
+    more = noise and {**noise, "range_rate": "v"}
+    other = from_csv(tmp_path, "t,r,b,v,sr,sb\n0,100,0.1,,2,0.1\n0,200,0.2,,2,0.1\n1,,,,,\n", noise=more)
+    for one, same in zip(recording.scans, other.scans, strict=True):
+        np.testing.assert_array_equal(one.detections.missing, same.detections.missing)
+        np.testing.assert_array_equal(one.detections.noise, same.detections.noise)
+    with pytest.raises(ConfigError, match="name a column for range_rate"):
+        from_csv(tmp_path, text, {"radar": DOPPLER}, there)
 
 
 def test_what_a_row_lacks_needs_no_deviation(tmp_path):

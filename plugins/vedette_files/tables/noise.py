@@ -55,11 +55,15 @@ class NoiseColumns:
 
 
 def noise_columns(
-    noise: Mapping[str, str], measured: Mapping[str, Space], units: Mapping[str, str], place: str
+    noise: Mapping[str, str],
+    measured: Mapping[str, Space],
+    absent: Mapping[str, Collection[str]],
+    units: Mapping[str, str],
+    place: str,
 ) -> dict[str, NoiseColumns]:
     """Return the columns of the errors of each sensor, by what it measures: those along its axes.
 
-    ConfigError for other axes, and unless each of its axes has a column, or none has.
+    ConfigError for other axes, and unless each of its axes but those `absent` from its returns has a column, or none has.
     """
     pairs = {key: (key.split()[0], key.split()[-1]) for key in noise if len(key.split()) in (1, 2)}
     problems = [
@@ -82,8 +86,9 @@ def noise_columns(
                     f"noise.{key}", noise[key], by_axis[first].factor * (1.0 if deviation else by_axis[second].factor)
                 )
                 entries.append((space.names.index(first), space.names.index(second), column, deviation))
-        if entries and sorted(i for i, j, *_ in entries if i == j) != list(range(len(space))):
-            told = f"must name one column for each of {', '.join(space.names)}: its deviation, as x, or variance, as 'x x'"
+        there = [axis for axis in space.names if axis not in absent[name]]
+        if entries and sorted(i for i, j, *_ in entries if i == j) != [space.names.index(axis) for axis in there]:
+            told = f"must name one column for each of {', '.join(there)}: its deviation, as x, or variance, as 'x x'"
             problems.append(Problem(f"{place}.noise", told))
         found[name] = NoiseColumns(space.names, tuple(entries))
     if problems:

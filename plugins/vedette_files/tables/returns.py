@@ -43,6 +43,11 @@ class Reading:
     optional: Container[str] = ()
 
     @cached_property
+    def absent(self) -> tuple[str, ...]:
+        """The axes measured that no row has, as the file has no column of theirs."""
+        return tuple(name for name in self.measured.names if name in self.optional and name not in self.placed)
+
+    @cached_property
     def gaps(self) -> dict[str, list[str]]:
         """The axes of the file whose cells may be empty beside others, and those measured that a return then lacks."""
         made_of = {name: (name,) if name in self.read else MADE.get(name, ()) for name in self.measured.names}
@@ -134,10 +139,12 @@ class DetectionColumns:
         for name in names:
             if name in sensors:
                 measured = sensors[name].measurement
-                read, absent = axes_read(measured, self.columns)
+                optional = sensors[name].optional
+                read, without = axes_read(measured, self.columns)
+                absent = [axis for axis in without if axis not in optional]
                 position, lacking = axes_read(POSITION, self.columns)
                 if not absent:
-                    columns[name] = Reading(measured, with_altitude(read, self.columns), optional=sensors[name].optional)
+                    columns[name] = Reading(measured, with_altitude(read, self.columns), optional=optional)
                 elif with_platform and set(measured.names) <= set(POLAR) and not lacking:
                     columns[name] = Reading(measured, with_altitude(position, self.columns), relative=True)
                 else:
@@ -175,7 +182,8 @@ class DetectionColumns:
             raise ConfigError.at(f"{PLACE}.columns", str(error)) from None
         by_axis = layout.columns(path, axes, self, PLACE)
         measured = {name: reading.measured for name, reading in readings.items()}
-        noises = noise_columns(self.noise, measured, self.units, PLACE)
+        absent = {name: reading.absent for name, reading in readings.items()}
+        noises = noise_columns(self.noise, measured, absent, self.units, PLACE)
         wanted = {column.name: column.title for column in by_axis.values()} | self.wanted()
         for noise in noises.values():
             wanted |= noise.wanted
@@ -230,8 +238,8 @@ def _values(row: Row, reading: Reading, columns: Sequence[Column]) -> tuple[tupl
     """
     empty = [axis for axis, column in zip(reading.read.names, columns, strict=True) if not row.cells[column.name]]
     if not empty:
-        return tuple(column.of(row) for column in columns), []
-    values, lacking = [], dict[str, None]()
+        return tuple(column.of(row) for column in columns), list(reading.absent)
+    values, lacking = [], dict.fromkeys(reading.absent)
     for axis, column in zip(reading.read.names, columns, strict=True):
         if axis in empty and axis not in reading.gaps:
             told = f"{column.title} must be a number, got ''; name another column"

@@ -254,6 +254,7 @@ def _scan(
             return None
     values = np.array(look.value.returns).reshape(-1, len(reading.placed)).T
     measured = dict(zip(reading.placed.names, values, strict=True))
+    measured |= {name: np.full(len(look.value.returns), np.nan) for name in reading.absent}
     if reading.relative and pose is not None:
         x, y = pose.position[:2]
         measured = polar(measured["x"] - x, measured["y"] - y, float(pose.heading))
