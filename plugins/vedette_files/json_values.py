@@ -15,9 +15,9 @@ LARGEST_TABLE = 2**26
 
 
 def parse(text: str) -> Any:
-    """Return what a JSON text says; ValueError with line, column and cause."""
+    """Return what a JSON text says; ValueError with line, column and cause, or for a name that is twice in one object."""
     try:
-        value = json.loads(text)
+        value = _DECODER.decode(text)
     except json.JSONDecodeError as error:
         where = f"line {error.lineno}, column {error.colno}" if "\n" in text else f"column {error.colno}"
         raise ValueError(f"is not JSON, or cut short, at {where}: {error.msg}") from None
@@ -29,6 +29,19 @@ def parse(text: str) -> Any:
     if "\\u" in text:
         _check_characters(value)
     return value
+
+
+def _once(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    """Return an object; ValueError for a name that it has twice, of which the last would win in silence."""
+    made = dict[str, Any]()
+    for name, value in pairs:
+        if name in made:
+            raise ValueError(f"{short(name)} appears twice in one object")
+        made[name] = value
+    return made
+
+
+_DECODER = json.JSONDecoder(object_pairs_hook=_once)
 
 
 def read_table(path: Path, missing: str = "there is no such file") -> dict[str, Any]:

@@ -36,6 +36,13 @@ def test_the_depth_that_is_read():
         parse("[" * (DEEPEST + 1) + "]" * (DEEPEST + 1))
 
 
+def test_a_name_that_is_twice_in_one_object_is_refused():
+    """The last one won in silence."""
+    with pytest.raises(ValueError, match=r"\"time\" appears twice"):
+        parse('{"z": [{"time": 1}], "time": 75, "time": 76}')
+    assert parse('[{"time": 75}, {"time": 76}]')
+
+
 def test_half_a_character_is_refused(tmp_path):
     """A lone surrogate cannot be printed or written: it would end the run where its name is told."""
     (tmp_path / "r.jsonl").write_text(SCENE.replace("}}}", '}}, "notes": {"a": "\\ud800"}}'))

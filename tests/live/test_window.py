@@ -139,8 +139,9 @@ def test_a_scan_with_a_bad_return_is_taken_without_it_and_an_unusable_one_is_ref
     good, bad = [1.0, 2.0], [np.nan, 3.0]
     assert one.take(came([Scan(0.0, "north", Detections.of([good, bad]))])) == []
     assert one.kept[-1].scan.detections.z.tolist() == [good]
-    ((formed, told),) = one.take(came([Scan(1.0, "west", Detections.of([good]))]))
-    assert (formed.scan.sensor, told.partition(":")[0]) == ("west", "sensor")
+    unknown, unusable = Scan(1.0, "west", Detections.of([good])), Scan(2.0, "north", Detections.of([bad, bad]))
+    refused = {told.partition(":")[0]: formed.scan for formed, told in one.take(came([unknown, unusable]))}
+    assert refused == {"sensor": unknown, "return [0]": unusable}
 
 
 def test_scans_after_one_that_came_late_and_is_refused_stay() -> None:

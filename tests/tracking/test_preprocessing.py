@@ -7,7 +7,7 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from attrs import frozen
+from attrs import evolve, frozen
 
 import vedette
 from vedette import Detections, Frame, Preprocessor, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
@@ -145,8 +145,8 @@ def test_bad_raw_returns_are_left_out_and_told():
         scan(2, "a", [5, 0]),
     ]
     scans = tuple(preprocess(raw, JOINED, problems := [], strict=False))
-    assert summary(scans) == [(0, "radar", [1]), (1, "radar", []), (2, "radar", [5])]
-    assert [problem.place for problem in problems] == ["raw scan 0, return 1", "raw scan 1, z", "raw scan 2, return 0"]
+    assert summary(scans) == [(0, "radar", [1]), (2, "radar", [5])]
+    assert [problem.place for problem in problems] == ["raw scan 0, return 1", "raw scan 1, z", "raw scan 2, return [0]"]
     for bad in (0, 1, 2):
         with pytest.raises(ScanRefused, match=r"raw scan of '[ab]' at"):
             tuple(preprocess(raw[bad : bad + 1], JOINED, [], strict=True))
@@ -166,6 +166,16 @@ def experiment(*scans):
         source=Given(scans),
         preprocessors=JOINED,
     )
+
+
+@pytest.mark.parametrize("bad", [[np.nan, 0], [1e16, 0]])
+def test_a_scan_of_bad_returns_alone_is_refused_and_no_miss(bad):
+    """Tracks of targets that were seen all along died, as their covariances came to nought."""
+    seen, unusable = scan(0, "radar", [1, 0]), scan(1, "radar", bad, bad)
+    given = evolve(experiment(seen, unusable, scan(2, "radar", [1, 0])), preprocessors={})
+    result, without = given.run(), evolve(given, source=Given((seen, scan(2, "radar", [1, 0])))).run()
+    assert summary(result.scans) == summary(without.scans)
+    assert [problem.place for problem in result.refused] == ["scan 1, left out whole"]
 
 
 def test_an_experiment_tracks_what_its_preprocessors_make():

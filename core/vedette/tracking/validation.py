@@ -153,12 +153,13 @@ def _without_padding(detections: Detections, unread: Mask) -> Detections:
 
 
 def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
-    """Return the scan without returns that are not finite or have no valid noise covariance, and what was wrong."""
+    """Return the scan without returns that are not finite or have no valid noise covariance, and what was wrong.
+
+    One whose returns are all bad stays as it is, to be refused: without any it would count as a miss of every track.
+    """
     detections = scan.detections
-    if detections.valid.shape != detections.z.shape[:-1]:
-        return scan, []
-    bad = ~_good(detections)
-    if not bad.any():
+    bad = ~_good(detections) if detections.valid.shape == detections.z.shape[:-1] else np.zeros(1, dtype=bool)
+    if not bad.any() or not (detections.valid & ~bad).any():
         return scan, []
     problems = [Problem(f"return {i}", _complaint(detections, i)) for i in np.flatnonzero(bad)]
     return evolve(scan, detections=pytrees.take(detections, ~bad, 0)), problems
