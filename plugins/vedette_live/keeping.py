@@ -93,6 +93,7 @@ class Keeping:
         before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
         window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
         window.take(saving.formed_from(given) for given in saved.states["scans"])
+        window.came |= dict.fromkeys(map(tuple, saved.states.get("came", [])))  # an older Vedette's data lack it
         return window
 
     def save(self, window: Window | None, *, due: bool = True, last: bool = False) -> None:
@@ -118,6 +119,7 @@ class Keeping:
             "before": window.before.to_data(),
             "born": window.state.born,
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
+            "came": window.settled_copies,
             "clocks": clocks,
             "missed": acknowledging.untaken(numbers),
         }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from hashlib import blake2b
 from itertools import groupby
 from typing import final
 
@@ -18,6 +19,8 @@ from vedette_live.grouping import Formed
 COPIES = 10_000
 """Latest scans of which copies are recognised: of a clock that stands still none would be forgotten."""
 
+Copy = tuple[float, str, str]
+"""What two copies of a scan have in common: time, sensor, and the hash of its returns."""
 Refusals = list[tuple[Formed, str]]
 """Scans that cannot be taken, each with the reason."""
 
@@ -49,13 +52,18 @@ class Window:
     kept: list[Taken] = field(factory=list)
     before: State = field(init=False)
     latest: float = field(init=False)
-    came: dict[tuple[float, str, bytes] | None, None] = field(factory=dict)
+    came: dict[Copy, None] = field(factory=dict)
     flawed: list[tuple[tuple[Formed, ...], list[Problem]]] = field(factory=list)
     again: int = 0
     late: int = 0
 
     def __attrs_post_init__(self) -> None:
         self.before, self.latest = self.start, self.start.time
+
+    @property
+    def settled_copies(self) -> list[Copy]:
+        """What a restart needs, beside the scans it keeps, to recognise those that may just be late enough to come again."""
+        return [copy for copy in self.came if copy[0] <= self.before.time]
 
     @property
     def state(self) -> State:
@@ -143,14 +151,15 @@ class Window:
         done, self.kept = self.kept[:end], self.kept[end:]
         if done:
             self.before = done[-1].state
-            came = [copy for copy in self.came if copy is not None and copy[0] >= self.before.time]
+            came = [copy for copy in self.came if copy[0] >= self.before.time]
             self.came = dict.fromkeys(came[-COPIES:])
         return done
 
 
-def _copy_of(scan: Scan) -> tuple[float, str, bytes] | None:
+def _copy_of(scan: Scan) -> Copy | None:
     """Return what two copies of a scan have in common; None of one without returns, which may well be like another."""
-    return (scan.time, scan.sensor, scan.detections.z.tobytes()) if len(scan.detections.z) else None
+    z = scan.detections.z
+    return (scan.time, scan.sensor, blake2b(z.tobytes(), digest_size=16).hexdigest()) if len(z) else None
 
 
 def _order(one: Formed) -> tuple[float, str]:

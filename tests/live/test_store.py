@@ -78,6 +78,17 @@ def test_a_service_that_is_restarted_goes_on_to_the_last_bit(tmp_path: Path) -> 
     assert running.counters.counts["messages_repeated_total"] == 10
 
 
+@pytest.mark.parametrize("horizon", ["3 s", "1 s"])
+def test_what_is_sent_again_after_a_restart_is_not_taken_twice(tmp_path: Path, horizon: str) -> None:
+    """The scan at the edge of the horizon was, where that is a whole number of intervals."""
+    told = [json.dumps({**json.loads(line), "n": None}).encode() for line in lines(20)]
+    given = {**config(tmp_path, 1, horizon=horizon), "inputs": [feed()]}
+    ran(given, [Arrival(line, 0.0) for line in told])
+    again = ran(given, [Arrival(line, 0.0) for line in told])
+    assert again.counters.counts["scans_taken_total"] == 20
+    assert as_json(again.state) == as_json(undisturbed(told))
+
+
 def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Path) -> None:
     """The connection was lost, not the service; the answer goes to the new one, once all is saved."""
     port, todo = free_port(), lines(40)
