@@ -165,12 +165,11 @@ class Output(Component):
 
 @frozen(eq=False)
 class Saved:
-    """What a service needs to go on: its config's digest, plain data of its states, and what it had counted.
+    """What a service needs to go on: plain data of its states, and what it had counted.
 
     `notes`: what x, y and times mean, as a recording's. `older`: something saved later is damaged.
     """
 
-    digest: str
     states: Any
     counters: Mapping[str, int] = Factory(dict)
     acknowledged: Mapping[str, int] = field(factory=dict)
@@ -184,8 +183,8 @@ class Storage(Protocol):
     def load(self) -> Saved | None:
         """Return what was saved last and is whole; None if there is nothing."""
 
-    def save(self, saved: Saved, reports: Sequence[TrackReport]) -> None:
-        """Keep the state and the reports since the last time, all or nothing."""
+    def save(self, saved: Saved, reports: Sequence[TrackReport]) -> str | None:
+        """Keep the state and the reports since the last time, all or nothing; return what ails the store all the same."""
 
     def close(self) -> None:
         """Release what it holds."""

@@ -24,6 +24,7 @@ MEANINGS = {
     "scans_late_total": "scans that were late within the horizon, and were taken",
     "scans_stepped_again_total": "steps that late scans made necessary",
     "reports_sent_total": "reports sent by outputs",
+    "reports_merged_total": "scans without a report of their own, as others were taken with them",
     "reports_dropped_total": "reports that an output was too slow for, or failed to send",
     "saves_total": "times that the state was saved",
     "saves_failed_total": "times that the state could not be saved",

@@ -20,6 +20,7 @@ from vedette_live.window import Taken, Window
 
 TOGETHER = 64
 """Scans that are taken, and written, at once if so many wait."""
+_COPY = "copy of the store"
 _UNSAVED = 10_000
 """Reports that wait for a store that cannot be written, as on a full disk; the oldest are dropped."""
 
@@ -128,9 +129,9 @@ class Keeping:
         try:
             if self.recorder is not None and self.recorder.waiting:
                 raise OSError("the record cannot be written")
-            saved = Saved(saving.digest_of(self.made), states, dict(self.counters.counts), numbers, self.service.notes)
+            saved = Saved(states, dict(self.counters.counts), numbers, self.service.notes)
             within = (self._confirmed(taken) for taken in window.kept) if last else ()
-            self.store.save(saved, [*self._unsaved, *(report for report in within if report is not None)])
+            ailment = self.store.save(saved, [*self._unsaved, *(report for report in within if report is not None)])
         except OSError as error:
             self.counters.add("saves_failed_total")
             if "store" not in self.ails:
@@ -138,6 +139,10 @@ class Keeping:
             self.ails["store"] = str(error)
             return
         self.ails.pop("store", None)
+        if ailment is None:
+            self.ails.pop(_COPY, None)
+        else:
+            self.ails[_COPY] = ailment
         self.counters.add("saves_total")
         self._until = (self.counters.counts["scans_taken_total"], window.state.time)
         self._unsaved.clear()

@@ -35,7 +35,7 @@ _BEHIND = 60.0
 """s from the bytes that complete a scan to its tracks, of which the health tells."""
 _AGAIN = 1.0
 """s after which a second signal is not the first one, that a shell and a wrapper have both sent."""
-_LAST_TOLD = ("scans_taken_total", "messages_refused_total", "messages_dropped_total")
+_LAST_TOLD = ("scans_taken_total", "messages_refused_total", "messages_dropped_total", "reports_merged_total")
 """Counts that the last line of the log tells."""
 _DEAF = 10
 """Scans of a sensor, refused one after the other, of which the health tells."""
@@ -189,7 +189,7 @@ class Running:
         if prompt := [sink for sink, lagged in zip(self._sinks, self._lagged, strict=True) if lagged is None]:
             report = report_of(self.service, state)
             for sink in prompt:
-                sink.put(report, partial(report_of, self.service, state))
+                sink.put(report, partial(report_of, self.service, state), len(came))
         self._settle()
 
     def _refuse(self, one: Formed, told: str, *, now: bool) -> None:

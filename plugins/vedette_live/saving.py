@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
-from hashlib import sha256
 from typing import Any
 
 import numpy as np
@@ -28,11 +26,6 @@ def made_by(experiment: Experiment) -> dict[str, Any]:
 
 _NO_PART = ("title", "judge", "source")
 """Of a config, what has no part in the states."""
-
-
-def digest_of(made: Mapping[str, Any]) -> str:
-    """Return what identifies a config."""
-    return sha256(json.dumps(made["config"], sort_keys=True).encode()).hexdigest()
 
 
 def changed(saved: Mapping[str, Any], here: Mapping[str, Any]) -> tuple[list[str], list[str]]:

@@ -30,12 +30,14 @@ class Sending:
         self._thread = Thread(target=self._send, name=self._name, daemon=True)
         self._thread.start()
 
-    def put(self, report: TrackReport, predicted: Callable[[float], TrackReport]) -> None:
-        """Let a report be sent, if it is due."""
+    def put(self, report: TrackReport, predicted: Callable[[float], TrackReport], scans: int = 1) -> None:
+        """Let a report be sent, if it is due, of so many scans that were taken together."""
         moment = report.time
         if self._sink.every and moment < self._last + self._sink.every:
             return
         self._last = moment
+        if not self._sink.every:
+            self._counters.add("reports_merged_total", scans - 1)
         made = (lambda: predicted(now())) if self._sink.predict else (lambda: report)
         dropped = self._waiting.put(made, wait=False)
         self._counters.add("reports_dropped_total", len(dropped))

@@ -61,6 +61,7 @@ def test_a_service_whose_plugin_gives_nan_stops_and_says_whose(tmp_path: Path, m
         return np.full((4, 4), np.nan)
 
     monkeypatch.setattr(ConstantVelocity, "noise", noise)
+    (tmp_path / "out").touch()  # it may end before its output begins
     config = {
         **TRACKER,
         "inputs": [
@@ -434,6 +435,21 @@ def test_reports_that_nobody_took_are_counted_at_the_end() -> None:
     output = {"output": {"kind": "tcp_client", "port": free_port()}, "format": {"kind": "json_lines"}}
     running = ran({**TRACKER, "inputs": [feed()], "outputs": [output]}, [Arrival(line, 0.0) for line in lines(4)])
     assert (running.counters.counts["reports_sent_total"], running.counters.counts["reports_dropped_total"] > 0) == (0, True)
+
+
+def test_scans_without_a_report_of_their_own_are_counted(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """Scans that wait are taken together, and one report tells of them all: nothing said so."""
+    tells = [{"output": {"kind": "file", "path": str(tmp_path / name)}, "format": {"kind": "json_lines"}} for name in "ab"]
+    running = made({**TRACKER, "inputs": [feed()], "outputs": [tells[0], {**tells[1], "every": "3 s"}]}, [])
+    (given,) = running.service.parts.inputs
+    for message in given.format.decode(given.format.start(), b"".join(lines(80))).messages:
+        for formed in running.listening.groupers[0].add(message, 5.0):
+            running.listening.put(formed, given)
+    with caplog.at_level(logging.INFO, "vedette.live"):
+        running.run()
+    told, counts = len((tmp_path / "a").read_bytes().splitlines()), running.counters.counts
+    assert told < 80 == counts["scans_taken_total"]
+    assert counts["reports_merged_total"] == 80 - told == vars(caplog.records[-1])["reports_merged"]
 
 
 def test_a_turn_that_is_not_complete_is_taken_at_the_stop() -> None:

@@ -353,7 +353,7 @@ def test_a_damaged_state_is_told_and_the_one_before_it_used(tmp_path: Path, capl
     store = SqliteStore(path=str(tmp_path / "state.sqlite"))
     opened = store.open()
     for i in range(3):
-        opened.save(Saved("digest", {"i": i}, {}, {}), [])
+        opened.save(Saved({"i": i}, {}, {}), [])
     opened.close()
     with closing(sqlite3.connect(tmp_path / "state.sqlite")) as direct, direct:
         assert direct.execute("SELECT COUNT(*) FROM states").fetchone() == (2,)
@@ -383,7 +383,7 @@ def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path, c
     path = tmp_path / "state.sqlite"
     store = SqliteStore(path=str(path))
     opened = store.open()
-    opened.save(Saved("digest", {"i": 1}, {}, {}), [])
+    opened.save(Saved({"i": 1}, {}, {}), [])
     opened.close()
     store.open().close()  # makes the copy
     data = bytearray(path.read_bytes())
@@ -400,6 +400,19 @@ def test_a_file_that_is_damaged_is_set_aside_and_its_copy_used(tmp_path: Path, c
     store.open().close()
     assert (tmp_path / "state.sqlite.damaged").read_bytes() == bytes(data)
     assert (tmp_path / "state.sqlite.damaged2").read_bytes() == b"damaged again"
+
+
+def test_a_copy_that_cannot_be_made_is_told_by_the_health_until_it_is(tmp_path: Path) -> None:
+    """On a full disk the log told it once, and all was well."""
+    port, before = free_port(), tmp_path / "state.sqlite.before"
+    with served(config(tmp_path, port)):
+        send(port, lines(10), 10)
+    before.mkdir()
+    with served(config(tmp_path, port)) as running:
+        wait_for(lambda: before.name in running.ails.get("copy of the store", ""))
+        before.rmdir()
+        wait_for(lambda: not running.ails)
+        assert before.is_file()
 
 
 def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import json
+import os
 import sqlite3
 from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
+from errno import ENOSPC
 from hashlib import sha256
 from itertools import count
 from pathlib import Path
+from shutil import disk_usage
 from typing import Any, ClassVar, final
 
 from attrs import define, evolve, frozen
@@ -78,12 +81,10 @@ class SqliteStore(Store):
         else:
             if saved is not None and saved.older:
                 _tell(f"the latest state in {path} is damaged: the one before it is used")
-        if saved is not None:
-            try:
-                _copy(path, _before(path))
-            except (sqlite3.Error, OSError) as error:
-                _tell(f"{_before(path).name} cannot be written: {error}")
-        return _Open(connection, self.keep, saved, held)
+        opened = _Open(connection, path, self.keep, saved, held, copied=saved is None)
+        if told := opened.copy():
+            _tell(told)
+        return opened
 
 
 def _tell(why: str) -> None:
@@ -152,7 +153,7 @@ def _latest(connection: sqlite3.Connection) -> Saved | None:
             continue
         try:
             given = json.loads(content)
-            return Saved(given["digest"], given["states"], given["counters"], given["acknowledged"], older=i > 0)
+            return Saved(given["states"], given["counters"], given["acknowledged"], older=i > 0)
         except (ValueError, KeyError, TypeError):
             continue
     if rows:
@@ -166,17 +167,18 @@ class _Open:
     """The store, open."""
 
     connection: sqlite3.Connection
+    path: Path
     keep: float
     saved: Saved | None
     held: ExitStack
+    copied: bool
 
     def load(self) -> Saved | None:
         return self.saved
 
-    def save(self, saved: Saved, reports: Sequence[TrackReport]) -> None:
+    def save(self, saved: Saved, reports: Sequence[TrackReport]) -> str | None:
         parts = {
-            "digest": saved.digest, "states": saved.states, "counters": dict(saved.counters),
-            "acknowledged": dict(saved.acknowledged),
+            "states": saved.states, "counters": dict(saved.counters), "acknowledged": dict(saved.acknowledged),
         }  # fmt: skip
         content = json.dumps(parts)
         digest = sha256(content.encode()).hexdigest()
@@ -199,6 +201,21 @@ class _Open:
             if write.in_transaction:
                 write.execute("ROLLBACK")
             raise OSError(f"the state cannot be saved: {error}") from None
+        return self.copy()
+
+    def copy(self) -> str | None:
+        """Make the copy of this start, once; return why it cannot be made: there is no try where there is no room for it."""
+        if self.copied:
+            return None
+        before = _before(self.path)
+        try:
+            if disk_usage(self.path.parent).free < self.path.stat().st_size:
+                raise OSError(ENOSPC, os.strerror(ENOSPC))
+            _copy(self.path, before)
+        except (sqlite3.Error, OSError) as error:
+            return f"{before.name} cannot be written: {error}"
+        self.copied = True
+        return None
 
     def close(self) -> None:
         self.connection.close()
