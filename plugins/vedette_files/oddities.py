@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
+from vedette.roles import Sensor
 from vedette.space import Array, Axis, Indices, Space
+from vedette.types import Scan
+from vedette.wrapping import WrappedSensor
 from vedette_files.readers import Sample
 
 LEAST, FAR_BEYOND = 10, 5.0
@@ -122,3 +125,22 @@ def set_forward(times: Sequence[float]) -> Iterator[str]:
     usual, before = float(np.median(gaps)), float(np.unique(times)[np.argmax(gaps)])
     if HOUR <= np.max(gaps) <= HOUR + 2 * usual and before % HOUR >= HOUR - 2 * usual:
         yield f"times lack the hour after {before % 86_400 / HOUR:.3g} h: did summer time begin? Then write them in UTC"
+
+
+ADD = "if it is there on its platform, add them to the poses"
+"""What cures that poses replace a place of a sensor's own, where they are written for each scan."""
+
+
+def replaced(sensors: Mapping[str, Sensor], scans: Sequence[Scan], cure: str) -> Iterator[str]:
+    """Yield of each sensor that a place of its own does not count, as the poses of its scans replace it, and the `cure`."""
+    for name, sensor in sensors.items():
+        own = sensor
+        while isinstance(own, WrappedSensor):
+            own = own.of
+        stated = {axis: getattr(own, axis, 0.0) for axis in ("x", "y", "heading")}
+        placed = {axis: value for axis, value in stated.items() if isinstance(value, float) and value}
+        pose = next((scan.pose for scan in scans if scan.sensor == name), None) if placed else None
+        if pose is not None:
+            by = dict(zip(("x", "y", "heading"), (*pose.position[:2].tolist(), float(pose.heading)), strict=True))
+            if told := ", ".join(f"{axis} = {value:.6g}" for axis, value in placed.items() if value != by[axis]):
+                yield f"sensors.{name}: {told} of its own do not count, as poses of its scans place it; {cure.format(name)}"

@@ -5,7 +5,10 @@ import pytest
 from attrs import evolve
 
 from support.csv_recordings import opened
+from vedette import Detections, Pose, Recording, Scan
+from vedette_files import JsonLinesSource, write_recording
 from vedette_files.tables.platform import Mounting, PlatformColumns
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 RADAR = {"radar": RangeBearingRate(1.0, 0.01, 0.1)}
@@ -87,3 +90,13 @@ def test_a_place_of_the_sensors_own_that_does_not_count_is_told(tmp_path):
         scan="k",
     )
     assert [told for told in recording.warnings if "sensors.radar" in told and "mounted" in told]
+
+
+@pytest.mark.parametrize(("place", "told"), [([9.0, 2.0], "x = 3.5, heading = 0.5"), ([3.5, 0.0], "heading = 0.5 of")])
+def test_what_poses_of_other_recordings_replace_is_told_too(place, told, tmp_path):
+    """Of a wrapped sensor, too; not where its scans stand in the very place that it states."""
+    radar = {"radar": Partial(evolve(RADAR["radar"], x=3.5, heading=0.5), {"range_rate": 9.0})}
+    scan = Scan(1.0, "radar", Detections.of([[100.0, 0.1, 1.0]]), Pose(np.array(place), np.zeros(2), 0.0))
+    write_recording(tmp_path / "r.jsonl", Recording((scan,)), {"radar": radar["radar"].measurement})
+    (said,) = JsonLinesSource(path=str(tmp_path / "r.jsonl")).open(radar, np.random.default_rng(0)).warnings
+    assert said.startswith(f"sensors.radar: {told}")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from typing import final
 
 import numpy as np
@@ -10,7 +10,6 @@ from attrs import Factory, evolve, field, frozen
 
 from vedette import fields
 from vedette.errors import ConfigError, Problem
-from vedette.roles import Sensor
 from vedette.space import Space
 from vedette.types import Pose, Trajectory
 from vedette_files.geodesy import check_place, complaint, into_plane, is_geodetic, made
@@ -216,17 +215,6 @@ class Platforms:
                 velocity[:2] += part.get("turn", 0.0) * np.array([-arm[1], arm[0]])
             heading += mount.heading
         return Pose(position, velocity if np.all(np.isfinite(velocity)) else None, heading)
-
-
-def replaced(name: str, sensor: Sensor) -> Iterator[str]:
-    """Yield that a sensor's own place, which a platform's poses replace, does not count, and what would."""
-    own = {axis: value for axis in ("x", "y", "heading") if isinstance(value := getattr(sensor, axis, 0.0), float) and value}
-    if own:
-        told = ", ".join(f"{axis} = {value:.6g}" for axis, value in own.items())
-        yield (
-            f"sensors.{name}: {told} of its own do not count, as source.platform places it; "
-            f"if it is there on its platform, write them into [source.platform.mounted.{name}]"
-        )
 
 
 def _moving(track: Trajectory) -> Trajectory:

@@ -18,7 +18,7 @@ from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED
 from vedette_files.input_files import shown, user_path
-from vedette_files.oddities import held_positions, odd_returns, set_forward
+from vedette_files.oddities import held_positions, odd_returns, replaced, set_forward
 from vedette_files.readers import (
     FRAMES,
     NORTH_EAST,
@@ -35,7 +35,7 @@ from vedette_files.tables.columnar import PARQUET, SUFFIX, FrameTable, TablePath
 from vedette_files.tables.empty_scans import fill_gaps
 from vedette_files.tables.layout import Layout
 from vedette_files.tables.looks import Look
-from vedette_files.tables.platform import PlatformColumns, Platforms, replaced
+from vedette_files.tables.platform import PlatformColumns, Platforms
 from vedette_files.tables.returns import POSITION, DetectionColumns, Reading
 from vedette_files.tables.rows import BY_ROW, Dialect
 from vedette_files.tables.times import DATED, UNZONED, check_pattern
@@ -128,7 +128,6 @@ class CsvSource(Source):
         if self.platform is not None:
             platform = self.platform.read(paths["platform"], layout, refused["platform"])
             platform.check(readings)
-            odd += [told for name in readings if platform.moves(name) for told in replaced(name, sensors[name])]
             rows["platform"] = _rows(platform.used, refused["platform"], platform.left_out)
         looks, left_out = self.detections.read(path, readings, layout, refused["detections"], odd)
         notes |= {f"rows of {shown(sensor)}, which the tracker lacks": str(count) for sensor, count in left_out.items()}
@@ -156,6 +155,8 @@ class CsvSource(Source):
             rows["truth"] = _rows(sum(len(path.times) for path in truth), refused["truth"])
         problems = offers_first(offer_sorting(refused[name], part.total) for name, part in rows.items())
         in_order = tuple(sorted(scans, key=lambda scan: scan.time))
+        cure = "if it is there on its platform, write them into [source.platform.mounted.{}]"
+        odd += replaced(sensors, in_order, cure)
         odd += _early(in_order, moving=platform is not None)
         odd += set_forward([scan.time for scan in in_order]) if "time zone" in notes else ()
         return Recording(in_order, truth, tuple(dict.fromkeys(problems)), notes, tuple(odd), rows=rows)

@@ -17,6 +17,7 @@ from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan
 from vedette_files import FRAMES, Origin
 from vedette_files.input_files import check_regular
+from vedette_files.oddities import ADD, replaced
 from vedette_files.readers import find
 from vedette_live.grouping import Grouper, Grouping
 from vedette_live.placing import Placing, named, placed
@@ -79,7 +80,8 @@ class StreamSource(Source):
         scans.sort(key=lambda scan: (scan.time, scan.sensor))
         rows = {"messages": Rows(count, count - bad, bad)}
         notes = placed(self.origin, self.frame)
-        return Recording(tuple(scans), refused=tuple(refused), notes=notes, warnings=placing.doubts(), rows=rows)
+        odd = (*placing.doubts(), *replaced(sensors, scans, ADD))
+        return Recording(tuple(scans), refused=tuple(refused), notes=notes, warnings=odd, rows=rows)
 
 
 def _pieces(path: Path) -> Iterator[bytes]:
