@@ -10,7 +10,6 @@ import numpy as np
 from vedette.roles import Sensor
 from vedette.space import Array, Axis, Indices, Space
 from vedette.types import Scan
-from vedette.wrapping import WrappedSensor
 from vedette_files.readers import Sample
 
 LEAST, FAR_BEYOND = 10, 5.0
@@ -135,8 +134,8 @@ def replaced(sensors: Mapping[str, Sensor], scans: Sequence[Scan], cure: str) ->
     """Yield of each sensor that a place of its own does not count, as the poses of its scans replace it, and the `cure`."""
     for name, sensor in sensors.items():
         own = sensor
-        while isinstance(own, WrappedSensor):
-            own = own.of
+        while isinstance(inner := getattr(own, "of", None), Sensor):
+            own = inner
         stated = {axis: getattr(own, axis, 0.0) for axis in ("x", "y", "heading")}
         placed = {axis: value for axis, value in stated.items() if isinstance(value, float) and value}
         pose = next((scan.pose for scan in scans if scan.sensor == name), None) if placed else None
