@@ -178,6 +178,11 @@ class Preprocessor(Component):
     Laws: what it makes is over `measurement`, finite, each noise positive definite; padding changes nothing.
     """
 
+    takes_incomplete: ClassVar[bool] = False
+    """Whether it takes returns that lack a component, as `missing` states, `z` being nan there. Those that it passes on bear
+    `missing`, too. Without it they are left out before it, and told as refused.
+    """
+
     @property
     @abstractmethod
     def sensors(self) -> Mapping[str, Sensor]:

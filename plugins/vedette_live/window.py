@@ -128,6 +128,8 @@ class Window:
             takes = () if plain is not None else self.preprocessors[scan.sensor].sensors
             of = [key for key, one in raw.items() if one.scan.sensor in takes]
             yield scan, (plain,) if plain is not None else tuple(raw.pop(key) for key in of)
+        if problems and not raw:
+            self.flawed.append((tuple(moment), problems))
         refused += [(one, "; ".join(map(str, problems)) or "no scan was made of it") for one in raw.values()]
 
     def _step(self, scan: Scan, formed: tuple[Formed, ...]) -> Taken:

@@ -60,6 +60,8 @@ from vedette_standard.motion.random_walk import RandomWalk
 from vedette_standard.motion.random_walk_piecewise import RandomWalkPiecewise
 from vedette_standard.motion.singer import Singer
 from vedette_standard.motion.wiener_acceleration_piecewise import WienerAccelerationPiecewise
+from vedette_standard.permanent import GivenTracks as GivenTracks
+from vedette_standard.permanent import PermanentTracks as PermanentTracks
 from vedette_standard.preprocessors.debiased_conversion import DebiasedConversion
 from vedette_standard.preprocessors.grouped_returns import GroupedReturns as GroupedReturns
 from vedette_standard.preprocessors.modified_unbiased_conversion import ModifiedUnbiasedConversion

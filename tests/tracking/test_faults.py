@@ -1,10 +1,12 @@
 """A method of a third party that raises or returns what it must not: the error names place, kind, class and method."""
 
 import cProfile
+import re
 import tomllib
 
 import numpy as np
 import pytest
+from attrs import frozen
 
 import vedette
 from support.faulty import CONFIG, SOURCE, methods, spoiled, with_plugin
@@ -189,6 +191,79 @@ def with_nan(cls, method, associator):
     nan = "Newborn(given.returns, given.prior, given.existence * np.nan)" if method == "begin" else "given * np.nan"
     registry = with_plugin(INSTALLED, spoiled(cls, method, f"return {nan}"))
     return vedette.config.load(tomllib.loads(CONFIG) | {"associator": {"kind": associator}}, registry)
+
+
+@pytest.mark.parametrize(
+    ("method", "fault", "said"),
+    [
+        (
+            "update",
+            "return Gaussian(given.mean * np.nan, given.cov)",
+            "must return finite numbers; got nan in 4 of 4 of mean",
+        ),
+        ("update", "return Gaussian(given.mean[:0], given.cov[:0])", r"must return mean \(1, 4\); got \(0, 4\)"),
+        (
+            "evaluate",
+            "import attrs; return attrs.evolve(given, loglik=given.loglik + np.inf)",
+            "loglik below infinity; got inf",
+        ),
+        (
+            "evaluate",
+            "import attrs; return attrs.evolve(given, distance=given.distance * np.nan)",
+            "got nan in 1 of 1 of dist",
+        ),
+    ],
+)
+@pytest.mark.filterwarnings("ignore:(invalid|divide):RuntimeWarning")
+def test_who_steps_by_hand_is_told_of_an_estimators_fault_whatever_comes_of_it(method, fault, said):
+    """Its associator was blamed, or nobody, or tracks ended without a word: nan of `update` is of use in the next step."""
+    given = {"kind": "given", "start": {axis: [5.0, 9.0] for axis in ("x", "y", "vx", "vy")}}
+    tracker = tracker_of(spoiled("Filter", method, fault), birth=given)
+
+    def steps():
+        state = tracker.start(seed=1)
+        for k in range(3):
+            state = tracker.step(state, vedette.Scan(float(k), "lidar", vedette.Detections.of([[5.0, 3.0, 4.0]])))
+
+    with pytest.raises(vedette.PluginError, match=rf"^estimator: x_estimator \(vedette_x\.Filter\)\.{method} .*{said}"):
+        steps()
+
+
+def tracker_of(source, **changes):
+    """Return the tracker of a plugin's source."""
+    config = {name: part for name, part in tomllib.loads(CONFIG).items() if name not in ("source", "preprocessors")}
+    return vedette.build(config | changes, with_plugin(INSTALLED, source))
+
+
+@frozen
+class Points:
+    """A belief of an estimator's own, of points (t, p, n)."""
+
+    points: np.ndarray
+
+
+@pytest.mark.parametrize(
+    ("index", "said"), [(np.s_[:0], r"lead with the tracks, \(1,\); got one of \(0, 7, 4\)"), (np.s_[:], "")]
+)
+def test_a_belief_of_ones_own_is_looked_at_too(index, said):
+    of = tracker_of(SOURCE).estimator
+
+    class Ensemble(type(of)):
+        def moments(self, belief):
+            return vedette.Gaussian(belief.points.mean(axis=-2), np.broadcast_to(np.eye(4), (len(belief.points), 4, 4)))
+
+    its, belief = Ensemble(of.of), Points(np.ones((1, 7, 4)))
+    assert re.search(said, broken(its, "update", (belief, None, None), Points(belief.points[index])) or "")
+    told = broken(its, "update", (belief, None, None), Points(belief.points * np.nan))
+    assert told == "must return numbers; got nan in 28 of 28"
+
+
+@pytest.mark.parametrize(("axis", "length"), [("range", 0.0), ("range", -1.0), ("range", np.nan), ("rang", 5.0)])
+def test_an_axis_that_a_return_may_lack_is_one_of_the_sensors_and_has_a_length(axis, length):
+    """Its logarithm was -inf, and the associator blamed for the nan that came of it."""
+    source = SOURCE.replace('kind = "x_sensor"', f'kind = "x_sensor"\n    optional = {{"{axis}": float("{length}")}}')
+    with pytest.raises(vedette.ConfigError, match=r"sensors.lidar: optional of 'x_sensor'"):
+        tracker_of(source)
 
 
 @pytest.mark.parametrize(("variance", "blamed"), [(-1.0, False), (0.0, True)])

@@ -7,13 +7,15 @@ from typing import ClassVar, final
 
 import numpy as np
 import pytest
-from attrs import evolve, frozen
+from attrs import Factory, evolve, frozen
 
 import vedette
 from vedette import Detections, Frame, Preprocessor, Recording, Scan, ScanRefused, Sensor, Source, Space, fields
 from vedette.tracking.preprocessing import check_preprocessors, preprocess, preprocessed, raw_sensors
 from vedette_flir.sensors.gaussian_spot import GaussianSpot
+from vedette_standard.preprocessors.grouped_returns import GroupedReturns
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing import RangeBearing
 
 RADAR = CartesianPosition(5.0)
@@ -78,23 +80,101 @@ def test_a_sensor_that_looks_twice_at_a_moment_makes_two():
     assert summary(preprocessed(raw, JOINED)) == [(0, "radar", [1, 2]), (0, "radar", [3])]
 
 
-def test_a_return_that_lacks_a_component_is_padding_to_a_detector():
-    detections = Detections(
-        np.array([[1.0, 2], [np.nan, 3]]), np.ones(2, dtype=bool), missing=np.array([[False, False], [True, False]])
-    )
-    kept = []
+POLAR = Partial(RangeBearing(10.0, 0.01), {"range": 5000.0})
+GAPS = Detections(
+    np.array([[1000.0, 0.2], [7.0, 0.3], [1500.0, 0.4]]), np.ones(3, dtype=bool), missing=[[0, 0], [1, 0], [0, 0]]
+)
+"""Ranges and bearings of which the second return lacks its range; what stands there says nothing."""
 
-    class Watching:
-        sensors: ClassVar = {"a": RADAR}
 
-        def process(self, scans):
-            kept.append(scans["a"].detections)
-            return Detections.of([], 2)
+@final
+@frozen
+class Tap(Preprocessor):
+    """Passes all on, by bearings within limits, and remembers what it was given."""
 
-    list(preprocessed([Scan(0.0, "a", detections)], {"radar": Watching()}))
-    assert kept[0].valid.tolist() == [True, False]
-    assert kept[0].missing is None
-    np.testing.assert_array_equal(kept[0].z, [[1, 2], [0, 0]])
+    kind: ClassVar[str] = "tap"
+    takes_incomplete: ClassVar[bool] = True
+
+    sensors: dict[str, Sensor] = fields.part("one sensor")
+    seen: list[Detections] = Factory(list)
+
+    @property
+    def measurement(self) -> Space:
+        return POLAR.measurement
+
+    def process(self, scans: Mapping[str, Scan]) -> Detections:
+        (one,) = scans.values()
+        self.seen.append(one.detections)
+        return evolve(one.detections, valid=one.detections.valid & (np.abs(one.detections.z[..., 1]) < 1.0))
+
+
+@final
+@frozen
+class Whole(Preprocessor):
+    """Passes all on, and takes complete returns alone."""
+
+    kind: ClassVar[str] = "whole"
+
+    sensors: dict[str, Sensor] = fields.part("one sensor")
+    seen: list[Detections] = Factory(list)
+
+    measurement = Tap.measurement
+    process = Tap.process
+
+
+def test_what_returns_lack_is_nan_to_a_preprocessor_that_takes_such_and_passes_through_it():
+    for makes in (tap := Tap({"r": POLAR}), GroupedReturns({"r": POLAR}, link=30.0)):
+        (made,) = preprocess([Scan(0.0, "r", GAPS)], {"r": makes}, problems := [], strict=True)
+        assert problems == []
+        assert made.detections.valid.tolist() == [True] * 3
+        assert made.detections.missing.tolist() == GAPS.missing.tolist()
+        np.testing.assert_array_equal(made.detections.z, np.where(GAPS.missing, 0.0, GAPS.z))
+    assert np.isnan(tap.seen[0].z[1, 0])
+
+
+def test_what_returns_lack_costs_them_before_any_other_preprocessor_and_is_told():
+    whole = {"r": Whole({"r": POLAR})}
+    (made,) = preprocess([Scan(0.0, "r", GAPS)], whole, problems := [], strict=False)
+    assert made.detections.valid.tolist() == [True, False, True]
+    assert made.detections.missing is None
+    np.testing.assert_array_equal(made.detections.z[1], [0, 0])
+    told = "raw scan 0, return 1: lacks a component, and 'whole' does not take such (`takes_incomplete`)"
+    assert [str(problem) for problem in problems] == [told]
+    with pytest.raises(ScanRefused, match="lacks a component"):
+        tuple(preprocess([Scan(0.0, "r", GAPS)], whole, [], strict=True))
+
+
+def test_a_run_loses_no_return_that_lacks_a_component_in_a_preprocessor():
+    """It took the complete ones alone where a preprocessor passed on all, and said nothing."""
+    config = {
+        "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": 0.1}},
+        "sensors": {"r": POLAR},
+        "associator": {"kind": "pda"},
+        "birth": {"kind": "given", "start": {"x": [800, 20], "y": [0, 20], "vx": [5, 1], "vy": [3, 1]}},
+        "lifecycle": {"kind": "existence"},
+    }
+    rng = np.random.default_rng(3)
+    z = np.stack([rng.normal(900.0, 10.0, 80), rng.normal(0.0, 0.01, 80)], axis=-1)
+    missing = np.stack([rng.random(80) < 0.5, np.zeros(80, dtype=bool)], axis=-1)
+    scans = [
+        Scan(float(i), "r", Detections(z[i : i + 1], np.ones(1, dtype=bool), missing=missing[i : i + 1])) for i in range(80)
+    ]
+    returns, told, scans_taken = {}, {}, {}
+    for name, makes in (("none", {}), ("tap", {"r": Tap({"r": POLAR})}), ("whole", {"r": Whole({"r": POLAR})})):
+        result = vedette.Experiment(vedette.build(config), source=Given(tuple(scans)), preprocessors=makes).run()
+        returns[name], told[name], scans_taken[name] = result.intake.returns, len(result.refused), result.intake.scans
+    assert returns["none"] == returns["tap"] == returns["whole"] + told["whole"] == 80
+    assert told["none"] == told["tap"] == 0
+    assert scans_taken == returns, "a scan of which nothing is left is no miss"
+
+
+def test_what_a_preprocessor_passes_on_its_sensor_must_take():
+    check_preprocessors({"r": Tap({"r": POLAR})}, {"r": POLAR})
+    check_preprocessors({"r": Whole({"r": POLAR})}, {"r": POLAR.of})
+    with pytest.raises(
+        ValueError, match=r"sensors.r: .* lack range, .* 'partial'"
+    ):
+        check_preprocessors({"r": Tap({"r": POLAR})}, {"r": POLAR.of})
 
 
 def test_without_preprocessors_scans_are_as_they_come():
@@ -195,6 +275,7 @@ def test_a_cameras_frames_go_to_a_preprocessor_and_to_the_tracker():
 
     class Counting:
         sensors: ClassVar = {"camera": GaussianSpot()}
+        takes_incomplete = False
         measurement = RADAR.measurement
 
         def process(self, scans):

@@ -8,7 +8,6 @@ from vedette.tracking.history import History, from_the_start
 from vedette.tracking.identity import weighed
 from vedette.tracking.intake import Came, Intake
 from vedette.tracking.meeting import Meeting, scores_of_few
-from vedette.tracking.permanent import GivenTracks, PermanentTracks
 from vedette.tracking.preprocessing import open_source, preprocess, preprocessed, raw_sensors
 from vedette.tracking.pytrees import Common, join, take
 from vedette.tracking.smoothing import check_smoothing, smooth, smoothed

@@ -79,31 +79,32 @@ def explain(error: Exception, parts: object, again: Callable[[], object], before
     """
     if isinstance(error, VedetteError | MemoryError) or isinstance(sys.getprofile(), _Watch):
         return
-    second: list[Exception] = []
-
-    def both() -> None:
-        with suppress(Exception):
-            before()
-        try:
-            again()
-        except Exception as raised:
-            second.append(raised)
-
+    complaint, second = _made_again(parts, before, again)
     told = (raised_by(raised, parts) for raised in (*second, error) if not isinstance(raised, VedetteError))
     unknown = str(error) if isinstance(error, FloatingPointError) else None
-    if text := broken_promise(parts, both) or next(filter(None, told), unknown):
+    if text := complaint or next(filter(None, told), unknown):
         raise PluginError(text) from error
 
 
 def broken_promise(parts: object, again: Callable[[], object]) -> str | None:
     """Return which component of `parts` broke its promise while something was done once more, None if all kept theirs."""
+    return _made_again(parts, again)[0]
+
+
+def _made_again(parts: object, *calls: Callable[[], object]) -> tuple[str | None, list[Exception]]:
+    """Return which component broke its promise in some calls, and what the last raised: pictures, say, come once."""
     for _, component in parts_of(parts):
         if isinstance(component, GaussianFilter):  # it keeps what components answered before, and would not ask again
             component._memo.clear()
-    watch = _Watch(parts)
-    with watched_by(watch), suppress(Exception):  # it fails again; or it cannot be done again, as pictures come once, say
-        again()
-    return watch.complaint
+    watch, raised = _Watch(parts), list[Exception]()
+    with watched_by(watch):
+        for call in calls:
+            raised.clear()
+            try:
+                call()
+            except Exception as error:
+                raised.append(error)
+    return watch.complaint, raised
 
 
 @contextmanager

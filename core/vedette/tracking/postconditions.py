@@ -104,6 +104,8 @@ def _faults(component: Any, given: Given, gave: Any, kind: type | None, parts: l
             yield from _array(given, part, batch, core, name, loose="*" in words, mask="?" in words, finite="!" in words)
             if "+" in words and (least := np.min(part, initial=0.0)) < -1e-9:
                 yield f"must return no negative numbers; got {least:.3g}"
+    if isinstance(gave, Innovation) and (many := np.count_nonzero(np.isposinf(gave.loglik))):
+        yield f"must return loglik below infinity; got inf in {many} of {np.size(gave.loglik)}"
     if isinstance(gave, Newborn):
         returns, (k, *_) = np.asarray(gave.returns), _seen(given, gave)
         if returns.dtype.kind not in "iu" or returns.ndim != 1 or np.any((returns < 0) | (returns >= k)):
@@ -181,7 +183,8 @@ def _not_numbers(given: Given, gave: Any, part: str = "", *, finite: bool = Fals
         return
     for which, name in ((np.isnan, "nan"), (np.isinf, "inf"))[: 1 + finite]:
         if many := sum(np.count_nonzero(which(leaf)) for leaf in gives):
-            yield f"must return {'finite ' * finite}numbers; got {name} in {many} of {np.size(gave)}{part and f' of {part}'}"
+            count = f"{many} of {sum(map(np.size, gives))}{part and f' of {part}'}"
+            yield f"must return {'finite ' * finite}numbers; got {name} in {count}"
 
 
 def _array(
@@ -244,7 +247,7 @@ def _believes(estimator: Any, given: Given, gave: Any) -> Iterator[str]:
     elif isinstance(gave, Gaussian) and isinstance(before, Gaussian):
         n = len(estimator.state) if plain else np.shape((gave if begins else before).mean)[-1]
         yield from _gaussian(given, gave, np.shape(before.mean)[:-1], (n,))
-    elif begins:
-        yield from _memory(gave, np.shape(before.mean)[:-1], "belief")
     if not begins or any(_not_numbers(given, estimator.moments(gave))):  # nan may stand for what is not known yet
         yield from _not_numbers(given, gave)
+    if not isinstance(gave, Gaussian):
+        yield from _memory(gave, np.shape((before if begins else estimator.moments(before)).mean)[:-1], "belief")

@@ -34,6 +34,11 @@ def check_preprocessors(preprocessors: Mapping[str, Preprocessor], sensors: Mapp
                 f"preprocessors.{name}: must make what the sensor {name!r} measures, {sensors[name].measurement}, "
                 f"not {preprocessor.measurement}"
             )
+        if preprocessor.takes_incomplete:
+            lacked = {axis for sensor in preprocessor.sensors.values() for axis in sensor.optional}
+            if lost := sorted(lacked & {*preprocessor.measurement.names} - {*sensors[name].optional}):
+                told = f"must take returns that lack {', '.join(lost)}, as {preprocessor.kind!r} passes them on"
+                raise ValueError(f"sensors.{name}: {told}: put 'partial' around {sensors[name].kind!r}")
         for raw, sensor in preprocessor.sensors.items():
             if raw in direct and isinstance(sensor, ImagingSensor):
                 if sensor != direct[raw]:
@@ -97,8 +102,7 @@ def preprocessed(
     """Yield the scans, with those that a preprocessor takes replaced by its output; arrays may have a leading axis of runs.
 
     Scans of one time that go to one preprocessor make one scan, which comes after those that go to none. Frames of a sensor
-    in `own`, the tracker's, are kept and come last: what is found in them starts there, not where it was. Preprocessors get
-    complete returns only: to them one that lacks a component is padding.
+    in `own`, the tracker's, are kept and come last: what is found in them starts there, not where it was.
     """
     goes_to = {raw: name for name, preprocessor in preprocessors.items() for raw in preprocessor.sensors}
     for time, moment in groupby(scans, key=lambda scan: scan.time):
@@ -123,17 +127,21 @@ def preprocessed(
 
 def _made(name: str, preprocessor: Preprocessor, time: float, parts: Mapping[str, Scan]) -> Scan:
     pose = next((scan.pose for scan in parts.values()), None)
-    made = preprocessor.process({raw: _whole(scan) for raw, scan in parts.items()})
+    made = preprocessor.process({raw: _readable(scan, preprocessor) for raw, scan in parts.items()})
     if not isinstance(made, Detections):
         check_made(preprocessor, "process", made, {"preprocessors": {name: preprocessor}})
+    if made.missing is not None and made.missing.shape == made.z.shape:
+        made = evolve(made, z=np.where(made.missing, 0.0, made.z))
     return Scan(time, name, made, pose)
 
 
-def _whole(scan: Scan) -> Scan:
-    """Return the scan as a preprocessor sees it: a return that lacks a component is padding."""
+def _readable(scan: Scan, preprocessor: Preprocessor) -> Scan:
+    """Return the scan as a preprocessor reads it: nan is what a return lacks, or the return is padding."""
     detections, valid = scan.detections, scan.detections.complete
     if detections.missing is None:
         return scan
+    if preprocessor.takes_incomplete:
+        return evolve(scan, detections=evolve(detections, z=np.where(detections.missing, np.nan, detections.z)))
     whole = evolve(detections, z=np.where(valid[..., None], detections.z, 0.0), valid=valid, missing=None)
     return evolve(scan, detections=whole)
 
@@ -151,18 +159,23 @@ def preprocess(
     Raw scans and returns that were left out are added to `problems`; if `strict` they raise ScanRefused.
     """
     raw = raw_sensors(preprocessors, {})
+    whole = {name: each.kind for each in preprocessors.values() if not each.takes_incomplete for name in each.sensors}
 
     def sound() -> Iterator[Scan]:
         for i, scan in enumerate(scans):
-            scan = with_axes(scan, raw)
-            if scan.sensor in raw and (refused := flaws(scan, raw, scan.time)):
-                if strict:
-                    raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
+            scan, lost = with_axes(scan, raw), False
+            if refused := flaws(scan, raw, scan.time) if scan.sensor in raw else []:
                 scan, left_out = without_bad_returns(scan)
-                told = [evolve(problem, place=f"raw scan {i}, {problem.place}") for problem in left_out or refused]
-                problems.extend(told)
-                if not left_out:
-                    continue
-            yield scan
+                lost, refused = not left_out, left_out or refused
+            if not lost and scan.sensor in whole:
+                lacking = np.argwhere(scan.detections.valid & ~scan.detections.complete).tolist()
+                told = f"lacks a component, and {whole[scan.sensor]!r} does not take such (`takes_incomplete`)"
+                refused = [*refused, *(Problem(f"return {', '.join(map(str, one))}", told) for one in lacking)]
+                lost = bool(lacking) and not scan.detections.complete.any()  # without any it would be a miss
+            if strict and refused:
+                raise ScanRefused(f"raw scan of {scan.sensor!r} at {scan.time:.6f} s: {'; '.join(map(str, refused))}")
+            problems.extend([evolve(problem, place=f"raw scan {i}, {problem.place}") for problem in refused])
+            if not lost:
+                yield scan
 
     return preprocessed(sound(), preprocessors, own)

@@ -16,7 +16,7 @@ from vedette.filters.motion import predicted
 from vedette.hypotheses import HypothesisAssociator
 from vedette.roles import Associator, Estimator, Sensor
 from vedette.sampling.seeds import NO_DRAWS, Seed, Seeds
-from vedette.space import Array, Space
+from vedette.space import Space
 from vedette.supporting import Birth, Lifecycle
 from vedette.tracking import state_data
 from vedette.tracking.arguments import check_given, check_predicted, check_state, time_from, time_of_start
@@ -35,15 +35,19 @@ from vedette.tracking.validation import admitted, checked_prior
 from vedette.tracking.whole_scan import in_one_call
 from vedette.types import Gaussian, Newborn, Recording, Scan, new_gaussian
 
+NO_ONE = "nan or lacks, and no method of a component tells why in this step: `update` may have given it in one before"
+"""What is told where nobody was found to blame."""
 
-def _shown(estimate: Gaussian, alive: Array | float = 1.0) -> Gaussian:
+
+def _shown(estimate: Gaussian, state: State) -> Gaussian:
     """Return an estimate that nobody can write into, as its arrays may be those of the state.
 
-    FloatingPointError if it is nan; of runs in lock-step, each may diverge for itself.
+    FloatingPointError if it is nan, or not of all tracks; of runs in lock-step, each may diverge for itself.
     """
-    mean, cov = estimate.mean[...], estimate.cov[...]
-    if mean.ndim == 2 and math.isnan(np.vdot(mean, mean) + np.vdot(cov, cov) + np.vdot(alive, alive)):
-        raise FloatingPointError("a track's estimate or existence is nan, and no method of a component tells why")
+    mean, cov, alive = estimate.mean[...], estimate.cov[...], state.existence
+    sums = np.vdot(mean, mean) + np.vdot(cov, cov) + np.vdot(alive, alive)
+    if mean.ndim == 2 and (math.isnan(sums) or len(mean) != len(state.ids)):
+        raise FloatingPointError(f"a track's estimate or existence is {NO_ONE}")
     mean.setflags(write=False)
     cov.setflags(write=False)
     return new_gaussian(mean, cov)
@@ -189,12 +193,20 @@ class Tracker:
             # The distances of a track that is nan are nan, if it has any: its moments are asked for only then.
             far, alive = met[0] and met[0].distance, after.existence
             if far is None or not far.size or math.isnan(np.vdot(far, far) + np.vdot(alive, alive)):
-                _shown(plan.estimator.moments(after.belief), alive)
+                _shown(plan.estimator.moments(after.belief), after)
+                if far is not None and far.ndim == 2 and np.isnan(far).any():
+                    raise FloatingPointError(f"a return's distance from a track is {NO_ONE}")
             return after
         except Exception as error:
             check_given(state, self.start, observed)
-            explain(error, self, partial(self.step, state, scan), self.start)
+            explain(error, self, partial(self.step, state, scan), partial(self._from_start, state, scan))
             raise
+
+    def _from_start(self, state: State, scan: Scan) -> None:
+        """Step from a start: what `update` gives is looked at in the next step only, and may be nan in `state` already."""
+        first = self.start()
+        if state.existence.ndim == 1:
+            self.step(self.step(first, scan), scan)
 
     def expect(self, state: State, scan: Scan) -> Expected:
         """Return what the tracker expects of a scan, as `step` goes on from it; nothing is associated.
@@ -229,4 +241,4 @@ class Tracker:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""
         check_state(state)
         belief = state.belief if time is None else self.predict(state, time_from(state, time))
-        return explained(self, lambda: _shown(self.estimator.moments(belief)))
+        return explained(self, lambda: _shown(self.estimator.moments(belief), state))

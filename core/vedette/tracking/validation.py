@@ -42,6 +42,10 @@ def check_sensors(sensors: Mapping[str, Sensor], estimator: Estimator[Any], gate
             estimator.state.locate(sensor.observes)
         except SpaceError as error:
             raise ValueError(f"sensors.{name}: observes an axis that the estimator lacks: {error}") from None
+        for axis, length in sensor.optional.items():
+            if axis not in sensor.measurement.names or not 0 < length <= ABSURD:
+                told = f"must map axes of {sensor.measurement} to lengths > 0, got {axis!r}: {length}"
+                raise ValueError(f"sensors.{name}: optional of {sensor.kind!r} {told}")
         if isinstance(sensor, ImagingSensor) and not estimator.traits.takes_frames:
             raise ValueError(f"sensors.{name}: is a camera, but {estimator.kind!r} takes no frames: use 'ekf' or 'iekf'")
         if reason := estimator.refuses(sensor):
@@ -93,7 +97,7 @@ def checked_prior(given: Any, axes: int) -> Gaussian:
     bad = ~(np.all(np.abs(mean) <= ABSURD, axis=-1) & _is_covariance(cov, -1e-9))
     if bad.any():
         i = tuple(map(int, np.argwhere(bad)[0]))
-        told = f"must have finite numbers{_sizes(mean[i], cov[i])} and a symmetric positive semi-definite covariance"
+        told = f"must have means of at most {ABSURD:g}, and variances of at most {ABSURD**2:g} and positive semi-definite"
         raise ValueError(f"given: track {list(i)} {told}, got {short(mean[i].tolist())} and {short(cov[i].tolist())}")
     return Gaussian(mean, cov)
 
@@ -168,14 +172,6 @@ def without_bad_returns(scan: Scan) -> tuple[Scan, list[Problem]]:
 def _at_most(values: Array | float) -> str:
     """Return what is to be added to "finite" where numbers are refused that are, but are too large for anything."""
     return f" of at most {ABSURD:g}" if np.all(np.isfinite(values)) else ""
-
-
-def _sizes(mean: Array, cov: Array) -> str:
-    """Return what is to be added to "finite" where a prior's numbers are too large for anything."""
-    if not np.all(np.isfinite(mean)) or not np.all(np.isfinite(cov)):
-        return ""
-    large = np.any(np.abs(mean) > ABSURD) or np.any(np.abs(cov) > ABSURD**2)
-    return f", means of at most {ABSURD:g} and variances of at most {ABSURD**2:g}," if large else ""
 
 
 def _pose_flaws(pose: Pose) -> list[Problem]:

@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Gaussian, Recording, Space, Trajectory, fields
-from vedette.tracking import GivenTracks
+from vedette_standard.permanent import GivenTracks
 
 
 @final

@@ -7,7 +7,7 @@ from typing import Any, ClassVar, final
 
 from attrs import frozen
 
-from vedette.tracking import PermanentTracks
+from vedette_standard.permanent import PermanentTracks
 
 
 @final

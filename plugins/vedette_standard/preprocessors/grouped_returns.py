@@ -8,7 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Preprocessor, Scan, Sensor, Space, fields
+from vedette import Array, Detections, Mask, Preprocessor, Scan, Sensor, Space, fields
 from vedette.space import Indices
 from vedette.tracking import take
 from vedette_standard.grouping import Labels, grouped, linked
@@ -22,7 +22,8 @@ class GroupedReturns(Preprocessor):
     A group longer than `longest` is split by k-means, so that objects side by side stay two. The mean has the noise of the
     tracker's sensor: what is seen of an object lies beside its middle, an error that all its returns share, so that their
     number makes it no smaller; `vedette tune` finds it. Of noises that returns bring it has the mean, of their evidence the
-    largest. Returns of two names are not joined.
+    largest. Returns of two names are not joined. Of a group, those that lack components do not count beside those that lack
+    fewer; one whose place is not known, as it lacks its range, is passed on as it is.
     Ester, Kriegel, Sander, Xu, A density-based algorithm for discovering clusters, KDD 1996; here by single linkage.
 
     >>> from attrs import evolve
@@ -37,6 +38,7 @@ class GroupedReturns(Preprocessor):
     """
 
     kind: ClassVar[str] = "grouped_returns"
+    takes_incomplete: ClassVar[bool] = True
 
     sensors: dict[str, Sensor] = fields.part("the one sensor, under the name that its scans bear")
     link: float = fields.quantity("m", "returns closer than this are of one object", above=0)
@@ -59,22 +61,25 @@ class GroupedReturns(Preprocessor):
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Return the mean of each group in the column of its first return (*b, k, m); of one run, these columns alone."""
-        ((name, sensor),) = self.sensors.items()
+        (name,) = self.sensors
         seen = scans[name].detections
-        places = sensor.placed(scans[name].pose).invert(seen.z, seen.noise).mean
-        places = places[..., [i for i, axis in enumerate(sensor.observes.axes) if axis.unit == "m"]]
-        z, leads = seen.z.copy(), np.zeros_like(seen.valid)
+        lacking = np.zeros(seen.z.shape, dtype=bool) if seen.missing is None else seen.missing
+        z, leads = np.where(lacking, 0.0, seen.z), np.zeros_like(seen.valid)
+        places, known = self._places(z, lacking, scans[name])
         noise, evidence, time = (None if each is None else each.copy() for each in (seen.noise, seen.evidence, seen.time))
         for run in np.ndindex(seen.valid.shape[:-1]):
-            rows = np.flatnonzero(seen.valid[run])
+            leads[run] = seen.valid[run] & ~known[run]
+            rows = np.flatnonzero(seen.valid[run] & known[run])
             label = self._labels(places[run][rows], None if seen.identity is None else seen.identity[run][rows])
-            order = np.argsort(label, kind="stable")
-            _, start, size = np.unique(label[order], return_index=True, return_counts=True)
+            counts = np.bincount(label)
+            chosen = _fullest(label, lacking[run][rows])
+            order = chosen[np.argsort(label[chosen], kind="stable")]
+            which, start, size = np.unique(label[order], return_index=True, return_counts=True)
             order = rows[order]
             if not len(start):
                 continue
             first = order[start]
-            leads[run][first[size >= self.fewest]] = True
+            leads[run][first[counts[which] >= self.fewest]] = True
             steps = self.measurement.difference(z[run][order], np.repeat(z[run][first], size, axis=0))
             z[run][first] = self.measurement.displace(z[run][first], _means(steps, start))
             if noise is not None:
@@ -83,8 +88,19 @@ class GroupedReturns(Preprocessor):
                 evidence[run][first] = np.maximum.reduceat(evidence[run][order], start)
             if time is not None:
                 time[first] = _means(time[order], start)
-        made = Detections(z, leads, evidence, noise, None, seen.identity, time)
+        made = Detections(z, leads, evidence, noise, seen.missing, seen.identity, time)
         return made if leads.ndim > 1 else take(made, leads, 0)
+
+    def _places(self, z: Array, lacking: Mask, scan: Scan) -> tuple[Array, Mask]:
+        """Return the places (*b, k, 2 or 3) of returns `z`, 0 where they lack a component, and whether these tell it."""
+        ((_, sensor),) = self.sensors.items()
+        metres = [i for i, axis in enumerate(sensor.observes.axes) if axis.unit == "m"]
+        placed, noise = sensor.placed(scan.pose), scan.detections.noise
+        places = placed.invert(z, noise).mean[..., metres]
+        if not lacking.any():
+            return places, np.ones(z.shape[:-1], dtype=bool)
+        known: Mask = np.all(placed.invert(np.where(lacking, 1.0, z), noise).mean[..., metres] == places, axis=-1)
+        return places, known
 
     def _labels(self, places: Array, identity: Indices | None) -> Labels:
         """Return the number (k,) of the group of each return at `places` (k, 2 or 3)."""
@@ -95,6 +111,14 @@ class GroupedReturns(Preprocessor):
         if identity is None:
             return label
         return np.unique(np.stack([label, identity], axis=-1), axis=0, return_inverse=True)[1].reshape(label.shape)
+
+
+def _fullest(label: Labels, lacking: Mask) -> Indices:
+    """Return the returns (j,) that lack what the first of those of their group that lack fewest components lacks."""
+    order = np.lexsort((np.sum(lacking, axis=-1), label))
+    groups, start = np.unique(label[order], return_index=True)
+    same: Mask = np.all(lacking == lacking[order[start]][np.searchsorted(groups, label)], axis=-1)
+    return np.flatnonzero(same)
 
 
 def _means(values: Array, start: Indices) -> Array:

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from vedette import Detections, Pose, Scan
-from vedette_standard import BearingOnly, CartesianPosition, RangeBearing, RangeBearingRate
+from vedette_standard import BearingOnly, CartesianPosition, Partial, PositionVelocity, RangeBearing, RangeBearingRate
 from vedette_standard.preprocessors.grouped_returns import GroupedReturns
 
 PLANE = CartesianPosition(0.5)
@@ -96,3 +96,22 @@ def test_what_tells_no_place_is_refused():
         GroupedReturns({"raw": BearingOnly(0.01)}, link=3.0)
     with pytest.raises(ValueError, match="sensors: must hold one sensor, got 2"):
         GroupedReturns({"a": PLANE, "b": PLANE}, link=3.0)
+
+
+def test_returns_that_lack_a_velocity_are_grouped_by_place_and_count_where_none_has_more():
+    sensor = Partial(PositionVelocity(1.0, 0.5), {"vx": 40.0, "vy": 40.0})
+    z = np.array([[0, 0, 5, 1], [1, 0, 7, 7], [2, 0, 9, 3], [50, 0, 7, 7], [52, 0, 7, 7], [90, 0, 4, 4]], dtype=float)
+    missing = np.zeros((6, 4), dtype=bool)
+    missing[[1, 3, 4], 2:] = True
+    found = made(GroupedReturns({"raw": sensor}, link=3.0), Detections(z, np.ones(6, dtype=bool), missing=missing))
+    assert found.missing.tolist() == missing[[0, 3, 5]].tolist()
+    assert found.z[~found.missing].tolist() == [1, 0, 7, 2, 51, 0, 90, 0, 4, 4]
+
+
+def test_a_return_without_its_range_joins_none_and_is_no_lone_one():
+    sensor = Partial(RangeBearing(5.0, 0.01), {"range": 900.0})
+    z = np.array([[100, 0], [np.nan, 0.0], [101, 0], [np.nan, 0.0], [500, 0]], dtype=float)
+    groups = GroupedReturns({"raw": sensor}, link=3.0, fewest=2)
+    found = made(groups, Detections(z, np.ones(5, dtype=bool), missing=np.isnan(z)))
+    assert found.z[:, 1].tolist() == [0, 0, 0]
+    assert found.missing[:, 0].tolist() == [False, True, True]

@@ -7,10 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 from attrs import frozen
 
-from vedette.roles import Estimator, Sensor
-from vedette.space import Array, Mask
-from vedette.supporting import Birth, Lifecycle
-from vedette.types import Detections, Newborn, Review
+from vedette import Array, Birth, Detections, Estimator, Lifecycle, Mask, Newborn, Review, Sensor
 
 
 @frozen
