@@ -171,9 +171,7 @@ def test_a_run_loses_no_return_that_lacks_a_component_in_a_preprocessor():
 def test_what_a_preprocessor_passes_on_its_sensor_must_take():
     check_preprocessors({"r": Tap({"r": POLAR})}, {"r": POLAR})
     check_preprocessors({"r": Whole({"r": POLAR})}, {"r": POLAR.of})
-    with pytest.raises(
-        ValueError, match=r"sensors.r: .* lack range, .* 'partial'"
-    ):
+    with pytest.raises(ValueError, match=r"sensors.r: .* lack range, .* 'partial'"):
         check_preprocessors({"r": Tap({"r": POLAR})}, {"r": POLAR.of})
 
 
