@@ -30,6 +30,7 @@ from vedette_files.jsonl.recording import units as units
 from vedette_files.jsonl.recording import write_recording as write_recording
 from vedette_files.jsonl.scans import identity_code as identity_code
 from vedette_files.jsonl.source import JsonLinesSource as JsonLinesSource
+from vedette_files.oddities import replaced as replaced
 from vedette_files.readers import FRAMES as FRAMES
 from vedette_files.readers import NORTH_EAST as NORTH_EAST
 from vedette_files.readers import beyond_period as beyond_period

@@ -126,11 +126,11 @@ def set_forward(times: Sequence[float]) -> Iterator[str]:
         yield f"times lack the hour after {before % 86_400 / HOUR:.3g} h: did summer time begin? Then write them in UTC"
 
 
-ADD = "if it is there on its platform, add them to the poses"
-"""What cures that poses replace a place of a sensor's own, where they are written for each scan."""
-
-
-def replaced(sensors: Mapping[str, Sensor], scans: Sequence[Scan], cure: str) -> Iterator[str]:
+def replaced(
+    sensors: Mapping[str, Sensor],
+    scans: Sequence[Scan],
+    cure: str = "if it is there on its platform, add them to the poses",
+) -> Iterator[str]:
     """Yield of each sensor that a place of its own does not count, as the poses of its scans replace it, and the `cure`."""
     for name, sensor in sensors.items():
         own = sensor

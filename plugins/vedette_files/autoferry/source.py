@@ -16,7 +16,7 @@ from vedette.supporting import Source
 from vedette.types import Pose, Recording, Rows, Scan
 from vedette_files.autoferry.files import PUBLISHER, bearings, entries, returns, truth
 from vedette_files.json_values import number, short, vector
-from vedette_files.oddities import ADD, replaced
+from vedette_files.oddities import replaced
 from vedette_files.readers import NORTH_EAST, check_files, detections, find, polar
 
 SENSORS = {1: "lidar", 2: "radar", 3: "infrared", 4: "electro_optical"}
@@ -86,7 +86,7 @@ class AutoferrySource(Source):
         scans.sort(key=lambda scan: scan.time)
         rows = {"detections": Rows(total, len(scans), sum(problem.rows for problem in refused), left_out)}
         boats, rows["truth"] = truth(folder / names[1], refused)
-        odd = tuple(replaced(sensors, scans, ADD))
+        odd = tuple(replaced(sensors, scans))
         return Recording(tuple(scans), boats, tuple(refused), {"frame": NORTH_EAST}, odd, rows=rows)
 
     def _measured(self, sensors: Mapping[str, Sensor]) -> dict[str, Space]:

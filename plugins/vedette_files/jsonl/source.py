@@ -17,7 +17,7 @@ from vedette.supporting import ImagingSensor, Source
 from vedette.types import Recording, Scan
 from vedette_files.input_files import shown
 from vedette_files.jsonl.recording import read_recording
-from vedette_files.oddities import ADD, odd_returns, replaced
+from vedette_files.oddities import odd_returns, replaced
 from vedette_files.packed import PackedScans
 from vedette_files.readers import find
 
@@ -88,7 +88,7 @@ class JsonLinesSource(Source):
             if name in sensors and name not in made
             for said in _odd(name, sensors[name], kept.of({name}))
         ]
-        odd += replaced(sensors, kept, ADD)
+        odd += replaced(sensors, kept)
         return evolve(recording, scans=kept, notes=notes, rows=rows, warnings=(*recording.warnings, *odd))
 
 

@@ -15,9 +15,8 @@ from vedette.roles import Sensor
 from vedette.streams import Format
 from vedette.supporting import Source
 from vedette.types import Recording, Rows, Scan
-from vedette_files import FRAMES, Origin
+from vedette_files import FRAMES, Origin, replaced
 from vedette_files.input_files import check_regular
-from vedette_files.oddities import ADD, replaced
 from vedette_files.readers import find
 from vedette_live.grouping import Grouper, Grouping
 from vedette_live.placing import Placing, named, placed
@@ -80,7 +79,7 @@ class StreamSource(Source):
         scans.sort(key=lambda scan: (scan.time, scan.sensor))
         rows = {"messages": Rows(count, count - bad, bad)}
         notes = placed(self.origin, self.frame)
-        odd = (*placing.doubts(), *replaced(sensors, scans, ADD))
+        odd = (*placing.doubts(), *replaced(sensors, scans))
         return Recording(tuple(scans), refused=tuple(refused), notes=notes, warnings=odd, rows=rows)
 
 
