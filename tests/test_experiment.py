@@ -102,7 +102,7 @@ def test_a_run_at_the_edge_ends_with_a_summary(edge, truth, estimator, tmp_path)
     built = experiment(EDGES[edge], TRUTHS[truth], estimator)
     result, found, text = told(built, tmp_path, pictures=estimator == "imm" and truth in ("no truth", "a truth"))
     assert found["scans_taken"] == len(result.scans)
-    assert len(result.scans) == (0 if edge in ("no scans", "all scans refused") else len(EDGES[edge]))
+    assert len(result.scans) == (0 if edge in ("no scans", "all scans refused", "all returns refused") else len(EDGES[edge]))
     assert (tmp_path / "tracks.csv").read_text().startswith("track,time,x,y,vx,vy,")
     if not result.tracks:
         assert f"0 confirmed of {result.begun:,} begun" in text
