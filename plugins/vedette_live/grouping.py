@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from hashlib import blake2b
 from math import floor, inf
 from typing import final
 
@@ -19,8 +20,20 @@ WAYS = ("message", "turn", "sector", "interval")
 CLOCKS = ("sensor", "receiver", "offset")
 MOST = 50_000
 """Messages of a scan, at most: by a clock that stands still it would never be complete."""
+COPIES = 10_000
+"""Latest messages of an input of which copies are recognised: those of 10 s of a thousand plots a second."""
 ALIKE = 1.5
 """Two times between messages are alike if neither is so many times as long: by hand."""
+UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
+"""In which times may be told by mistake, and how many there are in a second."""
+NEAR = 0.1
+"""Share by which a time since 1970 in another unit may differ from ours: six years."""
+FAST = 10
+"""Messages in a row, each alone, whose times are so far apart as they came in ms, of which the health tells: by hand."""
+ALONE = 0.01
+"""s after the one before from which a message came alone: what was stored comes faster, at any ratio to its times."""
+STILL = 60.0
+"""s in which a clock has told one time after which the health tells: some tell whole minutes."""
 SET_BACK = 10
 """Messages in a row that are late by more than a leap, from which on their clock was set back: by hand."""
 
@@ -67,7 +80,8 @@ class Clock:
 
     One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
     sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt,
-    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are.
+    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are. `heard`: when
+    the last one came; `fast`: how many in a row are as if in ms; `unit`: why the last one is surely not in s, or "".
     """
 
     by: str
@@ -78,10 +92,22 @@ class Clock:
     since: float | None = None
     latest: float | None = None
     behind: tuple[float, float, int] | None = None
+    heard: float | None = None
+    fast: int = 0
+    unit: str = ""
 
-    def stood(self, now: float) -> float:
-        """Return for how many s it has told the same time."""
-        return 0.0 if self.since is None else now - self.since
+    def ailment(self, now: float) -> str:
+        """Return what the health tells of it; "" if it goes as ours."""
+        if self.unit or self.fast >= FAST:
+            return self.unit or "its times pass 1000 times as fast as ours: they must be in s, and seem to be in ms"
+        stood = 0.0 if self.since is None else now - self.since
+        return f"it stands still at {self.last:.6f} s, for {stood:.0f} s" if stood > STILL else ""
+
+    def stated(self, time: float | None, period: float | None) -> float | None:
+        """Return the time that the last message told, unwrapped; None if it told none, or none that is unwrapped."""
+        if time is None or self.by != "receiver":
+            return None if time is None else self.last
+        return time if period is None else None
 
     def time(self, stated: float | None, period: float | None, arrived: float | None) -> float:
         """Return the time of a message in s; ValueError if it tells none and nobody knows when it came."""
@@ -96,6 +122,8 @@ class Clock:
         near = self.last if arrived is None else arrived
         if period is not None and near is not None:  # the day, or the turn of a short counter, nearest to when it came
             stated += period * floor((near - stated) / period + 0.5)
+        if arrived is not None and period is None:
+            self._check_unit(stated, arrived)
         self._check(stated)
         if stated != self.last or self.since is None:
             self.since = arrived
@@ -108,6 +136,17 @@ class Clock:
             self.offset = min(self.offset, arrived - stated)
             stated += self.offset
         return stated
+
+    def _check_unit(self, stated: float, arrived: float) -> None:
+        """Raise ValueError for a time that is ours but for its unit; count those that are as far apart as ours in ms."""
+        alike = [unit for unit, factor in UNITS.items() if abs(stated - arrived * factor) < NEAR * arrived * factor]
+        self.unit = f"time: {stated:.0f} is now in {alike[0]} since 1970: it must be in s" if alike and arrived > 1e9 else ""
+        if self.unit:
+            raise ValueError(self.unit)
+        if self.last is not None and self.heard is not None and (passed := arrived - self.heard) >= ALONE:
+            alone = 1 / ALIKE < (stated - self.last) / passed / UNITS["ms"] < ALIKE
+            self.fast = self.fast + 1 if alone else 0
+        self.heard = arrived
 
     def _was_set_back(self, stated: float, arrived: float) -> bool:
         """Return whether messages stay late by more than a leap, and come as far apart as their times are.
@@ -126,7 +165,7 @@ class Clock:
         """Raise ValueError for a time that leaps, unless it is the second one to say so."""
         if self.last is not None and stated - self.last > self.leap:
             apart = inf if self.doubted is None else abs(stated - self.doubted)
-            if self.doubted is None or apart > max(self.leap, ALIKE * (self.doubted - self.last)):
+            if self.doubted is None or not 0 < apart <= max(self.leap, ALIKE * (self.doubted - self.last)):  # 0: a copy
                 self.doubted = stated
                 told = f"{stated - self.last:.6g} s after the last one, more than scans.leap, {self.leap:g} s"
                 raise ValueError(f"time: {stated:.6f} s is {told}: it is believed once the next message agrees")
@@ -152,12 +191,17 @@ class _Open:
 @final
 @define
 class Grouper:
-    """Forms the scans of one input: `add` takes a message, `due` gives what silence completes, `rest` the last ones."""
+    """Forms the scans of one input: `add` takes a message, `due` gives what silence completes, `rest` the last ones.
+
+    A copy of a message, as a second path of a network brings it, is refused: in a scan of several it would be a second
+    target, and after it a scan of its own. Where each message is a scan, whoever takes scans refuses copies of them.
+    """
 
     grouping: Grouping
     placing: Placing
     clocks: dict[str, Clock] = field(factory=dict)
     opened: dict[str, _Open] = field(factory=dict)
+    came: dict[tuple[str, float, bytes], None] = field(factory=dict)
 
     def add(self, message: Message, arrived: float | None, stream: str = "") -> Iterator[Formed]:
         """Yield the scans that a message completes; ValueError, and no change, if it cannot be used."""
@@ -173,6 +217,7 @@ class Grouper:
             if not message.marker:
                 yield self._formed(name, [(message, z, time, stream)], came)
             return
+        self._check_new(message, name, z, clock)
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
         boundary = message.marker == "north" or (message.marker == "sector" and self.grouping.by == "sector")
@@ -186,6 +231,21 @@ class Grouper:
         if not message.marker:
             self.opened[name].pieces.append((message, z, time, stream))
             self.opened[name].arrived = came
+
+    def _check_new(self, message: Message, name: str, z: Array, clock: Clock) -> None:
+        """Raise ValueError for a copy: of the same sensor and time, with the same values. One without a time is none."""
+        stated = clock.stated(message.time, message.period)
+        if stated is None or not (len(z) or message.marker):
+            return
+        held = blake2b(f"{message.marker} {message.angle}".encode(), digest_size=16)
+        for part in (z, message.times, message.evidence, message.noise, message.identity):
+            held.update(b"" if part is None else np.ascontiguousarray(part).tobytes())
+        copy = name, stated, held.digest()
+        if copy in self.came:
+            raise ValueError("came already, with the same returns")
+        self.came[copy] = None
+        if len(self.came) > COPIES:
+            del self.came[next(iter(self.came))]
 
     def due(self, now: float) -> Iterator[Formed]:
         """Yield the scans to which nothing has come for a while."""

@@ -16,7 +16,7 @@ from vedette_live.listening import Listening
 from vedette_live.log import LOG
 from vedette_live.recorder import Recorder
 from vedette_live.reports import chosen, report_of
-from vedette_live.window import Taken, Window
+from vedette_live.window import Leap, Taken, Window
 
 TOGETHER = 64
 """Scans that are taken, and written, at once if so many wait."""
@@ -95,6 +95,9 @@ class Keeping:
         window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
         window.take(saving.formed_from(given) for given in saved.states["scans"])
         window.came |= dict.fromkeys(map(tuple, saved.states.get("came", [])))  # an older Vedette's data lack it
+        if leap := saved.states.get("leap"):
+            state = saving.state_from(experiment.tracker, leap["before"], saved.states["made"]["axes"])
+            window.leap = Leap(state, leap["time"], frozenset(leap["sensors"]))
         return window
 
     def save(self, window: Window | None, *, due: bool = True, last: bool = False) -> None:
@@ -113,7 +116,7 @@ class Keeping:
             return
         if not due:
             return
-        numbers = acknowledging.taken()
+        numbers, leap = acknowledging.taken(), window.settled_leap
         clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {
             "made": self.made,
@@ -124,6 +127,8 @@ class Keeping:
             "clocks": clocks,
             "missed": acknowledging.untaken(numbers),
         }
+        if leap is not None:
+            states["leap"] = {"before": leap.before.to_data(), "time": leap.time, "sensors": sorted(leap.sensors)}
         if self.recorder is not None:
             states |= {"recorded": self.recorder.end, "record": str(self.recorder.path)}
         try:

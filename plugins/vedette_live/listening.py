@@ -20,9 +20,6 @@ from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 
-STILL = 60.0
-"""s in which a clock has told one time after which the health tells: some tell whole minutes."""
-
 
 @final
 @define(eq=False)
@@ -161,6 +158,7 @@ class Listening:
                 self._refuse(str(error), arrival, log)
                 if number is not None:
                     self.numbers.refuse(number, str(error))
+                self._hear(i, message.sensor, arrival, log)
                 continue
             if number is not None:
                 if message.marker and done:
@@ -169,7 +167,7 @@ class Listening:
                     self.numbers.mark(number)
                 self.numbers.note(number)
                 self.ails.pop(f"numbers of {message.sensor!r}", None)
-            self._hear(i, message.sensor, arrival.time)
+            self._hear(i, message.sensor, arrival, log)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
@@ -179,11 +177,13 @@ class Listening:
             if arrival.reply is not None:
                 self.numbers.refuse_line(stream, told)
 
-    def _hear(self, i: int, sensor: str, now: float) -> None:
-        """Let the health tell of a clock that stands still."""
-        clock, name = self.groupers[i].clocks[sensor], f"clock of {sensor!r}"
-        if (stood := clock.stood(now)) > STILL:
-            self.ails[name] = f"it stands still at {clock.last:.6f} s, for {stood:.0f} s"
+    def _hear(self, i: int, sensor: str, arrival: Arrival, log: Sparing) -> None:
+        """Let the health, and once the log, tell of a clock that stands still or is not in s."""
+        clock, name = self.groupers[i].clocks.get(sensor), f"clock of {sensor!r}"
+        if told := "" if clock is None else clock.ailment(arrival.time):
+            if name not in self.ails:
+                log.warn("clock", f"{sensor!r}: {told}", arrival.stream)
+            self.ails[name] = told
         else:
             self.ails.pop(name, None)
 

@@ -95,10 +95,8 @@ class Running:
             raise
         health = Health(conduct.port, self.counters.text, self._ailment) if conduct.port else None
         feeds = self.listening.threads(self.stop)
-        tracker, seed = self.service.experiment.tracker, self.service.experiment.seed
         self._sinks = [Sending(sink, self.counters, i, self.ails) for i, sink in enumerate(self.service.parts.outputs)]
-        lags = [sink.lag for sink in self.service.parts.outputs]
-        self._lagged = [FixedLag(tracker, lag, seed) if lag else None for lag in lags]
+        self._lagged = self._lags()
         try:
             for thread in feeds:
                 thread.start()
@@ -123,6 +121,11 @@ class Running:
         fatal = [told[1:] for name, told in self.ails.items() if name.startswith("input") and told.startswith("!")]
         if told := [*fatal[:1], *self._lacks]:
             raise InputError("\n".join(told))
+
+    def _lags(self) -> list[FixedLag | None]:
+        """Return what smooths the reports of each output; None where nothing does."""
+        tracker, seed = self.service.experiment.tracker, self.service.experiment.seed
+        return [FixedLag(tracker, sink.lag, seed) if sink.lag else None for sink in self.service.parts.outputs]
 
     def _ailment(self) -> str:
         return "; ".join(f"{name}: {told.lstrip('!')}" for name, told in sorted(self.ails.items()))
@@ -168,6 +171,9 @@ class Running:
             if any(id(one) in came for one in of):  # not one that was only stepped again
                 self.counters.add("returns_left_out_total", len(problems))
                 self.listening.log.warn("return left out", f"time {of[-1].scan.time:.6f}: {problems[0]}", "")
+        if window.gave_up:
+            LOG.warning("scans given up", extra={"why": window.gave_up})
+            self._lagged = self._lags()
         self._hear(formed, {id(one): told for one, told in refused})
         done = now()
         for one in came.values():

@@ -33,7 +33,7 @@ class Sending:
     def put(self, report: TrackReport, predicted: Callable[[float], TrackReport], scans: int = 1) -> None:
         """Let a report be sent, if it is due, of so many scans that were taken together."""
         moment = report.time
-        if self._sink.every and moment < self._last + self._sink.every:
+        if self._last <= moment < self._last + self._sink.every:  # it goes back where scans were given up
             return
         self._last = moment
         if not self._sink.every:

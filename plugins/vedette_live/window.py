@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import blake2b
 from itertools import groupby
 from typing import final
 
-from attrs import define, field, frozen
+from attrs import define, evolve, field, frozen
 
 from vedette.errors import Problem, ScanRefused
 from vedette.supporting import Preprocessor
@@ -19,6 +20,12 @@ from vedette_live.grouping import Formed
 COPIES = 10_000
 """Latest scans of which copies are recognised: of a clock that stands still none would be forgotten."""
 
+LEAP = 60.0
+"""s between two scans from which the later one may be wrong: what leaps less cures itself within a minute."""
+AGREE = 5
+"""Late scans of other times that gainsay a leap which fewer scans bear out: by hand."""
+GAINSAYING = 1000
+"""Late scans, the latest, that are laid against a leap."""
 Copy = tuple[float, str, str]
 """What two copies of a scan have in common: time, sensor, and the hash of its returns."""
 Refusals = list[tuple[Formed, str]]
@@ -34,6 +41,15 @@ class Taken:
     state: State
 
 
+@frozen(eq=False)
+class Leap:
+    """A step far ahead: the state before it, the time and the sensors of the scans since."""
+
+    before: State
+    time: float
+    sensors: frozenset[str]
+
+
 @final
 @define(eq=False)
 class Window:
@@ -42,6 +58,9 @@ class Window:
     It keeps the states within the horizon, at most `most`: a scan that is late by more is refused, and one that comes again
     with the same returns. What has left the horizon is settled: `settled` hands it out, in order, once. Equal times are in
     the order of the sensors' names. A preprocessor gets all scans of one time together, however late one of them came.
+
+    One wrong time far ahead would make all that follow too late. So where late scans of all sensors, those of the scans
+    after a leap too, are of the time that was leapt, and more than those, the latter are given up.
     """
 
     tracker: Tracker
@@ -56,6 +75,10 @@ class Window:
     flawed: list[tuple[tuple[Formed, ...], list[Problem]]] = field(factory=list)
     again: int = 0
     late: int = 0
+    ahead: str = ""
+    leap: Leap | None = None
+    gave_up: str = ""
+    _behind: dict[tuple[float, str], None] = field(factory=dict)
 
     def __attrs_post_init__(self) -> None:
         self.before, self.latest = self.start, self.start.time
@@ -73,38 +96,100 @@ class Window:
     def take(self, formed: Iterable[Formed]) -> Refusals:
         """Take scans; return those that are refused, each with the reason. What it holds of the others is not changed.
 
-        `flawed` then holds the scans that were stepped without bad returns, these or former ones, and what was wrong.
+        `flawed` then holds the scans that were stepped without bad returns, these or former ones, and what was wrong;
+        `gave_up` what was wrong with the scans that were given up, "" if none was.
         """
         self.flawed.clear()
-        refused, usable = Refusals(), list[Formed]()
-        latest = self.latest
-        for one in formed:  # as if each came alone: what is refused does not depend on which are taken together
-            if one.scan.time < self.before.time or one.scan.time < latest - self.horizon:
-                told = f"is {latest - one.scan.time:.6g} s late, more than the horizon of {self.horizon:g} s"
+        self.gave_up = ""
+        refused, waiting = Refusals(), deque(formed)
+        while waiting:
+            self._step_all(self._usable(waiting, refused), refused)
+            if self.leap is not None and self._gainsaid(self.leap):
+                refused += self._give_up(self.leap)
+        return refused
+
+    def _usable(self, waiting: deque[Formed], refused: Refusals) -> list[Formed]:
+        """Take from those that wait up to what may gainsay a leap; return those of them that are neither late nor copies.
+
+        As if each came alone: what is refused does not depend on which are taken together.
+        """
+        usable, latest, ahead = list[Formed](), self.latest, self.ahead
+        while waiting:
+            one = waiting.popleft()
+            time, sensor = one.scan.time, one.scan.sensor
+            if time < self.before.time or time < latest - self.horizon:
+                behind = f"behind the latest scan, of {ahead!r}" if ahead else "late"
+                told = f"is {latest - time:.6g} s {behind}, more than the horizon of {self.horizon:g} s"
                 refused.append((one, f"time: {told}"))
+                self._behind[time, sensor] = None
+                if len(self._behind) > GAINSAYING:
+                    del self._behind[next(iter(self._behind))]
+                if len(self._behind) >= AGREE:
+                    break
             elif (copy := _copy_of(one.scan)) in self.came:
                 refused.append((one, "came already, with the same returns"))
             else:
                 if copy is not None:
                     self.came[copy] = None
                 usable.append(one)
-                self.late += one.scan.time < latest
-                latest = max(latest, one.scan.time)
-        if usable:
-            usable.sort(key=_order)
-            at = self._place(usable[0].scan)
-            former = [one for taken in self.kept[at:] for one in taken.formed]
-            self.again += len(self.kept) - at
-            del self.kept[at:]
-            in_order = sorted([*former, *usable], key=_order)  # the sort is stable: those of equal order stay as they came
-            for _, moment in groupby(in_order, key=lambda one: one.scan.time):
-                for scan, of in self._made(list(moment), refused):
-                    try:
-                        self.kept.append(self._step(scan, of))
-                    except ScanRefused as error:
-                        refused += [(one, str(error)) for one in of]
-            self.latest = max(self.latest, self.state.time)
-        return refused
+                self._behind.clear()
+                self.late += time < latest
+                latest, ahead = (latest, ahead) if time < latest else (time, sensor)
+        return usable
+
+    def _step_all(self, usable: list[Formed], refused: Refusals) -> None:
+        """Step over scans, and anew over those after the first of them."""
+        if not usable:
+            return
+        usable.sort(key=_order)
+        if self.leap is not None and usable[0].scan.time < self.leap.time:
+            self.leap = None  # it is stepped over anew
+        at = self._place(usable[0].scan)
+        former = [one for taken in self.kept[at:] for one in taken.formed]
+        self.again += len(self.kept) - at
+        del self.kept[at:]
+        in_order = sorted([*former, *usable], key=_order)  # the sort is stable: those of equal order stay as they came
+        for _, moment in groupby(in_order, key=lambda one: one.scan.time):
+            for scan, of in self._made(list(moment), refused):
+                try:
+                    before, taken = self.state, self._step(scan, of)
+                except ScanRefused as error:
+                    refused += [(one, str(error)) for one in of]
+                    continue
+                self.kept.append(taken)
+                sensors = frozenset(one.scan.sensor for one in of)
+                if scan.time - before.time > LEAP:
+                    self.leap = Leap(before, scan.time, sensors)
+                elif self.leap is not None:
+                    self.leap = evolve(self.leap, sensors=self.leap.sensors | sensors)
+        if self.kept and self.state.time >= self.latest:
+            self.latest, self.ahead = self.state.time, self.kept[-1].scan.sensor
+
+    def _gainsaid(self, leap: Leap) -> bool:
+        """Return whether late scans lie within a leap: of all sensors that bear it out, and more than their scans."""
+        within = {(time, sensor) for time, sensor in self._behind if leap.before.time <= time < leap.time}
+        count = self.state.steps - leap.before.steps
+        return len(within) >= AGREE > count and leap.sensors <= {sensor for _, sensor in within}
+
+    @property
+    def settled_leap(self) -> Leap | None:
+        """The latest leap, if the state after it may yet be given up and that before it is in no other state."""
+        leap = self.leap
+        known = leap is None or self.before.time < leap.time or self.state.steps - leap.before.steps >= AGREE
+        return None if known else leap
+
+    def _give_up(self, leap: Leap) -> Refusals:
+        """Go back to before a leap; return the scans after it that are not settled."""
+        last = max(time for time, _ in self._behind)
+        self.gave_up = f"time: {leap.time:.6f} s is {leap.time - last:.6g} s ahead of what all sensors have told since"
+        given_up = [(one, self.gave_up) for taken in self.kept if taken.scan.time >= leap.time for one in taken.formed]
+        self.kept = [taken for taken in self.kept if taken.scan.time < leap.time]
+        if self.before.time >= leap.time:
+            self.before = leap.before
+        self.latest, self.leap = leap.before.time, None
+        self.came = {copy: None for copy in self.came if copy[0] < leap.time}
+        self._behind.clear()
+        return given_up
 
     def _place(self, first: Scan) -> int:
         """Return the place of the first scan that is to be taken again, or for the first time."""

@@ -81,7 +81,7 @@ def test_a_turn_without_marks_ends_after_its_longest_duration() -> None:
 
 def test_a_scan_is_complete_though_its_clock_stands_still(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("vedette_live.grouping.MOST", 3)
-    formed = grouped(Grouper(Grouping(by="turn"), PLACING), [plot(1.0)] * 7)
+    formed = grouped(Grouper(Grouping(by="turn"), PLACING), [plot(1.0, 0.1 * k) for k in range(7)])
     assert [one.messages for one in formed] == [3, 3]
 
 
@@ -90,6 +90,45 @@ def test_intervals_are_of_the_sensors_clock() -> None:
     formed = grouped(grouper, [plot(t) for t in (0.2, 0.9, 1.0, 3.5)])
     assert [one.scan.time for one in formed] == [0.9, 1.0]
     assert [one.scan.time for one in grouper.rest()] == [3.5]
+
+
+@pytest.mark.parametrize("clock", ["sensor", "receiver", "offset"])
+@pytest.mark.parametrize("by", ["turn", "sector", "interval"])
+def test_a_message_that_comes_twice_is_in_one_scan_once(by: str, clock: str) -> None:
+    """Each target had two returns, and two tracks, that nobody could tell from two targets; late ones were scans."""
+
+    def scans(messages: list[Message]) -> tuple[list[tuple[float, int]], int]:
+        grouper, formed, refused = Grouper(Grouping(by=by, length=4.0, clock=clock), PLACING), list[Formed](), 0
+        for message in messages:
+            try:
+                formed += grouper.add(message, message.time)
+            except ValueError as error:
+                refused += "came already" in str(error)
+        formed += grouper.rest()
+        return [(one.scan.time, len(one.scan.detections.z)) for one in formed], refused
+
+    came = [mark(0.5), plot(1.0), plot(1.0, 0.9), mark(3.0), mark(5.5), plot(6.0), mark(8.0), plot(9.0)]
+    once, twice = scans(came), scans([message for message in came for _ in range(2)])
+    assert twice == (once[0], len(came))
+    late = scans([*came[:6], came[1], *came[6:]])
+    if clock == "sensor":
+        assert late == (once[0], 1)
+    else:
+        assert late[1] == 1
+
+
+def test_messages_without_a_time_or_without_returns_are_no_copies() -> None:
+    grouper = Grouper(Grouping(by="turn"), PLACING)
+    timeless = [evolve(plot(1.0), time=None), Message("2/17", 1.0, np.zeros((0, 2)))]
+    assert not [one for message in timeless * 2 for one in grouper.add(message, 1.0)]
+    assert [one.messages for one in grouper.rest()] == [4]
+
+
+def test_copies_are_recognised_of_the_latest_messages(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("vedette_live.grouping.COPIES", 5)
+    grouper = Grouper(Grouping(by="turn"), PLACING)
+    grouped(grouper, [plot(0.01 * k) for k in range(20)])
+    assert len(grouper.came) == 5
 
 
 def test_what_comes_late_of_an_interval_before_ends_no_scan() -> None:
@@ -101,7 +140,7 @@ def test_what_comes_late_of_an_interval_before_ends_no_scan() -> None:
 def test_evidence_and_noise_are_of_all_returns_of_a_scan_or_of_none() -> None:
     """What one message of several tells cannot be laid against the returns of the others."""
     told = evolve(plot(1.0), evidence=np.array([2.0]), noise=np.diag([9.0, 0.01])[None])
-    for messages, known in (([told, told], 2), ([told, plot(1.1)], 0)):
+    for messages, known in (([told, evolve(told, time=1.1)], 2), ([told, plot(1.1)], 0)):
         grouper = Grouper(Grouping(by="turn"), PLACING)
         assert not grouped(grouper, messages)
         (seen,) = (one.scan.detections for one in grouper.rest())
@@ -159,6 +198,41 @@ def test_times_far_ahead_are_refused_and_a_clock_that_was_set_is_believed(began:
     with pytest.raises(ValueError, match="time"):
         clock.time(began + 5000.0, None, None)
     assert [clock.time(began + t, None, None) for t in (5001.0, 5002.0)] == [began + 5001.0, began + 5002.0]
+
+
+def test_a_copy_of_a_time_far_ahead_does_not_bear_it_out() -> None:
+    """Each message came twice, and one wrong time shut all others out."""
+    clock, taken = Clock("sensor", leap=100.0), []
+    for t in (1.0, 1.0, 1e6, 1e6, 2.0, 2.0):
+        with suppress(ValueError):
+            taken.append(clock.time(t, None, None))
+    assert taken == [1.0, 1.0, 2.0, 2.0]
+
+
+@pytest.mark.parametrize(("unit", "factor"), [("ms", 1e3), ("us", 1e6)])
+def test_a_time_of_now_in_another_unit_is_refused(unit: str, factor: float) -> None:
+    clock = Clock("sensor")
+    with pytest.raises(ValueError, match=rf"time: .* in {unit} since 1970: it must be in s"):
+        clock.time(1.7e9 * factor, None, 1.8e9)
+    assert clock.ailment(1.8e9)
+    assert clock.time(1.7e9, None, 1.8e9) == 1.7e9
+    assert clock.ailment(1.8e9) == ""
+
+
+def test_times_that_pass_1000_times_as_fast_as_ours_are_told_to_be_in_ms() -> None:
+    """No track was ever confirmed, and all seemed well. What was stored comes faster, and at any ratio."""
+
+    def ails(stated: list[float], arrived: list[float]) -> list[bool]:
+        clock = Clock("sensor", leap=1e6)
+        return [bool(clock.time(t, None, now) and clock.ailment(now)) for t, now in zip(stated, arrived, strict=True)]
+
+    rng = np.random.default_rng(1)
+    arrived = [1.8e9 + 1.5 * k + delay for k, delay in enumerate(rng.uniform(0.0, 0.1, 30))]
+    assert ails([1500.0 * k + 1.0 for k in range(30)], arrived) == [False] * 10 + [True] * 20
+    assert not any(ails([1.5 * k for k in range(30)], arrived))
+    pieces = [1.8e9 + 0.5 * (k // 500) for k in range(20_000)]
+    assert not any(ails([1.0 * k for k in range(20_000)], pieces))
+    assert not any(ails([1.0 * k for k in range(2000)], [1.8e9 + 0.001 * k for k in range(2000)]))
 
 
 def test_a_message_without_a_time_among_those_of_another_epoch_is_refused() -> None:
@@ -272,7 +346,7 @@ def test_returns_are_taken_at_the_times_that_a_message_tells_or_unless_that_is_n
     for stated, messages, wanted in (
         ({"own_times": False}, [plot(1.0), plot(2.0)], None),
         ({}, [plot(1.0), plot(2.0)], [1.0, 2.0]),
-        ({}, [plot(2.0), plot(2.0)], None),
+        ({}, [plot(2.0), plot(2.0, 0.4)], None),
         ({"own_times": False}, [plot(1.0), plot(2.0), told], [1.0, 2.0, 2.25, 2.5]),
     ):
         (one,) = grouped(Grouper(Grouping(by="turn", **stated), PLACING), [mark(0.5), *messages, mark(3.0)])

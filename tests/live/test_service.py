@@ -292,6 +292,15 @@ def test_a_tracker_that_is_a_minute_behind_is_told_by_the_health(monkeypatch: py
     assert behind == ["tracker: it is 61 s behind"]
 
 
+@pytest.mark.parametrize(("first", "step"), [(0.0, 1500.0), (1.8e12, 1500.0)])
+def test_times_in_ms_are_told_by_the_health_and_the_log(first: float, step: float, caplog: pytest.LogCaptureFixture) -> None:
+    """Relative ones were taken, and no track was confirmed, as all returns were half an hour apart."""
+    told = [Arrival(b'{"sensor": "north", "time": %f, "z": []}' % (first + step * k), 1.8e9 + 1.5 * k) for k in range(15)]
+    running = ran({**TRACKER, "inputs": [feed(scans={"leap": "1 h"})]}, told)
+    assert "in ms" in running.ails["clock of 'north'"]
+    assert caplog.messages.count("clock") == 1
+
+
 def test_each_kind_of_refusal_is_told_at_once_and_the_others_counted(
     caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

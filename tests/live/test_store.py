@@ -89,6 +89,30 @@ def test_what_is_sent_again_after_a_restart_is_not_taken_twice(tmp_path: Path, h
     assert as_json(again.state) == as_json(undisturbed(told))
 
 
+@pytest.mark.parametrize("horizon", ["0 s", "4 s"])
+def test_a_wrong_time_far_ahead_is_given_up_after_a_restart_too(
+    tmp_path: Path, horizon: str, caplog: pytest.LogCaptureFixture
+) -> None:
+    """It was saved, and all that came later was refused for good; the output sent no report more."""
+    told = [json.dumps({**json.loads(line), "n": None}).encode() for line in lines(40)]
+    wrong = json.dumps({**json.loads(told[20]), "time": 500.0}).encode()
+    given = {
+        **config(tmp_path, 1, horizon=horizon),
+        "inputs": [feed()],
+        "outputs": [
+            {"output": {"kind": "file", "path": str(tmp_path / "out")}, "format": {"kind": "json_lines"}, "every": "1 s"}
+        ],
+    }
+    ran(given, [Arrival(line, 0.0) for line in [*told[:20], wrong, *told[20:23]]])
+    again = ran(given, [Arrival(line, 0.0) for line in told[23:]])
+    assert "scans given up" in caplog.messages
+    assert again.state is not None
+    assert again.state.time == json.loads(told[-1])["time"]
+    assert as_json(again.state) == as_json(undisturbed([*told[:20], *told[28:]]))
+    assert not again.ails
+    assert json.loads((tmp_path / "out").read_bytes().splitlines()[-1])["time"] == again.state.time
+
+
 def test_what_is_sent_again_before_it_was_saved_is_not_taken_twice(tmp_path: Path) -> None:
     """The connection was lost, not the service; the answer goes to the new one, once all is saved."""
     port, todo = free_port(), lines(40)

@@ -172,3 +172,47 @@ def test_a_preprocessor_gets_all_scans_of_a_time_however_late_one_of_them_came()
     assert refused == []
     assert [[each.scan.sensor for each in taken.formed] for taken in one.kept] == [["one", "two"]] * 4
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+
+
+def far(time: float, sensor: str = "north") -> Scan:
+    return Scan(time, sensor, Detections.of([[1.0, 2.0]]))
+
+
+@pytest.mark.parametrize("horizon", [0.0, 3.0])
+@pytest.mark.parametrize("together", [1, 64])
+@pytest.mark.parametrize("at", [0, 7])
+def test_a_scan_far_ahead_is_given_up_once_later_ones_of_all_sensors_gainsay_it(
+    at: int, together: int, horizon: float
+) -> None:
+    """All that followed were refused as late, for as long as it was ahead; with a wrong first one for good."""
+    one, other, in_order, gave_up = window(horizon), window(horizon), scans(40), []
+    arriving = came([*in_order[:at], far(500.0), *in_order[at:]])
+    for i in range(0, len(arriving), together):
+        refused = one.take(arriving[i : i + together])
+        gave_up += [one.gave_up] * bool(one.gave_up)
+        one.settled()
+    assert len(gave_up) == 1
+    assert len(refused) == (0 if together == 1 else 5 + (horizon > 0 or together > 1))
+    late = 5
+    other.take(came([*in_order[:at], *in_order[at + late :]]))
+    assert one.state.time == other.state.time
+    np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+
+
+def test_a_leap_that_its_sensor_or_as_many_scans_bear_out_is_believed() -> None:
+    for ahead, behind in (
+        ([500.0], [("south", k) for k in range(30)]),
+        ([500.0 + k for k in range(5)], [(("north", "south")[k % 2], k) for k in range(30)]),
+    ):
+        one = window(3.0)
+        one.take(came([*(far(k) for k in range(5)), *map(far, ahead)]))
+        one.settled()
+        refused = one.take(came([far(5.0 + k, sensor) for sensor, k in behind]))
+        assert (len(refused), one.gave_up, one.state.time) == (30, "", ahead[-1])
+
+
+def test_scans_that_are_sent_again_gainsay_no_leap() -> None:
+    one = window(3.0)
+    one.take(came([*scans(20), far(500.0)]))
+    assert len(one.take(came(scans(20)))) == 20
+    assert one.gave_up == ""
