@@ -100,11 +100,11 @@ struct RangeBearingElevation {
     VEDETTE_INLINE static void look(const Sensor& s) {
         const Sight sight(s);
         const Eight dz = s.x[2] - s.p[9], slant = root(sight.nearest * sight.nearest + dz * dz);
-        const Eight flat = sight.r, r = slant > kNear ? slant : kNear - Eight{}, square = r * r;
+        const Eight r = slant > kNear ? slant : kNear - Eight{}, square = r * r;
         s.z[0] = slant, s.z[1] = sight.bearing(s), s.z[2] = wrapped_angle(angle_of(dz, sight.nearest));
         s.H[0] = sight.dx / r, s.H[1] = sight.dy / r, s.H[2] = dz / r;
         s.H[3] = -sight.north * sight.over, s.H[4] = sight.east * sight.over, s.H[5] = Eight{};
-        s.H[6] = -sight.east * dz / square, s.H[7] = -sight.north * dz / square, s.H[8] = flat / square;
+        s.H[6] = -sight.east * dz / square, s.H[7] = -sight.north * dz / square, s.H[8] = sight.nearest / square;
         scatter(s, s.p[6], s.p[7], s.p[8]);
         cover(s, slant);
     }

@@ -97,12 +97,13 @@ class RangeBearingElevation(RangingSensor):
     def jacobian(self, x: Array) -> Array:
         """Return H: (*b, 3) -> (*b, 3, 3); finite over the radar, and for a target straight above it."""
         dx, dy, dz, flat, r = self._offsets(x)
-        flat, r = np.maximum(flat, NEAR), np.maximum(r, NEAR)
+        r = np.maximum(r, NEAR)
         H = np.zeros((*x.shape, 3))
+        H[..., 2, 2] = flat / r**2
+        flat = np.maximum(flat, NEAR)
         H[..., 0, 0], H[..., 0, 1], H[..., 0, 2] = dx / r, dy / r, dz / r
         H[..., 1, 0], H[..., 1, 1] = -dy / flat**2, dx / flat**2
         H[..., 2, 0], H[..., 2, 1] = -dx * dz / (flat * r**2), -dy * dz / (flat * r**2)
-        H[..., 2, 2] = flat / r**2
         return H
 
     def noise(self, x: Array) -> Array:

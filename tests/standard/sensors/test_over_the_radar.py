@@ -6,9 +6,16 @@ import numpy as np
 import pytest
 
 from support.laws_of_sensors import everything, noise_is_positive_definite
+from vedette import Detections, Gaussian
+from vedette.sampling import NO_DRAWS
+from vedette_standard.estimators.extended import ExtendedKalman
+from vedette_standard.motion.constant_velocity import ConstantVelocity
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.polar_position import PolarPosition
 from vedette_standard.sensors.range_bearing import RangeBearing
+from vedette_standard.sensors.range_bearing_elevation import RangeBearingElevation
+from vedette_standard.sensors.range_only import RangeOnly
 
 
 def test_conversion_takes_the_noise_of_each_return():
@@ -46,6 +53,26 @@ def test_over_the_radar_all_is_finite_and_definite(sensor):
         assert all(np.all(np.isfinite(result)) for result in everything(sensor, x, z))
         noise_is_positive_definite(sensor, x)
         assert np.all(np.linalg.eigvalsh(sensor.invert(z).cov) > 0)
+
+
+@pytest.mark.parametrize("sensor", [RangeBearingElevation(5.0, 0.01, 0.01), RangeBearing(5.0, 0.01), RangeOnly(5.0)])
+@pytest.mark.parametrize("apart", [0.0, 1e-300, 1e-12])
+def test_of_a_target_at_the_sensor_an_update_knows_no_more_than_a_range(sensor, apart):
+    """With its compiled twin, too: its height was known to 10 um by an elevation, whose derivative did not vanish."""
+    axes = sensor.observes.names
+    estimator = ExtendedKalman(ConstantVelocity(0.5, axes=axes))
+    prior = Gaussian(np.zeros((1, 2 * len(axes))), 100.0 * np.eye(2 * len(axes))[None])
+    prior.mean[0, estimator.state.names.index("x")] = apart
+    seen = sensor.measure(np.full((1, len(axes)), 3.0))
+    beliefs = []
+    for each in (sensor, Partial(sensor, {})):  # what wraps it asks its methods where a return is marked
+        belief = estimator.start(prior, estimator.state, NO_DRAWS)
+        whole = None if each is sensor else np.zeros((1, len(sensor.measurement)), dtype=bool)
+        innovation = estimator.evaluate(belief, each, Detections(seen, [True], missing=whole), 1.0)
+        beliefs.append(estimator.moments(estimator.update(belief, innovation, np.array([[0.0, 1.0]]))))
+    for one, other in zip(*((each.mean, each.cov) for each in beliefs), strict=True):
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-12)
+    assert np.linalg.eigvalsh(beliefs[0].cov[0])[0] > 19.9  # a range that errs by 5 m leaves 20 m^2 of 100
 
 
 def test_a_range_and_bearing_of_nothing_moves_nothing():
