@@ -112,6 +112,21 @@ def held_axes(it: Situation) -> Iterator[Finding]:
         yield Finding("birth", said, "a deviation of 0, or a motion that lets it change")
 
 
+def unobserved(it: Situation) -> Iterator[Finding]:
+    """Find positions that move and that no sensor observes, as heights over ranges and bearings of the plane."""
+    observed = {name for seen in it.sensors for name in seen.sensor.observes.names}
+    for i, axis in enumerate(it.state.axes):
+        if axis.unit != "m" or f"v{axis.name}" not in it.state or axis.name in observed:
+            continue
+        variances = [
+            (seen.settled.start.cov[0, i, i], seen.settled.updated[-1][i, i]) for seen in it.sensors if seen.settled
+        ]
+        if variances and all(last > first for first, last in variances):
+            first, last = (say(float(f"{np.sqrt(each):.2g}"), "m") for each in variances[0])
+            text = f"none observes {axis.name}: its error grows from {first} to {last} in {SCANS} scans"
+            yield Finding("sensors", text, f"one that observes {axis.name}, or a motion without it")
+
+
 def no_start(it: Situation) -> Iterator[Finding]:
     """Find births that say where undetected targets are, and of all returns there are start a track at none."""
     tracker, rng = it.experiment.tracker, np.random.default_rng(0)
@@ -226,6 +241,6 @@ def judge_against_errors(it: Situation) -> Iterator[Finding]:
 
 
 RULES = (
-    slow_prior, strange_pace, fast_prior, wide_prior, frozen_prior, held_axes, no_start, short_life, confirmation, rehearsal,
-    judge_against_errors,
+    slow_prior, strange_pace, fast_prior, wide_prior, frozen_prior, held_axes, unobserved, no_start, short_life,
+    confirmation, rehearsal, judge_against_errors,
 )  # fmt: skip

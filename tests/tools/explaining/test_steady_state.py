@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import solve_discrete_are
 
 from vedette.config import load
-from vedette_tools.explaining import situation
+from vedette_tools.explaining import findings, situation
 from vedette_tools.explaining.description import lines
 from vedette_tools.explaining.lifetimes import TRACKS
 from vedette_tools.explaining.situation import fused
@@ -124,3 +124,21 @@ def test_many_sensors_that_look_often_are_taken_for_so_many_scans_in_all():
     tracker, settled = settled_by("radar", radar=RADAR)
     time, _ = together(tracker, [(tracker.sensors["radar"], 0.1, None)] * 20, settled.start)
     assert time == pytest.approx(MOST * 0.1 / 20)
+
+
+@pytest.mark.parametrize("kind", ["range_only", "bearing_only", "range_bearing_elevation"])
+def test_a_height_that_no_sensor_observes_is_told(kind):
+    """Of sensors of the plane over a motion in space; beside one that observes it nothing is."""
+    errors = {"range": "sigma_range", "bearing": "sigma_bearing", "elevation": "sigma_elevation"}
+    sensor = {"kind": kind, **{sigma: 0.5 for name, sigma in errors.items() if name in kind}}
+    axes = ["x", "y", "z"]
+    start = {axis: [300.0, 20.0] for axis in axes} | {f"v{axis}": [0.0, 3.0] for axis in axes}
+    config = alone() | {
+        "sensors": {"one": sensor},
+        "estimator": {"kind": "ekf", "motion": {"kind": "constant_velocity", "sigma_accel": ACCEL, "axes": axes}},
+        "birth": {"kind": "given", "start": start},
+        "lifecycle": {"kind": "single_target"},
+    }
+    it = situation(load(config), DT)
+    told = [found for found in findings(it) if found.place == "sensors"]
+    assert [" z:" in found.text for found in told] == ([] if kind == "range_bearing_elevation" else [True])
