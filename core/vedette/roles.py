@@ -322,7 +322,9 @@ class Estimator(Component, Generic[B]):
     """
 
     drops: ClassVar[tuple[str, ...]] = ()
-    """Traits of the estimators and motions in its parameters that it does not have: it cannot, or has seen to it itself."""
+    """Traits of the estimators and motions in its parameters that it does not have: it cannot, or has seen to it itself. To
+    drop `reframes` its `predict` must turn frames; one that cannot refuses such motions by a ValueError when it is made.
+    """
 
     @property
     def declares(self) -> Traits:

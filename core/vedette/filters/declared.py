@@ -45,10 +45,10 @@ def unforwarded(component: Component) -> str:
     if isinstance(component, Estimator):
         for trait, method in _METHODS.items():
             if getattr(component.traits, trait) and getattr(type(component), method) is getattr(Estimator, method):
-                return (
-                    f"{kind!r} has the trait `{trait}`, of its own or of what it holds, and no `{method}`: define it, or "
-                    f"forward it; or write `drops = ({trait!r},)`, if it needs none"
-                )
+                refuse = "raise ValueError in `__attrs_post_init__` if its `motion.reframes`"
+                cannot = refuse if trait == "reframes" else f"write `drops = ({trait!r},)`"
+                told = f"{kind!r} has the trait `{trait}`, of its own or of what it holds, and no `{method}`"
+                return f"{told}: define it, or forward it; if it cannot, {cannot}"
     return ""
 
 

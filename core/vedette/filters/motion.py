@@ -34,17 +34,24 @@ class OverMotion(Estimator[B], Generic[B]):
     def smooth_step(self, belief: B, later: B, dt: float, rng: np.random.Generator) -> B:
         """Return the belief at one time given all scans: the step of Rauch, Tung and Striebel.
 
-        It uses `moments`, `predict` and `cross_covariance`, and is exact for linear models. An estimator whose belief is
+        It uses `moments`, `ahead` and `cross_covariance`, and is exact for linear models. An estimator whose belief is
         more than a mean and a covariance must define its own.
         """
         if dt == 0:
             return later
         if self.motion.reframes:
             raise NotImplementedError(f"the motion of {self.kind!r} turns its frame: two moments have none in common")
-        now, ahead, after = self.moments(belief), self.moments(self.predict(belief, dt, rng)), self.moments(later)
+        now, cross, after = self.moments(belief), self.cross_covariance(belief, dt), self.moments(later)
+        ahead = self.ahead(belief, dt, rng)
         step = self.state.difference(after.mean, ahead.mean)
-        shift, cov = backward.smooth_step(now.cov, ahead.cov, self.cross_covariance(belief, dt), step, after.cov)
+        shift, cov = backward.smooth_step(now.cov, ahead.cov, cross, step, after.cov)
         return self.start(Gaussian(self.state.displace(now.mean, shift), cov), self.state, rng)
+
+    def ahead(self, belief: B, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the moments `dt` s later, to which `cross_covariance` goes, dt > 0: those of other draws do not."""
+        if self.traits.draws:
+            raise NotImplementedError(f"{self.kind!r} draws its noise: define `ahead`, the moments without draws")
+        return self.moments(self.predict(belief, dt, rng))
 
 
 def predicted(estimator: Estimator[B], belief: B, dt: float, rng: np.random.Generator) -> B:

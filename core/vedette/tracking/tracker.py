@@ -229,13 +229,10 @@ class Tracker:
 
     def predict(self, state: State, time: float) -> Any:
         """Return the belief at `time` in s, as `step` predicts it for a scan of that time."""
+        check_predicted(state, time)
+        dt = time - state.time if state.time != -np.inf else 0.0
         rng = state.seed.generator(state.steps) if self._plan.draws else NO_DRAWS
-        try:
-            return predicted(self.estimator, state.belief, time - state.time if state.time != -np.inf else 0.0, rng)
-        except Exception as error:
-            check_predicted(state, time)
-            explain(error, self, partial(self.predict, state, time))
-            raise
+        return explained(self, lambda: predicted(self.estimator, state.belief, dt, rng))
 
     def estimate(self, state: State, time: float | None = None) -> Gaussian:
         """Return mean (*b, t, n) and covariance (*b, t, n, n) of every track over `self.state`: at `time` in s, or now."""

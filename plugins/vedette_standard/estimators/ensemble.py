@@ -159,6 +159,13 @@ class EnsembleKalman(OverMotion[Ensemble]):
         cross: Array = np.swapaxes(now, -1, -2) @ then / (self.members - 1)
         return cross
 
+    def ahead(self, belief: Ensemble, dt: float, rng: np.random.Generator) -> Gaussian:
+        """Return the moments of the points where they move, the mean of their noise added: as it is, not as it is drawn."""
+        points = belief.points
+        moved = self.moments(Ensemble(self.motion.move(points, dt), belief.key))
+        noise = np.broadcast_to(self.motion.noise(points, dt), (*points.shape, points.shape[-1]))
+        return Gaussian(moved.mean, moved.cov + np.mean(noise, axis=-3))
+
     def _moments(self, points: Array, space: Space) -> tuple[Array, Array]:
         """Return the mean (*b, t, n) of points (*b, t, p, n) and how far each is from it."""
         return space.mean(points, np.full(points.shape[:-1], 1 / points.shape[-2]))
