@@ -33,7 +33,7 @@ class Arrival:
 
     `reply` sends bytes back to where they came from, b"" once there are no more; None where nothing can be sent. `lost`
     counts the pieces that the system dropped before this one since the last; None where it does not tell. `ended`: the
-    stream ends with these bytes.
+    stream ends with these bytes. `unwell`: why nothing can come now, such as a connection that is refused, until the next.
     """
 
     data: bytes
@@ -42,6 +42,7 @@ class Arrival:
     reply: Callable[[bytes], None] | None = None
     lost: int | None = None
     ended: bool = False
+    unwell: str = ""
 
 
 @frozen(eq=False)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections import deque
 from threading import Lock
 from typing import final
@@ -36,6 +37,13 @@ GAUGES = {
     "datagrams_lost_known": "1 if the system tells how many datagrams it drops",
     "scan_time_seconds": "time of the latest scan",
 }
+LABELLED = {
+    "input_well": ("input", "gauge", "1 unless nothing can come by the input, as without a connection"),
+    "input_messages_total": ("input", "counter", "messages that came by the input: used or refused"),
+    "sensor_scans_total": ("sensor", "counter", "scans of the sensor that the tracker took"),
+    "sensor_came_seconds": ("sensor", "gauge", "when the last of these had come"),
+}
+"""What is counted of each input and of each sensor."""
 QUANTILES = (0.5, 0.9, 0.99)
 _LATENCIES = 10_000
 """Latest scans whose latency is judged."""
@@ -48,6 +56,7 @@ class Counters:
 
     counts: dict[str, int] = field(factory=lambda: dict.fromkeys(MEANINGS, 0))
     values: dict[str, float] = field(factory=lambda: dict.fromkeys(GAUGES, 0.0))
+    labelled: dict[tuple[str, str], float] = field(factory=dict)
     latencies: deque[float] = field(factory=lambda: deque[float](maxlen=_LATENCIES))
     _lock: Lock = field(factory=Lock)
 
@@ -55,6 +64,11 @@ class Counters:
         """Count."""
         with self._lock:
             self.counts[name] += count
+
+    def tell(self, name: str, of: str, value: float, *, more: bool = False) -> None:
+        """Tell a value of an input or a sensor, or so much `more` of it."""
+        with self._lock:
+            self.labelled[name, of] = value + (self.labelled.get((name, of), 0.0) if more else 0.0)
 
     def latency(self) -> dict[str, float]:
         """Return quantiles of the latest latencies in s, from the bytes that complete a scan to the tracks after it."""
@@ -65,12 +79,16 @@ class Counters:
     def text(self) -> str:
         """Return all in the text format that Prometheus scrapes."""
         with self._lock:
-            counts, values = dict(self.counts), dict(self.values)
+            counts, values, labelled = dict(self.counts), dict(self.values), sorted(self.labelled.items())
         lines = []
         for kind, meanings, numbers in (("counter", MEANINGS, counts), ("gauge", GAUGES, values)):
             for name, meaning in meanings.items():
                 full = f"vedette_{name}"
                 lines += [f"# HELP {full} {meaning}", f"# TYPE {full} {kind}", f"{full} {numbers[name]:.15g}"]
+        for name, (label, kind, meaning) in LABELLED.items():
+            lines += [f"# HELP vedette_{name} {meaning}", f"# TYPE vedette_{name} {kind}"]
+            told = [(json.dumps(of, ensure_ascii=False), value) for (which, of), value in labelled if which == name]
+            lines += [f"vedette_{name}{{{label}={of}}} {value:.15g}" for of, value in told]
         lines += ["# HELP vedette_latency_seconds from the bytes that complete a scan to the tracks after it"]
         lines += ["# TYPE vedette_latency_seconds summary"]
         lines += [f'vedette_latency_seconds{{quantile="{q}"}} {value:.6g}' for q, value in self.latency().items()]

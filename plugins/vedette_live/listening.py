@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from math import inf
 from threading import Event, Lock, Thread
 from typing import Any, final
 
@@ -19,6 +20,10 @@ from vedette_live.grouping import Formed, Grouper
 from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
+from vedette_live.rhythm import Rhythm
+
+LATE = 1.0
+"""s between two looks from which on we were busy ourselves, or stopped."""
 
 
 @final
@@ -37,6 +42,9 @@ class Listening:
     scans: BoundedQueue[Formed] = field(init=False)
     groupers: list[Grouper] = field(init=False)
     locks: list[Lock] = field(init=False)
+    rhythms: dict[tuple[int, str], Rhythm] = field(factory=dict)
+    _busy: float = -inf
+    _looked: float = field(factory=now)
     log: Sparing = field(factory=lambda: Sparing(""))
     logs: list[Sparing] = field(init=False)
 
@@ -47,6 +55,11 @@ class Listening:
         where = parts.service.origin, parts.service.frame, parts.service.sites
         self.groupers = [Grouper(feed.scans, Placing(sensors, feed.names, *where)) for feed in parts.inputs]
         self.locks = [Lock() for _ in parts.inputs]
+        for i in range(len(parts.inputs)):
+            self.counters.tell("input_well", str(i), 1.0)
+            self.counters.tell("input_messages_total", str(i), 0.0)
+        for name in sensors:
+            self.counters.tell("sensor_scans_total", name, 0.0)
         self.logs = [Sparing(f"input {i}") for i in range(len(parts.inputs))]
 
     def threads(self, stop: Event) -> list[Thread]:
@@ -80,6 +93,23 @@ class Listening:
         """Let the log tell what it has left out, once it is time to."""
         for log in (self.log, *self.logs):
             log.tell(last=last)
+        self._tell_silent()
+
+    def _tell_silent(self) -> None:
+        """Let the health tell of a sensor that comes no more, though we waited for nothing else meanwhile."""
+        at = now()
+        if self.scans.items or at - self._looked > LATE:
+            self._busy = at
+        self._looked = at
+        for (i, sensor), rhythm in self.rhythms.copy().items():
+            name = f"sensor {sensor!r} of input {i}"
+            if (silent := at - max(rhythm.heard, self._busy)) <= rhythm.limit:
+                self.ails.pop(name, None)
+                continue
+            told = f"nothing came for {silent:.0f} s, and it came every {rhythm.period:.3g} s"
+            if name not in self.ails:
+                LOG.warning("sensor silent", extra={"input": i, "sensor": sensor, "why": told})
+            self.ails[name] = told
 
     def due(self) -> list[Formed]:
         """Return the scans that silence completes."""
@@ -101,10 +131,10 @@ class Listening:
             for arrival in feed.input.listen(stop):
                 self._arrived(i, feed, memories, arrival, log)
         except VedetteError as error:
-            self.ails[f"input {i}"] = f"!inputs[{i}]: {error}"
+            self._fail(i, f"!inputs[{i}]: {error}")
             LOG.error("input failed", extra={"input": i, "why": str(error)})
         except Exception as error:  # a plugin's: one input must not end the others
-            self.ails[f"input {i}"] = f"!inputs[{i}]: {type(error).__name__}: {error}"
+            self._fail(i, f"!inputs[{i}]: {type(error).__name__}: {error}")
             LOG.exception("input failed", extra={"input": i})
         for name, memory in memories.items():
             left = feed.format.end(memory)
@@ -116,11 +146,23 @@ class Listening:
         for formed in rest:
             self.put(formed, feed)
 
+    def _fail(self, i: int, told: str) -> None:
+        """Let the health tell of an input by which nothing can come, for now or, after "!", for good."""
+        self.ails[f"input {i}"] = told
+        self.counters.tell("input_well", str(i), 0.0)
+
     def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
-        self.counters.add("pieces_total")
         if arrival.lost is not None:
             self.counters.values["datagrams_lost_known"] = 1.0
             self.counters.add("datagrams_lost_total", arrival.lost)
+        if arrival.unwell:
+            self._fail(i, arrival.unwell)
+            log.warn("input waits", arrival.unwell, arrival.stream)
+        elif self.ails.pop(f"input {i}", None):
+            self.counters.tell("input_well", str(i), 1.0)
+        if arrival.unwell or not (arrival.data or arrival.ended or feed.input.datagrams):
+            return
+        self.counters.add("pieces_total")
         whole = feed.input.datagrams
         memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
         decoded = feed.format.decode(memory, arrival.data)
@@ -136,6 +178,7 @@ class Listening:
     def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
         """Group messages, and count what cannot be used."""
         self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
+        self.counters.tell("input_messages_total", str(i), len(decoded.messages) + len(decoded.refused), more=True)
         stream = f"{i} {arrival.stream}"
         for message in decoded.messages:
             number = None if message.number is None else (stream, message.sensor, message.number)
@@ -168,6 +211,7 @@ class Listening:
                 self.numbers.note(number)
                 self.ails.pop(f"numbers of {message.sensor!r}", None)
             self._hear(i, message.sensor, arrival, log)
+            self._feel(i, message, arrival.time)
             if message.marker:
                 self.counters.add("messages_taken_total")
             for formed in done:
@@ -176,6 +220,13 @@ class Listening:
             self._refuse(told, arrival, log)
             if arrival.reply is not None:
                 self.numbers.refuse_line(stream, told)
+
+    def _feel(self, i: int, message: Message, came: float) -> None:
+        """Feel the rhythm of a sensor that names no objects."""
+        if message.identity is None:
+            latest = self.groupers[i].clocks[message.sensor].latest
+            rhythm = self.rhythms.setdefault((i, message.sensor), Rhythm())
+            rhythm.hear(came if latest is None else latest, came, len(message.z))
 
     def _hear(self, i: int, sensor: str, arrival: Arrival, log: Sparing) -> None:
         """Let the health, and once the log, tell of a clock that stands still or is not in s."""

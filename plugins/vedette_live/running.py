@@ -179,6 +179,8 @@ class Running:
         for one in came.values():
             self.counters.add("scans_taken_total")
             self.counters.add("messages_taken_total", one.messages)
+            self.counters.tell("sensor_scans_total", one.scan.sensor, 1.0, more=True)
+            self.counters.tell("sensor_came_seconds", one.scan.sensor, one.arrived)
             self.counters.latencies.append(done - one.arrived)
             self.listening.numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)

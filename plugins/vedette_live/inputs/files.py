@@ -56,7 +56,7 @@ class FileInput(Input):
     every: float = fields.quantity("s", "time between looks at the file", default=0.2, above=0)
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
-        path, opened, name = user_path(self.path), 0, ""
+        path, opened, name, unwell = user_path(self.path), 0, "", ""
         if not self.follow or self.from_end:
             check_regular(path)
         while not stop.is_set():
@@ -66,6 +66,9 @@ class FileInput(Input):
                     if self.from_end and not opened:
                         file.seek(0, os.SEEK_END)
                     opened, name = opened + 1, f"{path.name} #{opened + 1}"
+                    if unwell:
+                        unwell = ""
+                        yield Arrival(b"", now(), name)
                     while not stop.is_set():
                         data = file.read(PIECE)
                         if data:
@@ -83,6 +86,9 @@ class FileInput(Input):
             except OSError as error:
                 if not self.follow:
                     raise InputError(f"{path}: cannot be read: {error.strerror}") from None
+                if unwell != (told := f"{path}: cannot be read: {error.strerror}"):
+                    unwell = told
+                    yield Arrival(b"", now(), path.name, unwell=unwell)
                 stop.wait(self.every)
 
 

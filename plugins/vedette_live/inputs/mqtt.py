@@ -9,14 +9,13 @@ from queue import Empty, Full, Queue
 from threading import Event
 from typing import Any, ClassVar, final
 
-from attrs import frozen
+from attrs import evolve, frozen
 
 from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Arrival, Input, now
 from vedette_files.libraries import needed
 from vedette_live.addresses import PATIENCE, Security, host_field, port_field
-from vedette_live.log import Sparing
 
 HELD = 4096
 """Messages that may wait; those that come then are dropped and counted."""
@@ -52,22 +51,27 @@ class MqttInput(Input):
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
         came, lost = Queue[Any](HELD), [0]
-        log, broker = Sparing("mqtt"), f"{self.host}:{self.port}"
+        broker = f"{self.host}:{self.port}"
 
         def receive(client: Any, data: Any, message: Any) -> None:
+            put(Arrival(bytes(message.payload), now(), str(message.topic)))
+
+        def put(arrival: Arrival) -> None:
             try:
-                came.put_nowait(Arrival(bytes(message.payload), now(), str(message.topic)))
+                came.put_nowait(arrival)
             except Full:
                 lost[0] += 1
 
+        def tell(unwell: str) -> None:
+            put(Arrival(b"", now(), broker, unwell=unwell))
+
         def subscribed(client: Any, data: Any, number: Any, answers: Any, more: Any) -> None:
-            for answer in answers:
-                if answer.is_failure:
-                    log.warn("not subscribed", f"topic {self.topic!r}: {answer}", broker)
+            failures = [f"not subscribed to {self.topic!r}: {answer}" for answer in answers if answer.is_failure]
+            tell("; ".join(failures))
 
         def connects(client: Any, why_not: str) -> None:
             if why_not:
-                log.warn("not connected", why_not, broker)
+                tell(f"not connected: {why_not}")
             else:
                 client.subscribe(self.topic)
 
@@ -80,7 +84,7 @@ class MqttInput(Input):
                 except Empty:
                     continue
                 dropped, lost[0] = lost[0], 0
-                yield Arrival(arrival.data, arrival.time, arrival.stream, None, dropped)
+                yield evolve(arrival, lost=dropped)
 
 
 def fits(topic: str) -> bool:

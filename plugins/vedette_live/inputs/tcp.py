@@ -209,7 +209,7 @@ class TcpClientInput(Input):
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
         context, token = self.security.client() if self.tls else None, self.security.token
-        count, wait, log = 0, PATIENCE, Sparing("tcp")
+        count, wait, server = 0, PATIENCE, f"{self.host}:{self.port}"
         while not stop.is_set():
             try:
                 plain = socket.create_connection((self.host, self.port), timeout=5.0)
@@ -217,9 +217,10 @@ class TcpClientInput(Input):
                     if token is not None:
                         here.sendall(token + b"\n")
                     count, wait = count + 1, PATIENCE
-                    yield from self._received(here, f"{self.host}:{self.port} #{count}", stop)
+                    yield Arrival(b"", now(), server)
+                    yield from self._received(here, f"{server} #{count}", stop)
             except (OSError, ValueError) as error:
-                log.warn("not connected", str(error), f"{self.host}:{self.port}")
+                yield Arrival(b"", now(), server, unwell=f"not connected: {error}")
             stop.wait(wait)
             wait = min(2 * wait, self.pause)
 
