@@ -11,6 +11,7 @@ from vedette.config.registry import Registry
 from vedette.metrics import FIGURES, OF_OBJECTS, Judge
 from vedette.testing import Misuse, laws_of
 from vedette.tracking.gate import Gate
+from vedette_live.config import Conduct, Sink
 from vedette_live.formats.asterix_items import meanings
 
 MARK = re.compile(r"^<!-- build: (?P<name>\w+)(?: (?P<of>\w+))? -->$", re.MULTILINE)
@@ -68,6 +69,16 @@ def gate(_: str = "") -> Iterator[str]:
     yield from table_of(parameters(Gate))
 
 
+def outputs(_: str = "") -> Iterator[str]:
+    """Yield the options of a table `[[outputs]]` of a served config."""
+    yield from table_of(parameters(Sink))
+
+
+def service(_: str = "") -> Iterator[str]:
+    """Yield the options of the table `[service]` of a served config."""
+    yield from table_of(parameters(Conduct))
+
+
 def laws(_: str = "") -> Iterator[str]:
     """Yield a section for each role that has laws: their names and sentences."""
     registry = Registry.installed()
@@ -110,6 +121,8 @@ TABLES: dict[str, Callable[[str], Iterator[str]]] = {
     "judge": judge,
     "gate": gate,
     "laws": laws,
+    "outputs": outputs,
+    "service": service,
     "kinds": kinds,
     "asterix": asterix,
 }
