@@ -246,7 +246,7 @@ class Associator(Component):
 
     @abstractmethod
     def associate(self, scores: Array, evidence: Array | None) -> Array:
-        """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), column 0 the miss, and evidence (*b, 1, k)."""
+        """Return weights (*b, t, 1+k) from log scores (*b, t, 1+k), the miss first, which hold the evidence (*b, 1, k)."""
 
     def associate_pairs(self, pairs: Any) -> Any:
         """Return weights (p,), misses (t,) and the tracks (t,) that are not exact, as `associate` would of a table of these

@@ -115,16 +115,6 @@ def test_a_mixture_needs_no_parameter_named_absent(cls, verdict):
     assert outcome.verdict == verdict, outcome.text
 
 
-@pytest.mark.statistical(alpha=2e-8)
-def test_noise_that_would_wrap_is_no_fault():
-    (right,) = (type(c.make()) for c in COMPONENTS if c.name == "pendulum")
-    (law,) = (law for law in laws_of(right) if law.name == "noise_matches_draws")
-    for seed in range(20):
-        profile = attrs.evolve(FAST, seed=seed, runs=20, trials=1, alpha=1e-9)
-        outcome = examine(right, law, components(right), profile)
-        assert outcome.verdict == "held", outcome.text
-
-
 @pytest.mark.parametrize(
     ("name", "law", "verdict"),
     [

@@ -58,7 +58,7 @@ MUTANTS = {
     "inverts_what_it_measures": mutant(
         invert=lambda s, z, noise=None: vedette.Gaussian(converted(z, s.noise(z)).mean, np.zeros((*z.shape, 2)))
     ),
-    "takes_a_returns_own_noise": mutant(invert=lambda s, z, noise=None: converted(z, s.noise(z))),
+    "a_sharp_return_inverts_exactly": mutant(invert=lambda s, z, noise=None: converted(z, s.noise(z))),
     "the_usual_noise_is_the_sensors": mutant(
         invert=lambda s, z, noise=None: converted(z, 4 * s.noise(z) if noise is None else noise)
     ),

@@ -55,16 +55,6 @@ def judge_run_means(what: str, values: Array, low: float, high: float, alpha: fl
     demand(low - reach <= mean <= high + reach, told)
 
 
-def judge_frequency(what: str, count: int, trials: int, probability: float, alpha: float) -> None:
-    """Raise Broken if `count` successes contradict the probability of each trial, by the binomial's exact tails."""
-    from scipy.special import bdtr, bdtrc
-
-    below = float(bdtr(count, trials, probability))
-    above = 1.0 if count == 0 else float(bdtrc(count - 1, trials, probability))
-    told = f"{what}: happened {count} times in {trials}, stated probability {probability:.6g}"
-    demand(min(below, above) >= alpha / 2, told)
-
-
 def binomial_band(count: int, probability: float, alpha: float) -> tuple[float, float]:
     """Return the share of successes in `count` trials below and above which each tail has at most half of `alpha`."""
     from scipy.special import bdtr

@@ -107,12 +107,13 @@ class Bent(Sensor):
 @final
 @frozen(eq=False)
 class Tangent(WrappedSensor):
-    """What another sensor comes to near one state: h(x0) + H (x - x0), with the noise and detection of x0."""
+    """What another sensor comes to near one state: h(x0) + H (x - x0), and the detection of x0; its noise, or R."""
 
     kind: ClassVar[str] = "kit_tangent"
 
     of: Sensor = fields.part("the sensor")
     at_state: Array = fields.array("1", "x0 (n,)", ndim=1)
+    R: Array | None = fields.array("1", "noise (m, m)", ndim=2, default=None)
 
     def measure(self, x: Array) -> Array:
         apart = self.observes.difference(x, self.at_state)
@@ -122,7 +123,7 @@ class Tangent(WrappedSensor):
         return self.of.jacobian(self.at_state)
 
     def noise(self, x: Array) -> Array:
-        return self.of.noise(self.at_state)
+        return self.of.noise(self.at_state) if self.R is None else self.R
 
     def detects(self, x: Array) -> Array:
         return np.asarray(self.of.detects(self.at_state))

@@ -286,7 +286,7 @@ DECLARED = [
      {"max_without_detection": st.none()}),
     ("a score without information", RadarScreen, "pictures_inform", {"information": lambda s, x, frame, at: (
         (told := RadarScreen.information(s, x, frame, at))[0], told[1] + 1.0, told[2])}, {}),
-    ("evidence that is dropped", UnbiasedConversion, "evidence_is_passed_on",
+    ("evidence that is dropped", UnbiasedConversion, "what_is_said_of_a_return_goes_with_it",
      {"process": lambda s, scans: evolve(UnbiasedConversion.process(s, scans), evidence=None)}, {}),
     ("echoes where the radar is not", Cfar, "pictures_make_returns",
      {"process": lambda s, scans: Cfar.process(s, {name: evolve(scan, pose=None) for name, scan in scans.items()})},

@@ -92,7 +92,7 @@ SENSORS = [
      at(lambda pose: evolve(pose, heading=0.0 * pose.heading)), {}),
     ("the platform's place ignored", RB, "sees_from_where_it_stands",
      at(lambda pose: evolve(pose, position=0.0 * pose.position)), {}),
-    ("deviations for their squares", RB, "variances_are_squares",
+    ("deviations for their squares", RB, "deviations_count",
      {"noise": lambda s, x: np.diag([s.sigma_range**2, s.sigma_bearing])}, {"sigma_extent": st.just(0.0)}),
     ("covers a circle around the origin", RB, "sees_from_where_it_stands",
      {"detects": lambda s, x: np.where(np.hypot(x[..., 0], x[..., 1]) < s.max_range, 0.9, 0.0)}, RANGED),
@@ -159,7 +159,7 @@ def counted_twice(self, belief, innovation, weights):
 ASSOCIATORS = [
     ("ties are taken by all", GlobalNearest, "settles_ties", {"associate": argmax_twice}, {}),
     ("half of it without evidence", Pda, "needs_no_evidence", {"associate": shared_without_evidence}, {}),
-    ("ratios to the miss", Pda, "surely_detected_tracks_are_held", {"associate": certain_misses}, {}),
+    ("ratios to the miss", Pda, "rows_sum_to_one", {"associate": certain_misses}, {}),
     ("each by itself in crowds", Jpda, "crowds_are_shared", {"associate": crowded}, {}),
     ("a lone track's scores halved", Jpda, "one_track_is_a_softmax",
      {"associate": lambda s, a, e: Jpda.associate(s, 0.5 * a if a.shape[-2] == 1 else a, e)}, {}),
@@ -214,7 +214,7 @@ def framed(evaluate):
 ESTIMATORS = [
     ("noise of another place", EKF, "an_unlike_sensor_is_linearised",
      {"evaluate": lambda s, b, z, d, g: EKF.evaluate(s, b, Elsewhere(z), d, g)}, LINEAR),
-    ("a volume of one axis less", EKF, "innovations_are_a_gaussians",
+    ("a volume of one axis less", EKF, "a_unit_of_measurement_is_free",
      bent(lambda i, z: evolve(i, log_volume=0.5 * i.log_volume)), LINEAR),
     ("correlations fade", EKF, "predicts_as_its_motion_linearised", {"predict": spread_twice}, LINEAR),
     ("the distance of the first mode", Imm, "modes_share_their_innovations",

@@ -20,6 +20,7 @@ from support.mutants.promises_supporting import PROMISES_SUPPORTING
 from support.mutants.sensors import SENSORS
 from support.mutants.sources import SOURCES
 from support.mutants.stated import STATED
+from support.mutants.untold import UNTOLD
 from vedette import MotionModel
 from vedette.config.parameters import role_of
 from vedette.testing import FAST, examine, laws_of
@@ -30,7 +31,7 @@ MUTANTS = [
     *((*row, {}) for row in (*MOTION, *SENSORS, *ASSOCIATORS, *apart.ASSOCIATORS, *HYPOTHESES, *DETECTORS, *FORMATS)),
     *((*row, {}) for row in (*LIFECYCLES, *apart.LIFECYCLES)),
     *((*row, SPREAD) for row in (*BIRTHS, *apart.BIRTHS)),
-    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED, *DECLARED_SUPPORTING, *STATED,
+    *ESTIMATORS, *MIXTURES, *SOURCES, *PROMISES, *PROMISES_SUPPORTING, *DECLARED, *DECLARED_SUPPORTING, *STATED, *UNTOLD,
 ]  # fmt: skip
 
 

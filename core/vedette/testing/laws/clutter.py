@@ -15,7 +15,7 @@ import numpy as np
 from vedette.config.parameters import parameters
 from vedette.roles import Sensor
 from vedette.space import Array, Axis
-from vedette.testing.comparisons import Broken, Closed, Lacking, closed_if, demand, frozen_copy, same, stated
+from vedette.testing.comparisons import Broken, Closed, Lacking, Unlike, closed_if, demand, frozen_copy, same, stated
 from vedette.testing.law import Law
 from vedette.testing.laws.noise_units import changed
 from vedette.testing.laws.sensor_cases import Looks, full
@@ -33,14 +33,16 @@ BEARINGS = 801
 
 
 def clutter_takes_any_number_of_returns(sensor: Sensor, drawn: Looks) -> None:
-    """The density of a return does not depend on the others, and scans without returns are normal."""
+    """The density of a return is finite, >= 0 and does not depend on the others; scans without returns are normal."""
     m, n = len(sensor.measurement), len(sensor.observes)
     for scan in (drawn.z[:0], drawn.z[None, :0]):
         density = np.asarray(sensor.clutter(frozen_copy(scan)))
         otherwise = f"clutter: of returns {scan.shape} must have shape {scan.shape[:-1]} or (), got {density.shape}"
         demand(density.shape in ((), scan.shape[:-1]), otherwise)
-    alone = [np.broadcast_to(sensor.clutter(drawn.z[i : i + 1]), 1)[0] for i in range(3)]
-    same("clutter of returns one by one", np.array(alone), np.broadcast_to(sensor.clutter(drawn.z), 3))
+    alone = np.array([np.broadcast_to(sensor.clutter(drawn.z[i : i + 1]), 1)[0] for i in range(3)])
+    demand(np.all((alone >= 0) & np.isfinite(alone)), f"clutter: must be finite and >= 0, got {alone.tolist()}")
+    twice = sensor.clutter(frozen_copy(np.stack([drawn.z, drawn.z[::-1]])))
+    same("clutter of two runs", np.broadcast_to(twice, (2, 3)), np.stack([alone, alone[::-1]]))
     try:
         none = sensor.invert(np.zeros((0, m)))
     except NotImplementedError:
@@ -73,6 +75,23 @@ def false_returns_add_up(sensor: Sensor, drawn: Looks) -> None:
     closed_if(found == wanted == 0, "it has no false returns")
     otherwise = f"clutter: integrates to {found:.4g} false returns in a scan, clutter_per_scan says {wanted:g}"
     demand(abs(found - wanted) <= 0.03 * wanted, otherwise)
+
+
+def clutter_spreads_over_what_may_lack(sensor: Sensor, drawn: Looks) -> None:
+    """If returns may lack an axis: along it the density integrates to that at a place times the length that is stated."""
+    closed_if(not sensor.optional, Unlike("its returns lack no axis"))
+    names, covers, z = sensor.measurement.names, sensor.covers, _where_it_is_dense(sensor, drawn)
+    for name, length in sensor.optional.items():
+        demand(name in names, f"optional: {name!r} is none of what it measures, {', '.join(names)}")
+        demand(0 < length < np.inf, f"optional: the length of {name} must be finite and > 0, got {length:g}")
+        i = names.index(name)
+
+        line, _, side = _cells(sensor, lambda one: bool(np.all(covers(one[None]))), z, i, sensor.measurement.axes[i])
+        along = sensor.measurement.canonical(np.where(np.arange(len(z)) == i, line[:, None], z))
+        here, density = float(_density(sensor, z[None])[0]), _density(sensor, along)
+        found = side * float(np.sum(density) / here if here else np.sum(covers(along)))
+        told = f"clutter lies over {found:.4g} of {name}, at the density of a place"
+        demand(abs(found - length) <= 0.06 * found, f"optional: {told}, its length there is stated to be {length:g}")
 
 
 def _density(sensor: Sensor, z: Array) -> Array:
@@ -223,6 +242,7 @@ def _sees_none(sensor: Sensor, x: Array, where: str) -> None:
 
 
 LAWS: tuple[Law, ...] = tuple(map(Law, (
-    clutter_takes_any_number_of_returns, false_returns_add_up, false_returns_spread_as_stated, detects_within_max_range,
-    detects_within_its_sectors, sees_nothing_where_it_covers_nothing,
+    clutter_takes_any_number_of_returns, false_returns_add_up, clutter_spreads_over_what_may_lack,
+    false_returns_spread_as_stated, detects_within_max_range, detects_within_its_sectors,
+    sees_nothing_where_it_covers_nothing,
 )))  # fmt: skip

@@ -14,6 +14,7 @@ from vedette.testing.states import speeds_of
 STEP = 1e-2
 """Time of a step, in s."""
 TURNING = ("x", "y", "vx", "vy", "heading", "speed", "turn_rate")
+_RATES = {"rad/s": 1.0, "deg/s": np.pi / 180.0}
 
 
 def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
@@ -37,20 +38,22 @@ def paths_bend_with_their_velocities(model: MotionModel, drawn: Moves) -> None:
 
 
 def turn_rates_turn(model: MotionModel, drawn: Moves) -> None:
-    """An axis `turn_rate` in rad/s says how fast the velocity, or the heading, turns, either way, also while it changes."""
+    """An axis `turn_rate` says how fast the velocity, or the heading, turns, either way, also while it changes."""
     state, names = model.state, model.state.names
     turned = "heading" in names or {"vx", "vy"} <= {*names}
-    wrong = "turn_rate" not in names or state.axes[names.index("turn_rate")].unit != "rad/s" or not turned
-    closed_if(wrong, "it has no `turn_rate` in rad/s that turns something")
+    units = {axis.name: axis.unit for axis in state.axes}
+    closed_if(units.get("turn_rate") not in _RATES or not turned, "it has no `turn_rate` that turns something")
+    unit = _RATES[units["turn_rate"]] / _RATES.get(f"{units.get('heading')}/s", 1.0)
     x = np.where([name in TURNING for name in names], drawn.x, 0.0)  # nothing else that could turn it
     r = names.index("turn_rate")
-    rate = np.abs(x[:, r])
+    rate = unit * np.abs(x[:, r])
     with np.errstate(all="ignore"):
         once, twice = (model.move(x, k * STEP) for k in (1, 2))
         found, on = (np.abs(_turned(state, x, after)) / STEP for after in (once, twice))
     for i in np.flatnonzero(np.isfinite(found) & (np.abs(found - rate) > 0.05 * rate + 1e-6)):
-        demand(False, f"move: a turn_rate of {rate[i]:.6g} rad/s must turn it that fast, turns it by {found[i]:.6g} rad/s")
-    gain, bend = np.sign(x[:, r]) * (twice - x)[:, r] / 2, on - 2 * found
+        told = f"{x[i, r]:.6g} {units['turn_rate']} must turn it that fast, turns it by {found[i] / unit:.6g}"
+        raise Broken(f"move: a turn_rate of {told}")
+    gain, bend = unit * np.sign(x[:, r]) * (twice - x)[:, r] / 2, on - 2 * found
     off = np.min([np.abs(bend - k * gain) for k in (0.0, 1.0, 2.0)], axis=0)  # by the rate before, amid or after a step
     for i in np.flatnonzero((np.abs(gain) < 0.1 * rate) & (off > 0.2 * np.abs(gain) + 1e-10)):
         demand(False, f"move: turn_rate gains {gain[i] / STEP:.4g} rad/s^2, what turns by it {bend[i] / STEP:.4g} rad/s^2")

@@ -12,10 +12,11 @@ from vedette.roles import Estimator
 from vedette.sampling.seeds import NO_DRAWS
 from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy
 from vedette.testing.law import Law
-from vedette.testing.laws.estimator_cases import Scene, ahead, linear_motion, started
-from vedette.types import Gaussian
-
-_UNHEARD = "predict: takes numbers from the generator and is the same whatever they are"
+from vedette.testing.laws.estimator_cases import P_GATE, Scene, ahead, linear_motion, started
+from vedette.testing.laws.reframing import PLACE, Gusts, over_the_kits
+from vedette.testing.laws.sharp_beliefs import sharp
+from vedette.testing.sensors import Bent, Watch
+from vedette.types import Detections, Gaussian
 
 
 def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -32,39 +33,59 @@ def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
 
 def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
-    start = started(estimator, drawn, drawn.rng())
-    ends = []
-    for seed in (1, 2):
-        rng = np.random.default_rng(seed)
-        one = predicted(estimator, start, drawn.dt, rng)
-        ends += [estimator.moments(one).mean, estimator.moments(predicted(estimator, start, drawn.dt, rng)).mean]
-    if all(np.array_equal(ends[0], end) for end in ends):
-        rng = np.random.default_rng(1)
-        belief = predicted(estimator, start, drawn.dt, rng)
-        demand(rng.bit_generator.state == np.random.default_rng(1).bit_generator.state, _UNHEARD)
-        raise Closed(f"its prediction draws nothing, and has mean {estimator.moments(belief).mean.ravel()[0]:.3g}")
-    demand(not np.array_equal(ends[0], ends[2]), "predict: is the same whatever the generator, and declares `draws`")
-    demand(not np.array_equal(ends[0], ends[1]), "predict: draws the same numbers again from a generator that has moved on")
+    start, (rng, another) = started(estimator, drawn, drawn.rng()), map(np.random.default_rng, (1, 2))
+    ends = [estimator.moments(predicted(estimator, start, drawn.dt, one)).mean for one in (rng, rng, another)]
+    first, again, other = ends
+    if np.array_equal(first, again) and np.array_equal(first, other):
+        unheard = rng.bit_generator.state == np.random.default_rng(1).bit_generator.state
+        demand(unheard, "predict: takes numbers from the generator and is the same whatever they are")
+        raise Closed("its prediction draws nothing")
+    demand(not np.array_equal(first, other), "predict: is the same whatever the generator, and declares `draws`")
+    demand(not np.array_equal(first, again), "predict: draws the same numbers again from a generator that has moved on")
 
 
 def tracks_draw_their_own(estimator: Estimator[Any], drawn: Scene) -> None:
-    """If it declares `draws`: what it draws of a track, or of a run, is not what it draws of the others."""
-    shape, prior = drawn.prior.mean.shape, drawn.prior
+    """If it declares `draws`: what it draws of a track, or of a run, is not what it draws of the others.
+
+    It shows as they start to a bent sensor, and in their means as they are predicted.
+    """
+    shape, prior, given = drawn.prior.mean.shape, drawn.prior, sharp(estimator, drawn)
     mean, cov = np.broadcast_to(prior.mean[:1, :1], shape), np.broadcast_to(prior.cov[:1, :1], prior.cov.shape)
     alike_all = Gaussian(frozen_copy(mean), frozen_copy(cov))
+    sensor = evolve(given.sensor, **{"R" if isinstance(given.sensor, Watch) else "C": np.eye(3)})  # type: ignore[arg-type]
+    scan = evolve(given.scan(), z=frozen_copy(np.broadcast_to(given.z[:1], given.z.shape)))
     ends = []
     for seed in (1, 2):
         rng = np.random.default_rng(seed)
         belief = started(estimator, evolve(drawn, prior=alike_all), rng)
-        ends.append(estimator.moments(predicted(estimator, belief, drawn.dt, rng)))
-    spread = np.sqrt(np.maximum(np.diagonal(ends[0].cov, axis1=-2, axis2=-1), 1e-300))
-    other = np.max(np.abs(estimator.state.difference(ends[1].mean, ends[0].mean) / spread)[0, 0])
-    apart = estimator.state.difference(ends[0].mean, ends[0].mean[:1, :1]) / spread
-    closed_if(other < 1e-6, "what it draws leaves its means alone")
-    for b, t in ((0, 1), (1, 0)):
-        who = f"{'tracks' if t else 'runs'} that start alike"
-        told = f"predict: {who} are given the same numbers; draw for each, in shape (*b, t, ...)"
-        demand(np.max(np.abs(apart[b, t])) > 1e-6 * other, told)
+        seen = estimator.evaluate(belief, sensor, scan, P_GATE).loglik
+        ends.append({"start": seen, "predict": estimator.moments(predicted(estimator, belief, drawn.dt, rng)).mean})
+    for name, one in ends[0].items():
+        other = np.abs(ends[1][name] - one)[0, 0]
+        counts = other > 1e-9 * (1.0 + np.abs(one[0, 0]))
+        for b, t in ((0, 1), (1, 0)):
+            who, own = ("tracks" if t else "runs"), np.abs(one[b, t] - one[0, 0]) > 1e-6 * other
+            told = f"{name}: {who} that start alike are given the same numbers; draw for each, in shape (*b, t, ...)"
+            demand(not counts.any() or np.any(own[counts]), told)
+
+
+def all_of_a_belief_counts(estimator: Estimator[Any], drawn: Scene) -> None:
+    """If it declares `draws`: in runs that start alike, P_D and Q vary less than over the belief: one point is not all."""
+    gusts = over_the_kits(Gusts, estimator)
+    closed_if(gusts.state != PLACE, "its state is not that of its motion")
+    rng, runs = drawn.rng(), drawn.runs
+    start = gusts.start(Gaussian(np.zeros((runs, 1, 1)), np.ones((runs, 1, 1, 1))), PLACE, rng)
+    over = rng.standard_normal((10_000, 1))
+    added = gusts.moments(predicted(gusts, start, 1.0, rng)).cov[:, 0, 0, 0]
+    found = {"predict: what it adds": (added, Gusts(1.0).noise(over, 1.0)[:, 0, 0])}
+    sensor = Bent(PLACE, np.zeros(1), np.ones(1), np.ones((3, 1)), np.zeros((3, 1)), np.eye(3), 0.0)
+    if gusts.refuses(sensor) is None:
+        none = Detections(np.zeros((runs, 0, 3)), np.zeros((runs, 0), dtype=bool))
+        seen = -np.expm1(gusts.evaluate(start, sensor, none, P_GATE).loglik[:, 0, 0]) / P_GATE
+        found["loglik of a miss: its detection probability"] = (seen, sensor.detects(over))
+    for what, several in found.items():
+        by_run, whole = (float(np.std(each) / np.mean(each)) for each in several)
+        demand(by_run < 0.8 * whole, f"{what} varies by {by_run:.3g} of it from run to run, over the belief by {whole:.3g}")
 
 
 def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -90,5 +111,8 @@ def noise_of_steps_adds_up(estimator: Estimator[Any], drawn: Scene) -> None:
 
 LAWS = (
     Law(draws_only_if_it_says_so, needs="not traits.draws"),
-    *(Law(law, needs="traits.draws") for law in (draws_from_its_generator, tracks_draw_their_own, noise_of_steps_adds_up)),
+    *(
+        Law(law, needs="traits.draws")
+        for law in (draws_from_its_generator, tracks_draw_their_own, all_of_a_belief_counts, noise_of_steps_adds_up)
+    ),
 )

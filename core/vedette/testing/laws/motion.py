@@ -7,19 +7,34 @@ from collections.abc import Callable
 import numpy as np
 
 from vedette.roles import MotionModel
-from vedette.sampling import draw_states, psd_root
 from vedette.space import Array
-from vedette.testing.bands import judge_standard_normal
-from vedette.testing.comparisons import Closed, closed_if, covariance, demand, finite, frozen_copy, is_derivative, same
+from vedette.testing.comparisons import (
+    Closed,
+    closed_if,
+    covariance,
+    demand,
+    deviations,
+    finite,
+    frozen_copy,
+    is_derivative,
+    products,
+    same,
+)
 from vedette.testing.law import Law
 from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.laws.noise_units import deviations_count, noise_has_its_units, variances_are_squares
+from vedette.testing.laws.noise_units import (
+    deviations_count,
+    mean_noise_is_a_mean,
+    noise_has_its_units,
+)
 from vedette.testing.states import random_gaussian, speeds_of, steps_of, without_variance
 from vedette.types import Gaussian
 
 Method = Callable[[Array, float], Array]
+SHORT = 0.02
+"""A short time, in s."""
 
 
 def _methods(model: MotionModel) -> dict[str, tuple[Method, int]]:
@@ -71,13 +86,6 @@ def noise_is_a_covariance(model: MotionModel, drawn: Moves) -> None:
     covariance("mean_noise", _full(model.mean_noise(drawn.x, _doubt(drawn.x), drawn.dt), drawn.x, 2), definite=False)
 
 
-def a_sure_belief_has_the_noise_of_its_mean(model: MotionModel, drawn: Moves) -> None:
-    """The mean of the noise is the noise where the belief is sure, or the model linear."""
-    stated, doubt = _full(model.noise(drawn.x, drawn.dt), drawn.x, 2), _doubt(drawn.x)
-    for cov in (0.0 * doubt, doubt) if model.linear else (0.0 * doubt,):
-        same("mean_noise", _full(model.mean_noise(drawn.x, cov, drawn.dt), drawn.x, 2), stated, 1e-9)
-
-
 def _doubt(x: Array) -> Array:
     return np.broadcast_to(np.eye(x.shape[-1]), (*x.shape, x.shape[-1]))
 
@@ -122,25 +130,6 @@ def two_steps_make_one(model: MotionModel, drawn: Moves) -> None:
         same("noise(x, a + b)", got, wanted, 1e-6, np.maximum(spread[:, None] * spread, 1e-300))
 
 
-def noise_matches_draws(model: MotionModel, drawn: Moves) -> None:
-    """States drawn from the model, in two steps if it is divisible, spread around move(x) as noise says."""
-    rng, x = np.random.default_rng(drawn.seed), drawn.x[0]
-    dt, periods = drawn.dt, np.array([np.inf if axis.period is None else axis.period for axis in model.state.axes])
-    while np.any(16.0 * np.sqrt(np.diagonal(_full(model.noise(x, dt), x, 2))) > periods):  # the noise itself would wrap
-        dt /= 2
-        closed_if(dt < 1e-3, "its noise wraps around an axis within a ms")
-    times = np.array([0.0, 0.5, 1.0] if model.divisible and model.linear else [0.0, 1.0]) * dt
-    there = draw_states(model, x, times, rng, (20 * drawn.runs,))[:, -1]
-    error = model.state.difference(there, model.state.canonical(model.move(x, dt)))
-    root = psd_root(_full(model.noise(x, dt), x, 2))
-    free = np.diagonal(root) > 0
-    within = np.linalg.lstsq(root[:, free], error.T, rcond=None)[0].T
-    left = error - within @ root[:, free].T
-    spread = np.sqrt(np.sum(root**2, axis=-1))
-    same("what noise leaves out", left, np.zeros_like(left), 1e-5, np.where(spread > 0, spread, np.abs(x).max() + 1.0))
-    judge_standard_normal("noise", within, drawn.alpha)
-
-
 def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
     """An axis vx is the velocity of x: over a short time, x gains dt times vx, and never more of its noise than dt times."""
     names, dt = model.state.names, 1e-3
@@ -159,6 +148,19 @@ def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
             gains = f"{names[i]} gains {np.abs(Q[0, bad, i, v])} with v{names[i]}"
             told = f"noise: in {dt:g} s {gains}, at most that time times the variance that gains, {most[bad] / 1.3}"
             demand(not np.any(bad), told)
+
+
+def an_integrals_noise_goes_with_it(model: MotionModel, drawn: Moves) -> None:
+    """Where one axis moves by another, and its noise grows as the integral of the other's, their covariance is one, too."""
+    Q, twice = (_full(model.noise(drawn.x, k * SHORT), drawn.x, 2) for k in (1, 2))
+    F, far = (_full(model.jacobian(drawn.x, k * SHORT), drawn.x, 2) for k in (1, 2))
+    variance, later = (np.diagonal(each, axis1=-2, axis2=-1) for each in (Q, twice))
+    grown, wanted = later / np.maximum(variance, 1e-300), F / 2 * variance[:, None, :]
+    fed = np.isclose(far, 2 * F, rtol=0.05) & (np.abs(wanted) > 0.05 * products(deviations(Q)))
+    for k, i, v in np.argwhere(fed & (np.abs(grown - 8) < 0.8)[:, :, None] & (np.abs(grown - 2) < 0.2)[:, None, :]):
+        names, own = model.state.names, wanted[k, i, v]
+        told = f"{own:.4g} with {names[v]}, half of what {names[i]} moves by it times its variance, got {Q[k, i, v]:.4g}"
+        demand(abs(Q[k, i, v] - own) < 0.2 * abs(own), f"noise: in {SHORT} s {names[i]} must covary by {told}")
 
 
 def parts_keep_their_own(model: MotionModel, drawn: Moves) -> None:
@@ -216,10 +218,11 @@ def angles_wrap(model: MotionModel, drawn: Moves) -> None:
 LAWS: tuple[Law, ...] = (
     *map(Law, (
         pure, batches_as_it_loops, gives_finite_numbers, zero_step_changes_nothing, noise_is_a_covariance,
-        a_sure_belief_has_the_noise_of_its_mean, variances_are_squares, noise_has_its_units, deviations_count,
-        zero_variance_axes_have_no_noise, jacobian_is_the_derivative, velocities_move_their_positions, parts_keep_their_own,
-        reframing_keeps_a_belief, reframing.frames_within_turn, differences_undo_steps, angles_wrap,
+        mean_noise_is_a_mean, noise_has_its_units,
+        deviations_count, zero_variance_axes_have_no_noise, jacobian_is_the_derivative, velocities_move_their_positions,
+        an_integrals_noise_goes_with_it, parts_keep_their_own, reframing_keeps_a_belief, reframing.frames_within_turn,
+        differences_undo_steps, angles_wrap,
     )),
     *(Law(linear_as_declared, needs="linear"), Law(two_steps_make_one, needs="divisible")),
-    *(Law(noise_matches_draws, effort="statistical"), *gaps.OF_MOTION, *curved_paths.LAWS, *twins.OF_MOTION),
+    *gaps.OF_MOTION, *curved_paths.LAWS, *twins.OF_MOTION,
 )  # fmt: skip

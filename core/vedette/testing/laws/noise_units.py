@@ -10,10 +10,10 @@ import attrs
 import numpy as np
 from attrs import evolve
 
-from vedette.config.parameters import holds_parts, parameters
-from vedette.roles import Component, MotionModel, Sensor
+from vedette.config.parameters import parameters
+from vedette.roles import Component, MotionModel, Sensor, components_in
 from vedette.space import Array, Space
-from vedette.testing.comparisons import Closed, closed_by, closed_if, demand
+from vedette.testing.comparisons import Closed, closed_by, closed_if, demand, deviations, products, same
 from vedette.testing.laws.motion_cases import Moves
 from vedette.testing.laws.sensor_cases import Looks
 from vedette.testing.states import sizes
@@ -23,6 +23,10 @@ _PART = re.compile(r"(m|km|NM|ft|px|rad|deg|mrad|s|min|h|1)(?:\^([\d.]+))?$")
 Noise = Callable[[Any, Array], Array]
 DEVIATION = "standard deviation"
 """What is said of a parameter that is one."""
+NEAR, NEARLY = 0.3, 0.02
+"""How much of what the noise at the mean is off by, and beside it of the noise, a mean noise may be off: formulas to second
+order are by .01, of headings that err by .3 rad and ranges by .2 of their own (`target_oriented`, `decorrelated_position`).
+"""
 
 
 def power(unit: str, words: tuple[str, ...]) -> float:
@@ -39,39 +43,6 @@ def _noise(component: Any, drawn: Moves | Looks, pace: float = 1.0) -> tuple[Spa
     if isinstance(drawn, Moves):
         return component.state, component.state, lambda other, x: other.noise(x, pace * drawn.dt)
     return component.measurement, component.observes, lambda other, x: other.noise(x)
-
-
-def variances_are_squares(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
-    """A deviation is squared: no variance grows as a parameter does that is a length or an angle, as the axis is.
-
-    Such as sigma * dt for sigma^2 dt; unless other parameters, or the state, make it a square.
-    """
-    x, (space, states, noise) = drawn.x, _noise(component, drawn)
-    known = {p.name: p for p in parameters(type(component))}
-    held = any(holds_parts(p.shape) and getattr(component, name) for name, p in known.items())
-    closed_if(held, "it holds other components, whose parameters count too")
-    numbers = {
-        name: value for name in known if isinstance(value := getattr(component, name), float) and 0 < abs(value) < np.inf
-    }
-    usual = _variances(component, x, noise)
-    judged = False
-    for name, value in numbers.items():
-        unit = known[name].unit
-        lengths, angles = power(unit, LENGTHS), power(unit, _ANGLES)
-        if (lengths, angles) not in ((1.0, 0.0), (0.0, 1.0)):
-            continue
-        words = LENGTHS if lengths else _ANGLES
-        doubled = changed(component, {name: 2.0 * value})
-        if doubled is None:
-            continue
-        judged = True
-        after = _variances(doubled, x, noise)
-        for i, axis in enumerate(space.axes):
-            grown = (usual[:, i] > 0) & (np.abs(after[:, i] - 2.0 * usual[:, i]) <= 1e-9 * usual[:, i])
-            told = f"the variance of {axis.name}, in ({axis.unit})^2, grows as {name}, in {unit}, and not as its square"
-            as_it_is = power(axis.unit, words) == 1.0 and np.all(grown)
-            demand(not as_it_is or _made_square(component, known, name, i, states, x, noise), f"noise: {told}")
-    closed_if(not judged, "no parameter is a length or an angle")
 
 
 def in_half_the_unit(value: Any, axes: Mapping[str, str], words: tuple[str, ...] = LENGTHS, unit: str = "1") -> Any:
@@ -104,8 +75,11 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
     """
     space, states, noise = _noise(component, drawn)
     axes, judged = {axis.name: axis.unit for axis in states.axes}, False
-    given = {p.name: getattr(component, p.name) for p in parameters(type(component)) if p.unit in ("", "1")}
-    bare = [name for name, value in given.items() if isinstance(value, float | np.ndarray | Component)]
+    known = {p.name: p.unit for p in parameters(type(component))}
+    bare = [
+        n for n, u in known.items() if u in ("", "1") and isinstance(getattr(component, n), float | np.ndarray | Component)
+    ]
+    long = [name for name, unit in known.items() if power(unit, LENGTHS)]
     for what, words in (("length", LENGTHS), ("time", _TIMES))[: 1 + isinstance(drawn, Moves)]:
         timed, x = words is _TIMES, drawn.x  # of times no variance is judged in which a parameter without a unit counts
         if timed:  # not at a velocity at which the code ends a division by 0
@@ -115,8 +89,8 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
         usual = _variances(component, x, noise)
         there = _variances(other, x * factors(states, words), _noise(component, drawn, 1.0 + timed)[2])
         for i, wanted in enumerate(2 * np.log2(factors(space, words))):
-            unsaid = any(_matters(component, name, i, x, noise) for name in bare) if timed else not wanted
-            if unsaid or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
+            count = any(_matters(component, name, i, x, noise) for name in (bare if timed else long))
+            if (count if timed else not (count or wanted)) or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
                 continue
             found = np.log2(there[:, i] / usual[:, i])
             k = float(np.round(np.mean(found)))
@@ -127,6 +101,36 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
     closed_if(not judged, "no variance changes by a whole power")
 
 
+def mean_noise_is_a_mean(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
+    """The mean noise of a sure belief is the noise; over a wide one, it is nearer to the mean than that is.
+
+    By default, that is the noise at the mean; so nothing is asked of one that defines no `mean_noise`, or holds others.
+    """
+    (space, states, noise), rng = _noise(component, drawn), np.random.default_rng(drawn.seed)
+    time, n, m = [drawn.dt] if isinstance(drawn, Moves) else [], len(states), len(space)
+
+    def full(found: Array, x: Array) -> Array:
+        return np.broadcast_to(found, (*x.shape[:-1], m, m))
+
+    sure = full(component.mean_noise(drawn.x, np.zeros((3, n, n)), *time), drawn.x)
+    same("mean_noise of a sure belief", sure, full(noise(component, drawn.x), drawn.x), 1e-9)
+    if type(component).mean_noise in (MotionModel.mean_noise, Sensor.mean_noise) or components_in(component):
+        return
+    x = np.abs(drawn.x) + sizes(states)  # nothing that is a length ends below 0
+    spread = sizes(states) * rng.uniform(0.02, 0.3, n)
+    off = rng.standard_normal((1000, 3, n)) * spread
+    each = sum(full(noise(component, there), there) for there in (x + off, x - off)) / 2
+    mean, doubt = np.mean(each, axis=0), 6.0 / np.sqrt(len(off)) * np.std(each, axis=0)
+    found = full(component.mean_noise(x, np.broadcast_to(np.diag(spread**2), (3, n, n)), *time), x)
+    scale = products(deviations(mean)) + 1e-300
+    off_by, of_one = (np.abs(one - mean) / scale for one in (found, full(noise(component, x), x)))
+    told = (
+        f"of a belief with deviations {spread.tolist()}, the noise has in the mean deviations {deviations(mean)[0].tolist()}"
+    )
+    worst = np.max(off_by - doubt / scale, axis=(-1, -2)) - NEAR * np.max(of_one, axis=(-1, -2))
+    demand(np.all(worst <= NEARLY), f"mean_noise: {told}, got {deviations(found)[0].tolist()}")
+
+
 _OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
 """Of a power of a parameter, how much more it grows from twice to three times than up to twice; of a square 5/3."""
 
@@ -134,12 +138,15 @@ _OTHER_POWERS = {1: 1.0, 3: 19 / 7, 4: 65 / 15}
 def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> None:
     """The noise grows as the square of `sigma`, of any `sigma_...`, and of what is called a standard deviation.
 
-    One alone must count, and an axis' own; others may be of what is not in the noise.
+    One alone must count, and an axis' own; others may be of what is not in the noise. Where nothing else makes the variance
+    of what a sensor measures, it is the square.
     """
     x, (space, _, noise) = drawn.x, _noise(component, drawn)
     names = space.names
     known = {"sigma", *(f"sigma_{axis}" for axis in names)}
-    told = {p.name: p.field.metadata.get("doc", "") for p in parameters(type(component))}
+    declared = parameters(type(component))
+    units = {p.name: p.unit for p in declared if p.unit}
+    told = {p.name: p.field.metadata.get("doc", "") for p in declared}
     said = [name for name, doc in told.items() if name.startswith("sigma_") or DEVIATION in doc]
     judged = False
     for name in [*said, *sorted(known.difference(said))]:
@@ -155,6 +162,10 @@ def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> N
         own = [names.index(axis)] if axis in names else list(range(len(names)))
         counts = np.any(twice[:, own] > usual[:, own]) or (name not in known and len(said) > 1)
         demand(counts, f"noise: must grow with {name}, stays {usual[0]}")
+        if axis in names and isinstance(drawn, Looks) and units.get(name) == space.axes[own[0]].unit:
+            others = any(_matters(component, other, own[0], x, noise) for other in units if other != name)
+            if not others and np.ptp(usual[:, own]) == 0.0:
+                same(f"noise: the variance of {axis}, by {name}", usual[:, own[0]], np.full(3, value**2), 1e-9)
         for i in own:
             first, then = twice[:, i] - usual[:, i], thrice[:, i] - twice[:, i]
             for power, ratio in _OTHER_POWERS.items():
@@ -163,23 +174,12 @@ def deviations_count(component: MotionModel | Sensor, drawn: Moves | Looks) -> N
     closed_if(not judged, "no parameter is a `sigma` or called a standard deviation")
 
 
-def _made_square(
-    component: Component, known: Mapping[str, Any], name: str, i: int, states: Space, x: Array, noise: Noise
-) -> bool:
-    """Tell whether other parameters, or the state, make variance `i` a square: in half the unit of length all have it."""
-    if not power(known[name].unit, LENGTHS):  # a state cannot be given another unit of angle: does any other angle matter?
-        return any(_matters(component, n, i, x, noise) for n, p in known.items() if power(p.unit, _ANGLES) and n != name)
-    try:
-        other = in_half_the_unit(component, {axis.name: axis.unit for axis in states.axes})
-    except (Closed, TypeError, ValueError):
-        return True
-    usual, there = _variances(component, x, noise)[:, i], _variances(other, x * factors(states), noise)[:, i]
-    return bool(np.any(np.abs(there - 2.0 * usual) > 1e-6 * usual))
-
-
 def _matters(component: Component, name: str, i: int, x: Array, noise: Noise) -> bool:
     value = getattr(component, name)
-    other = changed(component, {name: 1.5 * value + 0.01}) if isinstance(value, float) else None
+    if value is None or (isinstance(value, tuple | Mapping) and not value):  # what is not there
+        return False
+    tried = (1.5 * value + 0.01, 0.5 * value) if isinstance(value, float) else ()  # a probability of 1 is not made more
+    other = next((one for each in tried if (one := changed(component, {name: each})) is not None), None)
     return other is None or not np.array_equal(_variances(other, x, noise)[:, i], _variances(component, x, noise)[:, i])
 
 

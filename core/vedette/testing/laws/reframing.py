@@ -22,6 +22,7 @@ from vedette.types import Detections, Gaussian
 
 C = TypeVar("C", bound=Component)
 HEADING, STATE = Space.of(heading="rad mod 2pi"), Space.of(heading="rad mod 2pi", rate="rad/s")
+PLACE = Space.of(x="m")
 MARKED = Space.of(x="m", vx="m/s", mark="m")
 TURNED = np.array([2.0, 0.0])
 """How far the second scene is turned: the first lies on the wrap, the second does not."""
@@ -74,6 +75,24 @@ class Marked(Shift):
 
     def reframe(self, own: Gaussian, combined: Gaussian) -> Gaussian:
         return Gaussian(np.concatenate([own.mean[..., :2], combined.mean[..., :1]], axis=-1), own.cov)
+
+
+@final
+@frozen
+class Gusts(MotionModel):
+    """A place that jumps, by much more in one half of the plane than in the other."""
+
+    kind: ClassVar[str] = "kit_gusts"
+    state: ClassVar[Space] = PLACE
+
+    density: float = fields.quantity("m^2/s", "variance gained in 1 us at 0", above=0)
+
+    def move(self, x: Array, dt: float) -> Array:
+        return x
+
+    def noise(self, x: Array, dt: float) -> Array:
+        Q: Array = 1e6 * self.density * dt * (1.0 + 0.9 * np.tanh(2.0 * x[..., None]))
+        return Q
 
 
 def _over(make: Callable[[float], MotionModel], value: Any, count: list[int]) -> Any:
