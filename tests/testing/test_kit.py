@@ -132,6 +132,7 @@ def test_a_session_counts_its_budget_and_prints_its_seed(tmp_path):
     assert "2 statistical tests; a session of right subjects fails with probability 4e-07 at most" in done.stdout
     assert "repeat with --vedette-profile fast --vedette-seed 7" in done.stdout
     assert "1 xfailed" in done.stdout
+    assert ", 1 failed as expected" in done.stdout
     assert "[XPASS(strict)] it is said" in done.stdout
     assert "linear_as_declared" in done.stdout  # unexcused in the second class, with the seed that repeats it
     assert "seed 7" in done.stdout

@@ -80,12 +80,12 @@ def pytest_terminal_summary(terminalreporter: Any, config: pytest.Config) -> Non
     """Print what the kit tried, the budget that it spent, and the seed that repeats it."""
     reports = [report for kind in ("passed", "failed", "skipped", "xfailed", "xpassed") for report in
                terminalreporter.stats.get(kind, []) if getattr(report, "when", "") == "call"]  # fmt: skip
-    notes = [note for report in reports for note in report.user_properties]
-    alphas = [value for name, value in notes if name == _ALPHA]
-    verdicts = [value for name, value in notes if name == _LAW]
+    notes = [(*note, " as expected" * hasattr(each, "wasxfail")) for each in reports for note in each.user_properties]
+    alphas = [value for name, value, _ in notes if name == _ALPHA]
+    verdicts = [value + known for name, value, known in notes if name == _LAW]
     if not alphas and not verdicts:
         return
-    counts = ", ".join(f"{verdicts.count(verdict)} {verdict}" for verdict in ("held", "failed", "skipped"))
+    counts = ", ".join(f"{verdicts.count(each)} {each}" for each in dict.fromkeys(("held", "failed", "skipped", *verdicts)))
     option = config.option
     terminalreporter.write_sep("-", "vedette")
     terminalreporter.write_line(f"profile {option.vedette_profile}: laws {counts}")

@@ -58,5 +58,5 @@ class Drawing(vedette.filters.OverMotion):
 
 
 def test_one_that_draws_without_moments_ahead_is_refused():
-    with pytest.raises(vedette.ConfigError, match="estimator: .*`ahead`"):
+    with pytest.raises(vedette.ConfigError, match=r"estimator: .*`ahead`"):
         vedette.tracking.check_smoothing(tracker_of(Drawing(QUIET)))
