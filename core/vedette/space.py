@@ -85,7 +85,8 @@ class Space:
         for name, unit in units.items():
             plain, _, period = unit.partition(" mod ")
             if period not in ("", "2pi"):
-                raise SpaceError(f"{name}: the period must be '2pi', got {period!r}; else Space((Axis({name!r}, 'deg', 360.0),))")
+                other = f"any other is stated by Space((Axis({name!r}, 'deg', 360.0),))"
+                raise SpaceError(f"{name}: the period must be '2pi', got {period!r}; {other}")
             axes.append(Axis(name, plain, 2 * np.pi if period else None))
         return cls(tuple(axes))
 
