@@ -34,6 +34,7 @@ class Arrival:
     `reply` sends bytes back to where they came from, b"" once there are no more; None where nothing can be sent. `lost`
     counts the pieces that the system dropped before this one since the last; None where it does not tell. `ended`: the
     stream ends with these bytes. `unwell`: why nothing can come now, such as a connection that is refused, until the next.
+    `place`: plain data by which `Input.go_on` finds what comes after these bytes; None if it cannot.
     """
 
     data: bytes
@@ -43,6 +44,7 @@ class Arrival:
     lost: int | None = None
     ended: bool = False
     unwell: str = ""
+    place: Any = None
 
 
 @frozen(eq=False)
@@ -110,7 +112,8 @@ class TrackReport:
 
 
 class Format(Component):
-    """How messages stand in bytes. What it keeps between pieces, such as half a message, is its memory.
+    """How messages stand in bytes. What it keeps between pieces, such as half a message, is its memory; one that equals that
+    of the start holds nothing that what follows needs.
 
     Laws: `decode` raises nothing, whatever the bytes; where a stream is split changes nothing; each message is either
     returned or refused. A class that only writes leaves `decode` as it is, and `reads` False.
@@ -154,6 +157,10 @@ class Input(Component):
     @abstractmethod
     def listen(self, stop: Event) -> Iterator[Arrival]:
         """Yield what comes until `stop` is set; InputError if nothing ever can. It runs in a thread of its own."""
+
+    def go_on(self, stop: Event, place: Any) -> Iterator[Arrival]:
+        """Yield what comes after a `place`, as `listen` does; after an empty Arrival that is `ended`, if that is lost."""
+        return self.listen(stop)
 
 
 class Output(Component):

@@ -72,6 +72,12 @@ class Acknowledging:
         key = _key(*number[:2])
         return max(self._seen.get(key, -1), self.kept.get(key, -1))
 
+    def lasts(self, name: int) -> dict[str, int]:
+        """Return the highest number that has come of each sensor of an input."""
+        begin = _key(str(name), "")
+        keys = {key for known in (self._seen.copy(), self.kept) for key in known if key.startswith(begin)}
+        return {sensor: self.last((str(name), sensor, 0)) for sensor in (key.removeprefix(begin) for key in keys)}
+
     def came(self, number: Number) -> bool:
         """Return whether a message has come before; whoever sent it again is answered once it is kept."""
         if number[2] > self.last(number) or self._missed(number) is not None:
@@ -110,6 +116,15 @@ class Acknowledging:
             key: [(first, min(last, taken[key])) for first, last in known if first <= taken[key]]
             for key, known in runs.items()
             if key in taken
+        }
+
+    def first_untaken(self, name: int, taken: Mapping[str, int]) -> dict[str, int]:
+        """Return the first number of each sensor of an input that is not taken."""
+        begin, runs = _key(str(name), ""), self.untaken(taken)
+        return {
+            key.removeprefix(begin): runs[key][0][0] if runs.get(key) else last + 1
+            for key, last in taken.items()
+            if key.startswith(begin)
         }
 
     def mark(self, number: Number) -> None:

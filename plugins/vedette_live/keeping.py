@@ -61,11 +61,12 @@ class Keeping:
             window = self._window_of(saved)
             feeds = zip(saved.states["clocks"], self.service.parts.inputs, strict=False)
             clocks = [saving.clocks_from(given, feed.scans.clock, feed.scans.leap) for given, feed in feeds]
-            places, code = saving.changed(saved.states["made"], self.made)
+            changed, code = saving.changed(saved.states["made"], self.made)
             known = {key: int(number) for key, number in saved.acknowledged.items()}
             runs = saved.states.get("missed", {}).items()  # the data of an older Vedette lack it
             missed = {key: [(int(first), int(last)) for first, last in of] for key, of in runs}
             counts = {name: int(count) for name, count in saved.counters.items() if name in self.counters.counts}
+            places = [place and (place[0], dict(place[1])) for place in saved.states.get("places", [])]
             recorded, record = int(saved.states.get("recorded", -1)), saved.states.get("record")
         except Exception as error:  # another Vedette's data may be others, in any way
             why = f"{type(error).__name__}: {error}"[:300]
@@ -73,13 +74,15 @@ class Keeping:
             born = saved.states.get("born")  # the data of an older Vedette lack it
             self.born = born if isinstance(born, int) else 0
             return None
-        if places:
-            LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": places[:20]})
+        if changed:
+            LOG.warning("the saved state is of another config, and is used, as it fits", extra={"changed": changed[:20]})
         if code:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         for grouper, those in zip(self.listening.groupers, clocks, strict=False):
             grouper.clocks = those
         self.listening.numbers.kept, self.listening.numbers.missed = known, missed
+        for reading, place in zip(self.listening.readings, places, strict=False):
+            reading.kept = place
         if self.recorder is not None and recorded >= 0 and not saved.older and record in (None, str(self.recorder.path)):
             self.recorder.cut(recorded)
         for name, count in counts.items():
@@ -126,6 +129,7 @@ class Keeping:
             "came": window.settled_copies,
             "clocks": clocks,
             "missed": acknowledging.untaken(numbers),
+            "places": [reading.taken(numbers) for reading in self.listening.readings],
         }
         if leap is not None:
             states["leap"] = {"before": leap.before.to_data(), "time": leap.time, "sensors": sorted(leap.sensors)}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable
+from contextlib import suppress
 from math import inf
 from threading import Event, Lock, Thread
 from typing import Any, final
@@ -20,6 +21,7 @@ from vedette_live.grouping import Formed, Grouper
 from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
+from vedette_live.reading import Reading
 from vedette_live.rhythm import Rhythm
 
 LATE = 1.0
@@ -45,6 +47,7 @@ class Listening:
     rhythms: dict[tuple[int, str], Rhythm] = field(factory=dict)
     _busy: float = -inf
     _looked: float = field(factory=now)
+    readings: list[Reading] = field(init=False)
     log: Sparing = field(factory=lambda: Sparing(""))
     logs: list[Sparing] = field(init=False)
 
@@ -60,6 +63,7 @@ class Listening:
             self.counters.tell("input_messages_total", str(i), 0.0)
         for name in sensors:
             self.counters.tell("sensor_scans_total", name, 0.0)
+        self.readings = [Reading(i, self.numbers) for i in range(len(parts.inputs))]
         self.logs = [Sparing(f"input {i}") for i in range(len(parts.inputs))]
 
     def threads(self, stop: Event) -> list[Thread]:
@@ -128,7 +132,9 @@ class Listening:
         memories = dict[str, Any]()
         log = self.logs[i]
         try:
-            for arrival in feed.input.listen(stop):
+            self.readings[i].begin()
+            kept = self.readings[i].kept
+            for arrival in feed.input.listen(stop) if kept is None else feed.input.go_on(stop, kept[0]):
                 self._arrived(i, feed, memories, arrival, log)
         except VedetteError as error:
             self._fail(i, f"!inputs[{i}]: {error}")
@@ -152,6 +158,8 @@ class Listening:
         self.counters.tell("input_well", str(i), 0.0)
 
     def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
+        reading = self.readings[i]
+        reading.placed |= arrival.place is not None
         if arrival.lost is not None:
             self.counters.values["datagrams_lost_known"] = 1.0
             self.counters.add("datagrams_lost_total", arrival.lost)
@@ -160,7 +168,7 @@ class Listening:
             log.warn("input waits", arrival.unwell, arrival.stream)
         elif self.ails.pop(f"input {i}", None):
             self.counters.tell("input_well", str(i), 1.0)
-        if arrival.unwell or not (arrival.data or arrival.ended or feed.input.datagrams):
+        if arrival.unwell or not (arrival.data or arrival.ended or reading.placed or feed.input.datagrams):
             return
         self.counters.add("pieces_total")
         whole = feed.input.datagrams
@@ -173,6 +181,10 @@ class Listening:
         else:
             memories[arrival.stream] = decoded.memory
         if arrival.ended:
+            reading.begin(anew=True)
+        elif arrival.place is not None and decoded.memory == feed.format.start() and self.service.parts.service.store:
+            reading.mark(arrival.place)
+        if arrival.ended:
             self.numbers.end(f"{i} {arrival.stream}", arrival.reply)
 
     def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
@@ -180,17 +192,21 @@ class Listening:
         self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
         self.counters.tell("input_messages_total", str(i), len(decoded.messages) + len(decoded.refused), more=True)
         stream = f"{i} {arrival.stream}"
+        placed = self.readings[i].placed
         for message in decoded.messages:
+            if placed and self._is_known(i, message.sensor):
+                message = self.readings[i].numbered(message)
             number = None if message.number is None else (stream, message.sensor, message.number)
             if number is not None and arrival.reply is not None:
                 self.numbers.begin(stream, arrival.reply)
-            if number is not None and number[2] <= (last := self.numbers.last(number)) and self._is_new(i, message):
+            last = -1 if number is None or placed else self.numbers.last(number)
+            if number is not None and number[2] <= last and self._is_new(i, message):
                 told = f"n: must rise, got {number[2]} after {last}, with a later time"
                 self.ails[f"numbers of {message.sensor!r}"] = told
                 self._refuse(told, arrival, log)
                 self.numbers.refuse((stream, message.sensor, -1), told)
                 continue
-            if number is not None and not message.refused and self.numbers.came(number):
+            if number is not None and (placed or not message.refused) and self.numbers.came(number):
                 self.counters.add("messages_repeated_total")
                 self.counters.add("messages_taken_total")
                 continue
@@ -199,7 +215,10 @@ class Listening:
                     done = list(self.groupers[i].add(message, arrival.time, stream))
             except ValueError as error:
                 self._refuse(str(error), arrival, log)
-                if number is not None:
+                if number is not None and placed:
+                    self.numbers.mark(number)
+                    self.numbers.note(number)
+                elif number is not None:
                     self.numbers.refuse(number, str(error))
                 self._hear(i, message.sensor, arrival, log)
                 continue
@@ -237,6 +256,12 @@ class Listening:
             self.ails[name] = told
         else:
             self.ails.pop(name, None)
+
+    def _is_known(self, i: int, sensor: str) -> bool:
+        """Return whether a sensor in a stream is one of the tracker's: others may have very many names."""
+        with suppress(ValueError):
+            return bool(self.groupers[i].placing.sensor(sensor))
+        return False
 
     def _is_new(self, i: int, message: Message) -> bool:
         """Return whether a message is later than all that came of its sensor, so that it is none of them again."""

@@ -78,6 +78,84 @@ def test_a_service_that_is_restarted_goes_on_to_the_last_bit(tmp_path: Path) -> 
     assert running.counters.counts["messages_repeated_total"] == 10
 
 
+def of_file(tmp_path: Path, **more: Any) -> dict[str, object]:
+    given = {"input": {"kind": "file", "path": str(tmp_path / "feed"), "follow": False}, **more}
+    record = str(tmp_path / "record.jsonl")
+    return {**config(tmp_path, 1, horizon="4 s", record=record), "inputs": [{"format": {"kind": "json_lines"}, **given}]}
+
+
+def to_its_end(given: Mapping[str, Any]) -> Running:
+    running = Running(load_service(given))
+    running.run()
+    return running
+
+
+def counted(running: Running) -> tuple[int, int, int, int]:
+    names = ("scans_taken_total", "scans_refused_total", "messages_refused_total", "messages_repeated_total")
+    taken, refused, unusable, repeated = (running.counters.counts[name] for name in names)
+    return taken, refused, unusable, repeated
+
+
+@pytest.mark.parametrize("piece", [300, 2**16])
+def test_a_file_is_read_on_after_a_restart(tmp_path: Path, piece: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was read from its beginning, and all of it refused, which the record and the health told of."""
+    monkeypatch.setattr("vedette_live.inputs.files.PIECE", piece)
+    told, bad = lines(60), b'{"sensor": "north", "time": 1, "z": [[1, 2, 3]]}\n'
+    for end in (30, 45, 60):
+        (tmp_path / "feed").write_bytes(b"".join([*told[:7], bad, *told[7:end]]) + b"".join(told[end : end + 1])[:20])
+        running = to_its_end(of_file(tmp_path))
+        assert not running.ails
+    assert counted(running)[:2] == (60, 0)
+    assert running.counters.counts["messages_repeated_total"] == 0
+    assert as_json(running.state) == as_json(undisturbed(told))
+    assert b"left_out" not in (tmp_path / "record.jsonl").read_bytes()
+
+
+def test_a_file_in_the_place_of_the_one_that_was_read_is_read_whole_and_that_is_told(
+    tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    told = lines(60)
+    for part in (told[:30], told[30:32], told[32:]):  # the second is shorter, the third longer than what was read
+        (tmp_path / "feed").write_bytes(b"".join(part))
+        running = to_its_end(of_file(tmp_path))
+    assert counted(running) == (60, 0, 0, 0)
+    assert as_json(running.state) == as_json(undisturbed(told))
+    assert caplog.messages.count("another file than before") == 2
+
+
+@pytest.mark.parametrize("kills", [2, pytest.param(12, marks=pytest.mark.nightly("a service starts twelve times"))])
+def test_a_service_that_is_killed_takes_each_line_of_a_file_once(tmp_path: Path, kills: int) -> None:
+    """Of a scan that was open they are read again, and of others that stand between them are not."""
+    rng, plots = np.random.default_rng(2), list[bytes]()
+    for k in range(200):
+        for name in ("north", "south"):
+            plots += [b"%.2f,%s,%.3f,%.3f\n" % (k + 0.1 * j, name.encode(), *rng.uniform(-900, 900, 2)) for j in range(3)]
+    given = of_file(
+        tmp_path,
+        input={"kind": "file", "path": str(tmp_path / "feed"), "every": 0.01},
+        format={"kind": "csv_lines", "columns": ["time", "sensor", "x", "y"]},
+        scans={"by": "interval", "length": 1.0, "wait": 600.0},
+    )
+    (tmp_path / "config.json").write_text(json.dumps(given))
+    record = tmp_path / "record.jsonl"
+    (tmp_path / "feed").write_bytes(b"time,sensor,x,y\n")
+    parts = np.array_split(np.arange(len(plots)), kills + 1)
+    for part in parts[:-1]:
+        with (tmp_path / "feed").open("ab") as file:
+            file.write(b"".join(plots[k] for k in part))
+        before = len(record.read_bytes()) if record.exists() else -1
+        with subprocess.Popen([sys.executable, "-m", "vedette", "serve", str(tmp_path / "config.json")]) as service:
+            wait_for(lambda before=before: record.exists() and len(record.read_bytes()) > before)  # type: ignore[misc]
+            service.kill()
+    with (tmp_path / "feed").open("ab") as file:
+        file.write(b"".join(plots[k] for k in parts[-1]))
+    given["inputs"][0]["input"]["follow"] = False  # type: ignore[index]
+    running = to_its_end(given)
+    assert counted(running)[:3] == (400, 0, 0)
+    scans = [json.loads(line) for line in record.read_bytes().splitlines()[1:]]
+    assert [(scan["time"], len(scan["z"])) for scan in scans] == [(k + 0.2, 3) for k in range(200) for _ in range(2)]
+
+
 @pytest.mark.parametrize("horizon", ["3 s", "1 s"])
 def test_what_is_sent_again_after_a_restart_is_not_taken_twice(tmp_path: Path, horizon: str) -> None:
     """The scan at the edge of the horizon was, where that is a whole number of intervals."""

@@ -109,8 +109,7 @@ def preprocessed(
         waiting: dict[str, dict[str, Scan]] = {name: {} for name in preprocessors}
         kept = []
         for scan in moment:
-            name = goes_to.get(scan.sensor)
-            if name is None:
+            if (name := goes_to.get(scan.sensor)) is None:
                 yield scan
                 continue
             if scan.sensor in own and scan.sensor not in preprocessors:
@@ -119,9 +118,7 @@ def preprocessed(
                 yield _made(name, preprocessors[name], time, waiting.pop(name))
                 waiting[name] = {}
             waiting[name][scan.sensor] = scan
-        for name, parts in waiting.items():
-            if parts:
-                yield _made(name, preprocessors[name], time, parts)
+        yield from (_made(name, preprocessors[name], time, parts) for name, parts in waiting.items() if parts)
         yield from kept
 
 

@@ -7,7 +7,7 @@ from functools import lru_cache
 from typing import ClassVar, final
 
 import numpy as np
-from attrs import evolve, frozen
+from attrs import evolve, field, frozen
 
 from vedette import fields
 from vedette.streams import Decoded, Format, Message
@@ -23,10 +23,13 @@ SI = ("m", "rad", "s", "m/s", "deg")
 
 @frozen
 class _Memory:
-    """The rest of a line, and whether a line has come that is no comment: the first one may be a header."""
+    """The rest of a line, and whether a line has come that is no comment: the first one may be a header.
+
+    Lines of numbers are read alike before and after, so the latter is no part of what they need.
+    """
 
     rest: Rest = Rest()
-    begun: bool = False
+    begun: bool = field(default=False, eq=False)
 
 
 @final

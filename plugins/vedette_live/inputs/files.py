@@ -8,7 +8,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from threading import Event
-from typing import ClassVar, final
+from typing import Any, BinaryIO, ClassVar, final
 
 from attrs import frozen
 
@@ -17,9 +17,12 @@ from vedette.errors import InputError
 from vedette.streams import Arrival, Input, now
 from vedette_files.input_files import check_regular, user_path
 from vedette_live.addresses import PATIENCE
+from vedette_live.log import LOG
 
 PIECE = 2**16
 """Bytes that are read at once."""
+SAME = 256
+"""Bytes before a place that must be what they were for a file to be the same: some lines, which tell of times."""
 
 
 @final
@@ -46,33 +49,53 @@ class StandardInput(Input):
 @final
 @frozen
 class FileInput(Input):
-    """A file that another program appends to. One that becomes shorter, or is replaced, is read from its beginning."""
+    """A file that another program appends to. One that becomes shorter, or is replaced, is read from its beginning.
+
+    After a restart it is read on from where it was, if it holds there what it held.
+    """
 
     kind: ClassVar[str] = "file"
 
     path: str = fields.text("of the file")
-    from_end: bool = fields.flag("leave out what it holds at the start", default=False)
+    from_end: bool = fields.flag("leave out what it holds at the first start", default=False)
     follow: bool = fields.flag("wait for what is appended; otherwise its end is the end of this input", default=True)
     every: float = fields.quantity("s", "time between looks at the file", default=0.2, above=0)
 
     def listen(self, stop: Event) -> Iterator[Arrival]:
+        return self.go_on(stop, None)
+
+    def go_on(self, stop: Event, place: Any) -> Iterator[Arrival]:
         path, opened, name, unwell = user_path(self.path), 0, "", ""
         if not self.follow or self.from_end:
             check_regular(path)
         while not stop.is_set():
             try:
                 with path.open("rb") as file:
-                    first = os.fstat(file.fileno())
-                    if self.from_end and not opened:
-                        file.seek(0, os.SEEK_END)
+                    first, before = os.fstat(file.fileno()), b""
+                    if not opened and place is not None:
+                        found = _found(file, *place)
+                        before = found or b""
+                        if found is None:
+                            why = f"what the former file got after byte {place[0]} is not read"
+                            LOG.warning("another file than before", extra={"file": str(path), "why": why})
+                            yield Arrival(b"", now(), path.name, ended=True)
+                    elif not opened and self.from_end:
+                        file.seek(max(0, first.st_size - SAME))
+                        before = file.read()
                     opened, name = opened + 1, f"{path.name} #{opened + 1}"
                     if unwell:
                         unwell = ""
                         yield Arrival(b"", now(), name)
                     while not stop.is_set():
                         data = file.read(PIECE)
+                        if whole := data.rfind(b"\n") + 1:  # so that there is a place without a part of a line before it
+                            file.seek(whole - len(data), os.SEEK_CUR)
+                            data = data[:whole]
                         if data:
-                            yield Arrival(data, now(), name)
+                            if not before:
+                                yield Arrival(b"", now(), name, place=_place(file.tell() - len(data), data))
+                            before = (before + data)[-SAME:]
+                            yield Arrival(data, now(), name, place=_place(file.tell(), before))
                             continue
                         if not self.follow:
                             yield Arrival(b"", now(), name, ended=True)
@@ -90,6 +113,19 @@ class FileInput(Input):
                     unwell = told
                     yield Arrival(b"", now(), path.name, unwell=unwell)
                 stop.wait(self.every)
+
+
+def _place(at: int, held: bytes) -> tuple[int, str]:
+    """Return a place of a file, and what it holds before, or at its beginning after it."""
+    return at, held[:SAME].hex()
+
+
+def _found(file: BinaryIO, at: int, held: str) -> bytes | None:
+    """Go to a place of a file, and return what it holds before; to its beginning, and None, if that is not what it held."""
+    begin, wanted = file.seek(max(0, at - SAME)), bytes.fromhex(held)
+    same = file.read(len(wanted)) == wanted
+    file.seek(at if same else 0)
+    return wanted[: at - begin] if same else None
 
 
 def _replaced(path: Path, first: os.stat_result, at: int) -> bool:
