@@ -16,6 +16,7 @@ from vedette import Detections, Scan, Tracker
 from vedette_live.grouping import Formed
 from vedette_live.window import Window
 from vedette_standard.sensors.cartesian_position import CartesianPosition
+from vedette_standard.sensors.partial import Partial
 
 TRACKER: Tracker = vedette.build(
     {
@@ -172,6 +173,17 @@ def test_a_preprocessor_gets_all_scans_of_a_time_however_late_one_of_them_came()
     assert refused == []
     assert [[each.scan.sensor for each in taken.formed] for taken in one.kept] == [["one", "two"]] * 4
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
+
+
+def test_what_is_left_out_before_a_preprocessor_is_told() -> None:
+    """Of a scan of which some returns were taken nobody heard that others were not."""
+    fused = {"north": Both({"one": Partial(CartesianPosition(5.0), {"y": 900.0}), "two": CartesianPosition(9.0)})}
+    one = Window(TRACKER, TRACKER.start(seed=3), 9.0, 1000, fused)
+    seen = Detections(
+        np.array([[1.0, 2.0], [5.0, 0.0]]), np.ones(2, dtype=bool), missing=np.array([[0, 0], [0, 1]], dtype=bool)
+    )
+    assert one.take(came([Scan(0.0, "one", seen)])) == []
+    assert [[problem.place for problem in problems] for _, problems in one.flawed] == [["raw scan 0, return 1"]]
 
 
 def far(time: float, sensor: str = "north") -> Scan:
