@@ -28,7 +28,7 @@ UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 """In which times may be told by mistake, and how many there are in a second."""
 NEAR = 0.1
 """Share by which a time since 1970 in another unit may differ from ours: six years."""
-FAST = 10
+FAST = 5
 """Messages in a row, each alone, whose times are so far apart as they came in ms, of which the health tells: by hand."""
 ALONE = 0.01
 """s after the one before from which a message came alone: what was stored comes faster, at any ratio to its times."""
@@ -80,8 +80,9 @@ class Clock:
 
     One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
     sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt,
-    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are. `heard`: when
-    the last one came; `fast`: how many in a row are as if in ms; `unit`: why the last one is surely not in s, or "".
+    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are. `heard`: the
+    time of the last one, and when it came; `fast`: how many in a row are as if in ms; `unit`: why the last one is surely not
+    in s, or "".
     """
 
     by: str
@@ -92,7 +93,7 @@ class Clock:
     since: float | None = None
     latest: float | None = None
     behind: tuple[float, float, int] | None = None
-    heard: float | None = None
+    heard: tuple[float, float] | None = None
     fast: int = 0
     unit: str = ""
 
@@ -143,10 +144,10 @@ class Clock:
         self.unit = f"time: {stated:.0f} is now in {alike[0]} since 1970: it must be in s" if alike and arrived > 1e9 else ""
         if self.unit:
             raise ValueError(self.unit)
-        if self.last is not None and self.heard is not None and (passed := arrived - self.heard) >= ALONE:
-            alone = 1 / ALIKE < (stated - self.last) / passed / UNITS["ms"] < ALIKE
+        if self.heard is not None and (passed := arrived - self.heard[1]) >= ALONE:
+            alone = 1 / ALIKE < (stated - self.heard[0]) / passed / UNITS["ms"] < ALIKE
             self.fast = self.fast + 1 if alone else 0
-        self.heard = arrived
+        self.heard = stated, arrived
 
     def _was_set_back(self, stated: float, arrived: float) -> bool:
         """Return whether messages stay late by more than a leap, and come as far apart as their times are.
