@@ -54,7 +54,7 @@ def pure(sensor: Sensor, drawn: Looks) -> None:
 
 
 def batches_as_it_loops(sensor: Sensor, drawn: Looks) -> None:
-    """A batch of states gives what each state gives alone, whatever the number of batch axes, and of states."""
+    """A batch of states gives what each state gives alone, whatever the number of batch axes or of states."""
     block = frozen_copy(np.stack([np.tile(drawn.x, (40, 1)), np.tile(drawn.x[::-1], (40, 1))], axis=1))
     for name, (method, shape) in _methods(sensor).items():
         alone = np.stack(40 * [full(method(x), x, shape) for x in drawn.x])
