@@ -127,6 +127,9 @@ BY_DAY: dict[str, tuple[str, ...]] = {
         "tools/smoothing/test_smooth_command.py::test_an_object_across_files_is_smoothed_whole_and_parts_change_nothing",
         "study/test_cluster.py::test_a_worker_that_dies_changes_nothing",
     ),
+    "live/test_store.py::test_a_service_that_is_killed_takes_each_line_of_a_file_once": (
+        "live/test_store.py::test_a_file_is_read_on_after_a_restart",
+    ),
     "live/test_store.py::test_a_service_that_is_killed_goes_on_with_a_sender_that_repeats": (
         "live/test_store.py::test_a_service_that_is_restarted_goes_on_to_the_last_bit",
     ),
