@@ -12,7 +12,7 @@ import numpy as np
 from attrs import evolve, frozen
 
 from vedette.errors import InputError
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import TablePath
@@ -23,6 +23,7 @@ from vedette_tools.drafting.several import FLAT, GEODETIC
 from vedette_tools.drafting.table import AID
 from vedette_tools.drafting.titles import NAMES, UNITS, meaning
 from vedette_tools.drafting.wishes import Wishes
+from vedette_tools.smoothing.digits import roundings
 from vedette_tools.smoothing.folders import folders
 
 PACES = {"speed": ("groundspeed", "ground_speed", "gs"), "course": ("track", "true_track", "track_angle")}
@@ -33,9 +34,6 @@ UNKNOWN_SPEED, UNKNOWN_COURSE = 102.2 * 1852 / 3600, 360.0
 
 SPEED_UNITS = ("m/s", "kn", "km/h")
 """What a speed may be in that states no unit."""
-
-LOOKED_AT, MOST_DIGITS = 2000, 9
-"""So many rows tell how many digits positions have after the point; more than so many digits are taken to be whole."""
 
 NAMELESS = ("", "nan", "none", "null", "<na>")
 """What stands in a cell that names no object, in small letters."""
@@ -185,16 +183,11 @@ class Columns:
             measured |= np.isfinite(self.numbers(Column(title), frame))
         return measured & ~self.positions(frame)[1] if self.elsewhere else measured
 
-    def rounding(self, frame: Any) -> float:
-        """Return the deviation along an axis, in m, of what the digits of positions leave out; 0 if they are not cut."""
-        steps, constant = list[float](), list[float]()
-        for column in self.place:
-            values = self.numbers(column, frame)[:LOOKED_AT] / column.factor
-            scaled = values[np.isfinite(values)] * 10.0 ** np.arange(MOST_DIGITS + 1)[:, None]
-            cut = np.all(np.abs(scaled - np.rint(scaled)) <= 8 * np.finfo(float).eps * np.abs(scaled), axis=-1)
-            of_column = steps if len({*scaled[0]}) > 1 else constant  # whose digits say little: 10 may be a meridian
-            of_column.append(column.factor * 10.0 ** -np.argmax(cut) if cut.any() and scaled.size else 0.0)
-        return float(max(steps or constant) * (METRES_PER_DEGREE if self.geodetic else 1.0) / np.sqrt(12.0))
+    def roundings(self, places: Array, codes: Indices) -> tuple[Array, float]:
+        """Return what digits leave out of positions (n, 2), as `positions` returns them, by `digits.roundings`."""
+        factors = np.array([column.factor for column in self.place][:: -1 if self.north_first else 1])
+        sizes = factors * (METRES_PER_DEGREE if self.geodetic else 1.0)
+        return roundings(places / factors, codes, sizes, degrees=self.geodetic)
 
     def velocities(self, frame: Any) -> Array:
         """Return velocities (n, 2) to east and north in m/s; NaN where none is reported."""

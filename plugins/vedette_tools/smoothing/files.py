@@ -38,7 +38,7 @@ OBJECTS, SAMPLED_PARTS = 100, 8
 @frozen
 class Job:
     """What is smoothed and how, for a worker: the folder of the parts, and that of Parquet files if each part becomes one,
-    the table's columns, the model, the deviation in m of what digits leave out, and what is asked.
+    the table's columns, the model, the deviation in m of what digits leave out at least, and what is asked.
     """
 
     folder: Path
@@ -96,10 +96,11 @@ def smooth_files(
         try:
             if not rows:
                 raise InputError(f"{paths[0]}: has a header and no rows")
-            columns, model, reports, rounding, back = _learned(columns, gap, parts)
+            columns, model, reports, back = _learned(columns, gap, parts)
         except InputError as error:
             raise InputError(first_fault(paths, columns) or str(error)) from None
-        check_apart(reports.paths, reports.objects, columns.name, rounding, str(paths[0]), "--by COLUMN")
+        rounding = reports.rounding
+        check_apart(reports.paths, reports.objects, columns.name, reports.roundings(rounding), str(paths[0]), "--by COLUMN")
         apart = None if out.suffix else folder / out.name
         job = Job(folder, apart, columns, model, rounding, every, gap)
         told, after = Told(rows + lost, lost), _done(executor, job, parts)
@@ -211,10 +212,8 @@ def _split(pa: Any, batch: Any, name: str, count: int) -> Iterator[tuple[int, An
         yield int(part[order[first]]), ordered.slice(first, last - first)
 
 
-def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tuple[Columns, Model, Reports, float, str]:
-    """Return the columns, the model that the objects in the first parts show, their reports, the rounding of these, and
-    where a clock was set back.
-    """
+def _learned(columns: Columns, gap: float | None, parts: Sequence[Path]) -> tuple[Columns, Model, Reports, str]:
+    """Return the columns, the model that the objects in the first parts show, these, and where a clock was set back."""
     frames, objects = [], 0
     for part in parts[:SAMPLED_PARTS]:
         frames.append(_frame(_table(part), columns))

@@ -52,25 +52,25 @@ class Model:
     """Whether any object has the three reports that tell errors from motion."""
 
 
-def fitted(paths: Paths, objects: Indices, speed: Array, rounding: float = 0.0) -> Model:
+def fitted(paths: Paths, objects: Indices, speed: Array, roundings: Array) -> Model:
     """Return the model of greatest likelihood, over stated grids, of sample paths; objects (p,): whose each piece is.
 
-    No deviation of positions is below `rounding`, in m: objects at rest repeat their digits, which looks like no error.
+    No deviation of positions is below the one of `roundings` (o,), in m, that is their object's.
     """
     still = evolve(paths, velocities=np.full_like(paths.velocities, np.nan))
-    coarse = np.unique(np.maximum(SIGMAS, rounding))
-    model = _shared(still, objects, speed, _of_noises(Model(), coarse, np.ones(len(coarse))))
-    finer = np.unique(np.maximum(np.outer(model.sigmas, FINER).round(9), rounding))
-    model = _shared(still, objects, speed, _of_noises(model, finer, np.ones(len(finer))))
+    coarse = np.unique(np.maximum.outer(SIGMAS, np.unique(roundings)))
+    model = _shared(still, objects, speed, roundings, _of_noises(Model(), coarse, np.ones(len(coarse))))
+    finer = np.unique(np.maximum.outer(np.outer(model.sigmas, FINER).round(9), np.unique(roundings)))
+    model = _shared(still, objects, speed, roundings, _of_noises(model, finer, np.ones(len(finer))))
     if np.isfinite(paths.velocities).any():
         best = np.unique(np.searchsorted(np.cumsum(model.common), SPREAD))
         pairs = [(sigma, pace) for sigma in model.sigmas[best] for pace in PACES]
         sigmas, paces = np.array(pairs).T
         wider = _of_noises(model, sigmas, paces)
         all_accels = evolve(wider, accels=ACCELS, share=np.full(len(ACCELS), 1 / len(ACCELS)))
-        model = _shared(paths, objects, speed, all_accels)
-    tried = [(_likely(paths, objects, speed, each), each) for each in (evolve(model, switch=s) for s in SWITCHES)]
-    return _shared(paths, objects, speed, max(tried, key=lambda pair: pair[0])[1])
+        model = _shared(paths, objects, speed, roundings, all_accels)
+    tried = [(_likely(paths, objects, speed, roundings, each), each) for each in (evolve(model, switch=s) for s in SWITCHES)]
+    return _shared(paths, objects, speed, roundings, max(tried, key=lambda pair: pair[0])[1])
 
 
 def _of_noises(model: Model, sigmas: Array, paces: Array) -> Model:
@@ -78,29 +78,39 @@ def _of_noises(model: Model, sigmas: Array, paces: Array) -> Model:
     return evolve(model, sigmas=sigmas, sigmas_velocity=paces, common=np.full(len(sigmas), 1 / len(sigmas)))
 
 
-def _of_objects(paths: Paths, objects: Indices, speed: Array, model: Model) -> tuple[Array, Array, Indices]:
+def of_objects(loglik: Array, paths: Paths, objects: Indices, roundings: Array, sigmas: Array) -> Array:
+    """Return the log-likelihoods (o, s) of objects under noises, of those (n, s) of rows; -inf of noises smaller than their
+    digits leave, if any is larger.
+    """
+    of_all = np.zeros((int(objects.max(initial=0)) + 1, len(sigmas)))
+    np.add.at(of_all, np.repeat(objects, paths.lengths), loglik)
+    small = (sigmas < (1 - 1e-9) * roundings[: len(of_all), None]) & (sigmas < sigmas.max())
+    return np.where(small, -np.inf, of_all)
+
+
+def _of_objects(
+    paths: Paths, objects: Indices, speed: Array, roundings: Array, model: Model
+) -> tuple[Array, Array, Indices]:
     """Return log-likelihoods (o, s) of objects; the mode probabilities (n, m) under the best noise of each row's object."""
     banked = bank(paths, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed)
-    whose = np.repeat(objects, paths.lengths)
-    loglik = np.zeros((int(objects.max()) + 1, len(model.sigmas)))
-    np.add.at(loglik, whose, banked.loglik)
-    best = np.argmax(loglik + np.log(model.common), axis=-1)[whose]
+    loglik = of_objects(banked.loglik, paths, objects, roundings, model.sigmas)
+    best = np.argmax(loglik + np.log(model.common), axis=-1)[np.repeat(objects, paths.lengths)]
     rows = np.arange(len(paths))
     prob = smoothed_modes(paths, banked.prob[rows, best], banked.prior[rows, best], model.share, model.switch)
     return loglik, prob, best
 
 
-def _likely(paths: Paths, objects: Indices, speed: Array, model: Model) -> float:
-    loglik, _, _ = _of_objects(paths, objects, speed, model)
+def _likely(paths: Paths, objects: Indices, speed: Array, roundings: Array, model: Model) -> float:
+    loglik, _, _ = _of_objects(paths, objects, speed, roundings, model)
     joint = loglik + np.log(model.common)
     top = joint.max(axis=-1, keepdims=True)
     return float(np.sum(np.log(np.exp(joint - top).sum(axis=-1)) + top[:, 0]))
 
 
-def _shared(paths: Paths, objects: Indices, speed: Array, model: Model) -> Model:
+def _shared(paths: Paths, objects: Indices, speed: Array, roundings: Array, model: Model) -> Model:
     """Return the model with the shares of its noises and modes that the sample has, without those that are rare."""
     for _ in range(2):
-        loglik, prob, _ = _of_objects(paths, objects, speed, model)
+        loglik, prob, _ = _of_objects(paths, objects, speed, roundings, model)
         common = model.common
         likely = np.exp(loglik - loglik.max(axis=-1, keepdims=True))
         for _ in range(ROUNDS):

@@ -39,15 +39,16 @@ places, 1 without errors; it is 2 of Gaussian ones, 1.4 of digits. Of so many ro
 """
 
 
-def check_apart(paths: Paths, objects: Indices, name: str, rounding: float, data: str, by: str) -> None:
+def check_apart(paths: Paths, objects: Indices, name: str, roundings: Array, data: str, by: str) -> None:
     """Raise InputError if rows of one object, or of most objects that the column `name` tells apart, are of several.
 
-    objects (p,): whose each piece is, in order; rounding: the deviation of positions in m by their digits; data: what was
+    objects (p,): whose each piece is, in order; roundings (o,): the deviation of positions in m by their digits; data: what
+    was
     read; by: how a column that names objects is stated.
     """
     told, ends, counts = _told(paths, objects)
     many = np.flatnonzero(counts >= LEAST)[:OBJECTS]
-    parts = _jumping(paths, told, ends[many] - counts[many], counts[many], ROWS // max(len(many), 1), rounding)
+    parts = _jumping(paths, told, ends[many] - counts[many], counts[many], ROWS // max(len(many), 1), roundings[many])
     if len(parts) and float(np.median(parts)) > PART:
         of = f"one {name}" if name else "what is taken for one object"
         far = f"{float(np.median(parts)):.0%} of the rows of {of} lie far from the row before, and near an earlier one"
@@ -55,19 +56,19 @@ def check_apart(paths: Paths, objects: Indices, name: str, rounding: float, data
         raise InputError(f"{data}: {far}: these are several objects; {cure}")
 
 
-def mixed(paths: Paths, objects: Indices, smooth: Smooth, rounding: float) -> Indices:
+def mixed(paths: Paths, objects: Indices, smooth: Smooth, roundings: Array) -> Indices:
     """Return the objects whose rows seem to be of several: they jump, lie in two places beside the path, or on two paths."""
     told, ends, counts = _told(paths, objects)
     many = np.flatnonzero((counts >= LEAST) & (len(counts) > 1))  # of one `check_apart` has looked at more rows
     first = ends[many] - counts[many]
-    parts = _jumping(paths, told, first, counts[many], FEW, rounding)
+    parts = _jumping(paths, told, first, counts[many], FEW, roundings[many])
     doubted = np.flatnonzero(parts > PART / 2)
-    parts[doubted] = _jumping(paths, told, first[doubted], counts[many][doubted], ROWS, rounding)
+    parts[doubted] = _jumping(paths, told, first[doubted], counts[many][doubted], ROWS, roundings[many][doubted])
     whose = np.repeat(np.arange(len(counts)), counts)
     squared = np.nan_to_num(((paths.spots - smooth.estimates.spots)[told] ** 2).sum(axis=-1))
     second, fourth = (np.bincount(whose, squared**power, len(counts)) / np.maximum(counts, 1) for power in (1, 2))
-    two = (fourth < TWO * second**2) & (second > 8.0 * rounding**2) & (counts >= ENOUGH)
-    return np.union1d(np.union1d(many[parts > PART], np.flatnonzero(two)), two_chains(paths, smooth, rounding))
+    two = (fourth < TWO * second**2) & (second > 8.0 * roundings[: len(counts)] ** 2) & (counts >= ENOUGH)
+    return np.union1d(np.union1d(many[parts > PART], np.flatnonzero(two)), two_chains(paths, smooth, roundings))
 
 
 def _told(paths: Paths, objects: Indices) -> tuple[Indices, Indices, Indices]:
@@ -77,7 +78,7 @@ def _told(paths: Paths, objects: Indices) -> tuple[Indices, Indices, Indices]:
     return told, np.cumsum(counts), counts
 
 
-def _jumping(paths: Paths, told: Indices, first: Indices, counts: Indices, most: int, rounding: float) -> Array:
+def _jumping(paths: Paths, told: Indices, first: Indices, counts: Indices, most: int, roundings: Array) -> Array:
     """Return of objects (o,), whose rows begin at `first` among those told, by `most` of them, which part lies far from the
     row before and off the line to the next, and near an earlier one.
     """
@@ -91,7 +92,7 @@ def _jumping(paths: Paths, told: Indices, first: Indices, counts: Indices, most:
         apart = sum((axis[told[looked]][..., None] - axis[earlier]) ** 2 for axis in paths.spots.T)
         nearest = np.minimum.accumulate(np.where(before < begin[..., None], np.inf, apart), axis=-1)
         nearest = nearest[..., np.minimum(EARLIER, reach) - 1]
-        step = apart[..., :1]
+        step, least = apart[..., :1], 4 * roundings[low : low + CHUNK, None, None] ** 2
         aside = off_line(paths, told[looked - 1], told[looked], told[looked + 1])[..., None] > ASIDE * np.sqrt(step)
-        found.append(np.mean(aside & (step > NEARER * EARLIER * (nearest + 4 * rounding**2)), axis=1).max(axis=-1))
+        found.append(np.mean(aside & (step > NEARER * EARLIER * (nearest + least)), axis=1).max(axis=-1))
     return np.concatenate(found)

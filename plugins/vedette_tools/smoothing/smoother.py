@@ -9,7 +9,7 @@ from vedette.space import Array, Indices, Mask
 from vedette_tools.smoothing import linear
 from vedette_tools.smoothing.cleaning import gross
 from vedette_tools.smoothing.modes import AGAIN, GATE, bank, log_density, smoothed_modes
-from vedette_tools.smoothing.noises import Model, fitted
+from vedette_tools.smoothing.noises import Model, fitted, of_objects
 from vedette_tools.smoothing.paths import Paths, windows
 
 WINDOW, OVERLAP = 400, 50
@@ -43,10 +43,10 @@ class Smooth:
     objects: Indices
 
 
-def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
+def sampled(paths: Paths, objects: Indices, roundings: Array) -> Model:
     """Return the model of the first objects of some paths; objects (p,): whose each piece is, in order.
 
-    rounding: the deviation of positions in m below which none is taken to be, since their digits are cut.
+    roundings (o,): the deviation of positions in m below which none of an object is taken to be, since digits are cut.
 
     Likelihood chooses noises and modes; as it takes errors to be white, which those of satellites' positions and of reported
     velocities are not, the agility and the trust in velocities are those by which reports held back are likeliest.
@@ -65,7 +65,7 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
                 left -= len(rows)
     few = paths.only(np.concatenate(taken), np.cumsum(lengths))
     clean = few.without(gross(few))
-    model, owner = fitted(clean, np.array(whose), speeds(clean), rounding), np.array(whose)
+    model, owner = fitted(clean, np.array(whose), speeds(clean), roundings[: whose[-1] + 1]), np.array(whose)
     paced = bool(np.isfinite(clean.velocities).any())
     trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
     folds = int(np.clip(np.ceil(ENOUGH / (HELD_BACK * len(clean))), 1, MOST_FOLDS))
@@ -73,8 +73,8 @@ def sampled(paths: Paths, objects: Indices, rounding: float = 0.0) -> Model:
     back = (tenth == np.arange(folds)[:, None]).ravel()
     partly = evolve(_copies(clean, folds), told=~back)
     owners = np.concatenate([owner + i * (owner[-1] + 1) for i in range(folds)])
-    cleaned = _Cleaned.of(partly)
-    likely = [_held_back(partly, back, _told(partly, owners, trust, cleaned)) for trust in trusts]
+    cleaned, again = _Cleaned.of(partly), np.tile(roundings[: owner[-1] + 1], folds)
+    likely = [_held_back(partly, back, _told(partly, owners, trust, cleaned, again)) for trust in trusts]
     trust, swell = np.unravel_index(int(np.argmax(likely)), (len(trusts), len(SWELLS)))
     return evolve(trusts[trust], swell=SWELLS[swell], told=bool(clean.lengths.max(initial=0) >= TELL))
 
@@ -146,9 +146,12 @@ class Told:
     jumps: Mask
 
 
-def smoothed(paths: Paths, objects: Indices, model: Model) -> Smooth:
-    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order. Jumps begin further pieces."""
-    told = _told(paths, objects, model, _Cleaned.of(paths))
+def smoothed(paths: Paths, objects: Indices, model: Model, roundings: Array) -> Smooth:
+    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order; roundings (o,): as in `sampled`.
+
+    Jumps begin further pieces.
+    """
+    told = _told(paths, objects, model, _Cleaned.of(paths), roundings)
     if told.jumps.any():
         starts = np.union1d(paths.starts, np.flatnonzero(told.jumps))
         objects = objects[np.searchsorted(paths.starts, starts[:-1], side="right") - 1]
@@ -174,10 +177,10 @@ def _used(paths: Paths, wrong: Mask) -> Mask:
     return paths.told & ~(wrong & (bad <= MOST_GROSS * all_told)[piece])
 
 
-def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned) -> Told:
+def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned, roundings: Array) -> Told:
     rows, wrong = cleaned.rows, cleaned.wrong.copy()
     kept = np.flatnonzero(~wrong)
-    accel, noise, off = _agility(cleaned.clean, cleaned.speed, objects, model)
+    accel, noise, off = _agility(cleaned.clean, cleaned.speed, objects, model, roundings)
     short, begun = _runs(off)
     wrong[kept] |= short
     bad, jumps = np.zeros((2, len(paths)), dtype=bool)
@@ -188,9 +191,8 @@ def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned) -> To
     whose = paths.piece
     last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
     after = np.maximum(np.minimum(after, last), 0)
-    return Told(
-        accel[after], model.sigmas[noise][after], model.sigmas_velocity[noise][after], cleaned.speed[after], bad, jumps
-    )
+    sigma = np.maximum(model.sigmas[noise][after], roundings[np.repeat(objects, paths.lengths)])
+    return Told(accel[after], sigma, model.sigmas_velocity[noise][after], cleaned.speed[after], bad, jumps)
 
 
 def _over_windows(paths: Paths, told: Told, model: Model) -> linear.Estimates:
@@ -218,15 +220,13 @@ def _outlying(paths: Paths, estimates: linear.Estimates, sigma: Array) -> Mask:
     return np.asarray(paths.told & (left > 1e-6 * sigma**2) & (off > GATE * np.maximum(left, 1e-300)))
 
 
-def _agility(paths: Paths, speed: Array, objects: Indices, model: Model) -> tuple[Array, Indices, Mask]:
+def _agility(paths: Paths, speed: Array, objects: Indices, model: Model, roundings: Array) -> tuple[Array, Indices, Mask]:
     """Return for each row the density's root of its acceleration, which noise its object has, and whether it is gross."""
     n = len(paths)
     again, rows, inner = windows(paths, WINDOW, OVERLAP)
     banked = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed[rows])
-    whose = np.repeat(objects, paths.lengths)
-    loglik = np.zeros((int(objects.max(initial=0)) + 1, len(model.sigmas)))
-    np.add.at(loglik, whose[rows[inner]], banked.loglik[inner])
-    noise = np.argmax(loglik + np.log(model.common), axis=-1)[whose]
+    loglik = of_objects(_back(banked.loglik, rows, inner, n), paths, objects, roundings, model.sigmas)
+    noise = np.argmax(loglik + np.log(model.common), axis=-1)[np.repeat(objects, paths.lengths)]
     pick = np.arange(len(rows)), noise[rows]
     prob = smoothed_modes(again, banked.prob[pick], banked.prior[pick], model.share, model.switch)
     accel = np.sqrt(_back(prob @ model.accels**2, rows, inner, n))

@@ -32,13 +32,21 @@ MOST_ROWS = 50_000_000
 class Reports:
     """The rows of a frame that have a name and a time, sorted by both: their numbers, and what they report.
 
-    codes: the object of each, from 0; plane: where its positions lie, for latitudes and longitudes.
+    codes: the object of each, from 0; plane: where its positions lie, for latitudes and longitudes; own (o,): the deviation
+    in
+    m of what the digits of each object leave out, NaN where they do not tell it; rounding: what they leave out at least.
     """
 
     rows: Indices
     codes: Indices
     paths: Paths
     plane: Plane | None
+    own: Array
+    rounding: float
+
+    def roundings(self, least: float) -> Array:
+        """Return what digits leave out of each object (o,), `least` where its own do not tell it."""
+        return np.where(np.isnan(self.own), least, self.own)
 
     @property
     def objects(self) -> Indices:
@@ -56,13 +64,16 @@ class Reports:
         frame = _in_order(frame, rows)
         places, told = columns.positions(frame)
         velocities = columns.velocities(frame)
+        own = np.full(len(np.unique(codes)), np.nan)
+        of_told, rounding = columns.roundings(places[told], np.unique(codes[told], return_inverse=True)[1])
+        own[np.unique(codes[told])] = of_told
         plane = None
         if columns.geodetic and len(rows):
             plane, steady = _plane(places, told, codes)
             places, velocities = plane.to_plane(steady, codes), plane.turned(velocities, steady[:, 0], codes)
         told &= ~_repeated(codes, times, places, velocities)
         places = np.where(told[:, None], places, 0.0)
-        return cls(rows, codes, Paths(gaps(times, codes, told, gap), times, places, velocities, told), plane)
+        return cls(rows, codes, Paths(gaps(times, codes, told, gap), times, places, velocities, told), plane, own, rounding)
 
 
 def smooth_positions(
@@ -108,11 +119,11 @@ def smooth_positions(
     columns = Columns.of(table, by, titles)
     longest = seconds("gap", gap)
     try:
-        columns, model, reports, rounding = learned(named, columns, longest)
+        columns, model, reports = learned(named, columns, longest)
     except InputError as error:
         raise InputError(first_fault([table], columns) or str(error)) from None
-    check_apart(reports.paths, reports.objects, columns.name, rounding, "the data", "by=COLUMN")
-    smooth = smoothed_rows(named, columns, reports, model, rounding, seconds("every", every))
+    check_apart(reports.paths, reports.objects, columns.name, reports.roundings(reports.rounding), "the data", "by=COLUMN")
+    smooth = smoothed_rows(named, columns, reports, model, reports.rounding, seconds("every", every))
     result = _with(_in_order(named, smooth.rows), smooth.cells)
     return result.reset_index(drop=True) if every is not None else _in_order(result, np.argsort(smooth.rows, kind="stable"))
 
@@ -130,9 +141,8 @@ def _with(frame: Any, cells: Mapping[str, Any]) -> Any:
     return pd.DataFrame(every, index=frame.index, copy=False)
 
 
-def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, Model, Reports, float]:
-    """Return the columns, with a speed's unit that was not stated, the model of a frame's objects, its reports, and the
-    deviation in m of what their digits leave out.
+def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, Model, Reports]:
+    """Return the columns, with a speed's unit that was not stated, the model of a frame's objects, and its reports.
 
     InputError if it has no row with a time, a position and a name.
     """
@@ -149,8 +159,7 @@ def learned(frame: Any, columns: Columns, gap: float | None) -> tuple[Columns, M
         columns = columns.in_speed_unit(steps, columns.numbers(columns.speed, frame)[reports.rows])
         factor = (columns.speed or Column("")).factor / before
         reports = evolve(reports, paths=evolve(paths, velocities=factor * paths.velocities))
-    rounding = columns.rounding(frame)
-    return columns, sampled(reports.paths, reports.objects, rounding), reports, rounding
+    return columns, sampled(reports.paths, reports.objects, reports.roundings(reports.rounding)), reports
 
 
 def seconds(name: str, value: float | str | None) -> float | None:
@@ -182,16 +191,23 @@ class Smoothed:
 def smoothed_rows(
     frame: Any, columns: Columns, reports: Reports, model: Model, rounding: float, every: float | None
 ) -> Smoothed:
-    """Return the smoothed rows of the reports of a frame, or those every so many s; rounding: as in `sampled`."""
+    """Return the smoothed rows of the reports of a frame, or those every so many s.
+
+    rounding: what digits leave out at least, in m.
+    """
     paths, objects = reports.paths, reports.objects
     rows = np.arange(len(paths))
     wider, asked, last = (paths, rows, rows) if every is None else _resampled(paths, every)
-    smooth = smoothed(wider, objects, model)
-    several = mixed(wider, objects, smooth, rounding)
+    floors = reports.roundings(rounding)
+    smooth = smoothed(wider, objects, model, floors)
+    several = mixed(wider, objects, smooth, floors)
     rows, codes, piece = reports.rows[last], reports.codes[last], smooth.piece[asked]
     piece = piece - np.searchsorted(smooth.objects, codes)
     claimed = np.isin(codes, several, invert=True) & model.told
-    cells = written(columns, reports.plane, codes, smooth.estimates.only(asked), claimed) | {PIECE: piece}
+    estimates = smooth.estimates.only(asked)
+    # Errors of cut digits are no white ones: no number of reports tells more than these leave.
+    estimates = evolve(estimates, spot_variances=np.maximum(estimates.spot_variances, floors[codes] ** 2))
+    cells = written(columns, reports.plane, codes, estimates, claimed) | {PIECE: piece}
     if every is None:
         cells[GROSS] = smooth.gross
     else:

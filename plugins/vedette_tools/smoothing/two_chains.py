@@ -31,8 +31,8 @@ LEAST = 8
 """So many gross errors may be a path."""
 
 
-def two_chains(paths: Paths, smooth: Smooth, rounding: float) -> Indices:
-    """Return the objects whose reports are of two; rounding: the deviation of positions in m by their digits.
+def two_chains(paths: Paths, smooth: Smooth, roundings: Array) -> Indices:
+    """Return the objects whose reports are of two; roundings (o,): the deviation of positions in m by their digits.
 
     Of their longest piece, reports that are not gross are parted in two by curves, and those that are gross may be a path.
     """
@@ -41,7 +41,9 @@ def two_chains(paths: Paths, smooth: Smooth, rounding: float) -> Indices:
     far, used = used[smooth.gross[used]], used[~smooth.gross[used]]
     others = smooth.objects[smooth.piece[far]]
     found = [
-        int(others[a]) for a, k in zip(*_runs(others), strict=True) if _are_path(paths, smooth, far[a : a + k], rounding)
+        int(others[a])
+        for a, k in zip(*_runs(others), strict=True)
+        if _are_path(paths, smooth, far[a : a + k], roundings[others[a : a + 1]])
     ]
     whose = smooth.objects[smooth.piece[used]]
     first, count = _runs(whose)
@@ -55,8 +57,9 @@ def two_chains(paths: Paths, smooth: Smooth, rounding: float) -> Indices:
     for one in doubted.tolist():
         own = of == one
         labels = _parted(X[own], paths.spots[rows[own]], side[own] > 0)
-        if _are_two(paths, rows[own].ravel(), labels, rounding):
-            found.append(int(whose[np.searchsorted(used, rows[own][0, 0])]))
+        owner = int(whose[np.searchsorted(used, rows[own][0, 0])])
+        if _are_two(paths, rows[own].ravel(), labels, roundings[[owner]]):
+            found.append(owner)
     return np.unique(np.array(found, dtype=int))
 
 
@@ -111,7 +114,7 @@ def _parted(X: Array, spots: Array, second: Mask) -> Mask:
     return second.ravel()
 
 
-def _are_two(paths: Paths, rows: Indices, second: Mask, rounding: float) -> bool:
+def _are_two(paths: Paths, rows: Indices, second: Mask, rounding: Array) -> bool:
     """Return whether rows are much likelier on two paths than on one: at its best noise each, by a bank of modes."""
     n, k = len(rows), int(second.sum())
     if min(k, n - k) < 3:
@@ -125,7 +128,7 @@ def _are_two(paths: Paths, rows: Indices, second: Mask, rounding: float) -> bool
     return bool(ratio > SURE + A_ROW * n)
 
 
-def _are_path(paths: Paths, smooth: Smooth, rows: Indices, rounding: float) -> bool:
+def _are_path(paths: Paths, smooth: Smooth, rows: Indices, rounding: Array) -> bool:
     """Return whether gross errors are much likelier on a path than each by itself, around the path of the others."""
     rows = rows[: WINDOW * MOST]
     n = len(rows)
@@ -143,7 +146,7 @@ def _alone(paths: Paths, rows: Indices) -> Paths:
     return evolve(one, velocities=np.full_like(one.velocities, np.nan))
 
 
-def _loglik(paths: Paths, speed: Array, rounding: float) -> float:
+def _loglik(paths: Paths, speed: Array, rounding: Array) -> float:
     model = Model()
     sigmas = np.unique(np.maximum(model.sigmas, rounding))
     banked = bank(paths, model.accels, model.share, model.switch, sigmas, np.ones(len(sigmas)), speed)

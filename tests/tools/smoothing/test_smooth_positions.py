@@ -167,6 +167,21 @@ def test_recorded_reports_held_back_lie_nearer_than_to_lines_between_the_others(
     assert np.percentile(mine, 90) < 0.95 * np.percentile(line, 90)
 
 
+def test_no_deviation_is_below_what_the_digits_of_its_own_object_leave():
+    """Minutes of four and of two digits, written as degrees: likelihood took these for exact to .4 mm."""
+    rng, rows, steps = np.random.default_rng(8), [], {"moored": 1e-4, "fine": 1e-4, "coarse": 1e-2}
+    for name, step in steps.items():
+        speed = 0.0 if name == "moored" else 5.0
+        lat = 50 + (speed * 10.0 * np.arange(120) + rng.normal(0, 0.5, 120) * (speed > 0)) / METRES
+        minutes = np.floor(np.stack([60 * lat, 60 * (lat - 51)]) / step) * step
+        lat, lon = np.round(minutes / 60, 14)
+        rows.append(pd.DataFrame({"time": 10.0 * np.arange(120), "mmsi": name, "lat": lat, "lon": lon}))
+    deviation = vedette.smooth_positions(pd.concat(rows, ignore_index=True)).groupby("mmsi").position_deviation_m
+    for name, step in steps.items():
+        assert deviation.min()[name] > 0.95 * step / 60 * METRES / np.sqrt(12)
+    assert deviation.max()["fine"] < 2.0
+
+
 def test_digits_that_are_cut_bound_what_is_claimed():
     """Buses at their stops repeat the digits of their positions: likelihood alone took these for errors of .4 mm."""
     rng, rows = np.random.default_rng(5), []
