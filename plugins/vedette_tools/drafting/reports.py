@@ -24,6 +24,9 @@ SPEEDS, COURSES = (0.1, 1.0, 10.0, 100.0, 1000.0), (3.0, 30.0, 1000.0)
 GROSS, PASSES = 30.0, 3
 """A return so many times as far off as is usual is gross; those beside one show once it is out. Chosen by hand."""
 
+USUAL, LONG = 20.0, 5.0
+"""A pause is longer than so many usual waits of an object, and so many times longer than one wait in twenty is."""
+
 FAR = 25.0
 """Beyond such a squared distance a return is another target's."""
 
@@ -68,14 +71,22 @@ def without_gross(chain: Chain) -> Chain:
 
 
 def longest_waits(named: Sequence[Indices], at: Array | Indices) -> Array:
-    """Return for each name that comes often how long it waited at the longest; named: of each scan, codes (k,), at (s,)."""
+    """Return for each name that comes often how long it waited at the longest, but for pauses after which it is another's.
+
+    named: of each scan, codes (k,), at (s,).
+    """
     when = np.repeat(at, [len(codes) for codes in named])
     codes = np.concatenate(named)
     order = np.argsort(codes, kind="stable")
     of_names = np.split(when[order], np.flatnonzero(np.diff(codes[order])) + 1)
     firsts = np.cumsum([0, *map(len, of_names[:-1])])
     often = [each for each, i in zip(of_names, firsts, strict=True) if len(each) >= LEAST and codes[order[i]] >= 0]
-    return np.array([np.max(np.diff(each)) for each in often], dtype=float)
+    return np.array([_longest(np.diff(each)) for each in often], dtype=float)
+
+
+def _longest(waits: Array | Indices) -> float:
+    """Return the longest of an object's waits; a name that comes back after far longer is given again, as a storm's is."""
+    return float(np.max(waits[waits <= max(USUAL * np.median(waits), LONG * np.quantile(waits, 0.95))]))
 
 
 def steady(rows: Indices, times: Array, spots: Array) -> Indices:

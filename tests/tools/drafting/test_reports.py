@@ -93,6 +93,12 @@ def test_the_longest_wait_of_each_name_that_comes_often():
     assert longest_waits([np.array(codes) for codes in named], 10 * np.arange(20)).tolist() == [40.0, 60.0]
 
 
+def test_a_name_that_comes_back_after_years_is_given_again_and_did_not_wait():
+    """As names of storms are, after six or twelve years: tracks were kept for as long."""
+    times = np.concatenate([6 * np.arange(20), 105_000 + 6 * np.arange(20)])
+    assert longest_waits([np.array([0])] * 40, times).tolist() == [6.0]
+
+
 @pytest.mark.costly
 def test_what_reports_are_not_wrong_by_is_motion(tmp_path):
     """Aircraft whose places are up to a second old: as a sensor's returns they are wrong by more than 5 m."""
