@@ -17,6 +17,7 @@ from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import FrameTable, TablePath, is_columnar
 from vedette_files.tables.composed import made_of
 from vedette_files.tables.rows import BY_ROW, Dialect, listed
+from vedette_tools.drafting.apart import told_apart
 from vedette_tools.drafting.compass import from_north
 from vedette_tools.drafting.corners import box_of
 from vedette_tools.drafting.dates import pattern_of
@@ -193,6 +194,10 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
     name = named_by(columns, columns[time.title], read | {who, scan}, places) if use != IGNORE else ""
     if name and of_one(columns[name], columns[time.title], places):
         assumed.append(f"{name} names objects, though all lie on one path: if it is of one, keep a row of each time alone")
+    apart = told_apart(columns, read | {who, scan}, places) if use != IGNORE and not name and axes != POLAR else ""
+    if apart:
+        near = f"rows of one {apart} lie near each other, rows that follow one another do not"
+        assumed.append(f"{near}: if it names objects, title it {apart}_id")
     if use == TRUTH and not name:
         raise InputError(f"{path}: no column names objects among {listed(titles)}: leave out --identity truth")
     noise = own_errors(names, columns) if not others else {}
@@ -205,6 +210,7 @@ def read_table(path: TablePath, use: str = AID, wishes: Wishes = NO_WISHES) -> T
         time_unit=unit,
         scan=BY_ROW if wishes.scan == BY_ROW else scan,
         identity=name,
+        apart=apart,
         reports=("sensor",) if str(path).lower().endswith(".gpx") else reports_of(found_by, columns, who),
         use=use,
         sensor_column=who,

@@ -28,9 +28,9 @@ class Table:
     guessed: units that had to be, column to what says so; others: what sensors measure that do not measure the same as the
     first, axis to column; reports: the sensors whose returns are what objects report of themselves; stands: where sensors
     stand that are not at x = y = 0; carried_by: the column of sensors, if each row tells where its own stands, or "";
-    unknown: what to type as a unit of a length or a speed is not known, or ""; roundings: what errors digits leave, by axis,
-    in SI units; origin: if the middle of the positions is none; links: how near, in m, an object's returns are, by the
-    sensors to which it gives several.
+    apart: the column that seems to tell objects apart, where none is titled so; unknown: what to type as a unit of a length
+    or a speed is not known, or ""; roundings: what errors digits leave, by axis, in SI units; origin: if the middle of the
+    positions is none; links: how near, in m, an object's returns are, by the sensors to which it gives several.
     """
 
     path: str
@@ -62,6 +62,7 @@ class Table:
     roundings: Mapping[str, float] = field(factory=dict)
     carried_by: str = ""
     over_ground: bool = False
+    apart: str = ""
     origin: Origin | None = None
     links: Mapping[str, float] = field(factory=dict)
 

@@ -80,7 +80,11 @@ def _source(table: Table, notes: Mapping[str, str]) -> Iterator[str]:
         yield "sort = true"
     if "origin" in notes:
         latitude, longitude, _ = notes["origin"].split(",")
-        why = "the middle of the positions" if table.origin is None else "one plane reaches most rows from here"
+        why = (
+            "the middle of the positions"
+            if table.origin is None
+            else "a plane reaches more rows from here than from elsewhere"
+        )
         yield f"origin = {{ latitude = {latitude.strip()}, longitude = {longitude.strip()} }}  # {why}"
     for text in table.said:
         yield f"# assumed: {toml_text.comment(text)}"

@@ -47,7 +47,7 @@ def readable(table: Table) -> tuple[Table, Recording]:
         table = evolve(table, identity=name, left_out=left_out, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
     elif late:
-        told = f"rows go back in time and are sorted, no clock was set back: {late}"
+        told = f"rows are sorted by time, for some go back: {late}; no clock was set back"
         table = evolve(table, sort=True, assumed=(*table.assumed, told))
         recording = opened(table)
     if table.third:

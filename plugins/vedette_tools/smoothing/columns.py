@@ -97,6 +97,10 @@ class Columns:
         taken = {*measured.values(), *elsewhere, table.time.title}
         found = table.identity or _sure_name(titles) or next(iter(folders(path)), "")
         found = found or repeated_name(path, titles, table.time.title, taken, table.dialect)
+        if table.apart and not found and by is None:
+            near = f"rows of one {table.apart} lie near each other, rows that follow one another do not"
+            cure = f"--by {table.apart} (by={table.apart!r}) smooths each by itself; if all are one's, leave the column out"
+            raise InputError(f"{path}: {near}: these are several objects; {cure}")
         name = found if by is None else _title(path, by, titles)
         first, second = (axis for axis in measured if axis in (*GEODETIC, *FLAT))
         geodetic = first in GEODETIC
