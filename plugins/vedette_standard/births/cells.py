@@ -13,9 +13,9 @@ import numpy as np
 
 from vedette import Array
 
-LEAST, MOST = 64, 2**14
-"""How many cells lie in a view, by which a disc is as large to 3 %, and beside it, unless that is 1 % at most; and how many
-are not cut finer."""
+LEAST, MOST, BLIND = 64, 2**14, 2**12
+"""How many cells lie in a view, by which a disc is as large to 3 %, and beside it, unless that is 1 % at most; how many are
+not cut finer; and in how many of a row a view is sought: one of less than 1/4000 of it holds next to none."""
 
 
 def middles(n: int, d: int) -> Array:
@@ -28,20 +28,21 @@ def looked(number: Array, detects: Callable[[Array], Array], p_gate: float) -> A
 
     detects: the probability, (p, d) -> (c, p) or (), that it detects what is at places.
     """
-    rows, n, d = len(number), number.shape[1], number.ndim - 1
+    rows, d = len(number), number.ndim - 1
+    n = max(number.shape[1], 2 ** math.ceil(math.log2(LEAST) / d))
     while (p_detect := detects(middles(n, d))).ndim:
         seen = np.count_nonzero(p_detect > 0.5 * np.max(p_detect), axis=-1)
         few = (seen < LEAST) & (seen > 0) | (seen < 0.99 * n**d) & (n**d - seen < LEAST)
-        if rows * (2 * n) ** d > MOST or (seen.any() and not few.any()):
+        if rows * (2 * n) ** d > MOST or not (few.any() if seen.any() else (2 * n) ** d <= BLIND):
             break
         n *= 2
-    else:
-        return np.asarray(number * (1.0 - p_gate * p_detect))
-    if not seen.any():  # it sees none of them, and what others see needs no such cells
-        return number
-    for axis in range(1, d + 1):
-        number = number.repeat(n // number.shape[axis], axis)
-    return np.asarray(number * (1.0 - p_gate * p_detect.reshape(-1, *number.shape[1:])))
+    if p_detect.ndim and np.any(p_detect != p_detect[..., :1]):  # else it sees all alike, or none
+        for axis in range(1, d + 1):
+            number = number.repeat(n // number.shape[axis], axis)
+        p_detect = p_detect.reshape(-1, *number.shape[1:])
+    elif p_detect.ndim:
+        p_detect = p_detect[:, :1].reshape(-1, *[1] * d)
+    return np.asarray(number * (1.0 - p_gate * p_detect))
 
 
 def counted(number: Array, places: Array, detects: Callable[[Array], Array]) -> Array:

@@ -183,7 +183,8 @@ class Poisson(Birth):
         if near is not None:
             loglik[:, near.returns] = near.loglik
         with np.errstate(divide="ignore"):
-            log_share = np.log(self._there(memory, estimator, sensor, detections, near)) + loglik
+            log_number = np.log(self._there(memory, estimator, sensor, detections, near))
+        log_share = np.where(detections.valid, log_number + loglik, -np.inf)
         return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share, near)
 
     def update(
@@ -238,8 +239,8 @@ class Poisson(Birth):
         if memory.number.shape[1] == 1:
             return np.broadcast_to(memory.number.reshape(-1, 1), (len(memory.number), k))
         prior = estimator.moments(memory.belief)
-        mean = np.empty((len(prior.mean), k, len(estimator.state)))
-        other = np.arange(k) if near is None else np.setdiff1d(np.arange(k), near.returns)
+        mean = np.repeat(prior.mean[:, None], k, axis=1)
+        other = np.setdiff1d(np.flatnonzero(detections.valid), [] if near is None else near.returns)
         if len(other):
             mean[:, other] = self._alone(memory, estimator, sensor, detections, other).mean
         if near is not None:

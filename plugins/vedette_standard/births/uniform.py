@@ -188,6 +188,8 @@ class Uniform(Birth):
 
     def _share(self, sensor: Sensor) -> float:
         """Return in what share of the box targets appear."""
+        if not self.appears_in:
+            return 1.0
         appearing = self._appearing(sensor, self._at(sensor, middles(PLACES, len(self.view))))
         if not appearing.any():
             raise ValueError("appears_in: must hold a part of the box, got none")

@@ -87,18 +87,29 @@ def test_targets_that_move_come_in_across_the_edge_of_a_view(kind):
         w = w * (1.0 - detects)
 
 
-@pytest.mark.parametrize("sees", ["all alike", "all within its range"])
-def test_where_a_sensor_sees_all_there_is_one_number(sees):
-    sensor = radar(0.0, 0.0, 8000.0) if sees == "all within its range" else CartesianPosition(5.0, 0.9, 1e-7)
-    birth, number = born("uniform", 10.0), INITIAL
+@pytest.mark.parametrize("sensor", [radar(0.0, 0.0, 80000.0), CartesianPosition(5.0, 0.9, 1e-7), radar(1e6, 0.0, 1e3)])
+@pytest.mark.parametrize("kind", SHARES)
+def test_where_a_sensor_sees_all_or_none_there_is_one_number(kind, sensor):
+    birth, number = born(kind, 10.0), INITIAL
     memory = birth.initial_memory(FILTER, RNG)
     for _ in range(5):
         memory = birth.predict(memory, FILTER, DT, RNG)
         number = number * np.exp(-DT / LIFETIME) + RATE * LIFETIME * -np.expm1(-DT / LIFETIME)
-        np.testing.assert_allclose(memory, number, rtol=1e-13)
+        numbers = memory if kind == "uniform" else memory.number
+        assert numbers[0].size == 1
+        np.testing.assert_allclose(np.sum(numbers), number, rtol=1e-13)
         memory = birth.update(memory, FILTER, sensor, Detections.of([], 2), np.zeros(0), 1.0)
-        number *= 1.0 - 0.9
-    assert memory.size == (1 if sees == "all alike" else 64)
+        number *= 1.0 - sensor.detects(np.zeros(2))
+
+
+@pytest.mark.parametrize("kind", SHARES)
+def test_a_scan_of_cut_cells_may_hold_no_return_or_a_bad_one(kind):
+    birth, sensor = born(kind, 10.0), radar(300.0, -200.0, 1300.0)
+    memory = birth.update(birth.initial_memory(FILTER, RNG), FILTER, sensor, Detections.of([], 2), np.zeros(0), 1.0)
+    assert birth.reveal(memory, FILTER, sensor, Detections.of([], 2), 1.0)[0].shape == (0,)
+    bad = Detections(np.array([[300.0, -200.0], [np.nan, np.nan]]), np.array([True, False]))
+    alone = birth.reveal(memory, FILTER, sensor, Detections.of([[300.0, -200.0]]), 1.0)[0]
+    np.testing.assert_allclose(birth.reveal(memory, FILTER, sensor, bad, 1.0)[0], [*alone, 0.0], rtol=1e-12)
 
 
 def test_cells_mix_alike_in_one_step_and_in_two_and_lose_nothing():
