@@ -145,10 +145,9 @@ def needs_no_evidence(associator: Associator, drawn: Scores) -> None:
 
 def weighs_by_evidence_alone(associator: Associator, drawn: Scores) -> bool:
     """Return whether scores that rise from return to return give the weights of those that fall."""
-    t, k = drawn.scores.shape[-2], drawn.scores.shape[-1] - 1
-    slope = np.broadcast_to(np.arange(1.0 + k), (1, t, 1 + k))
-    up, down = (_weights(associator, scores, np.zeros((1, 1, k))) for scores in (slope, -slope))
-    return bool(k and np.array_equal(up, down))
+    slope, none = 0.0 * drawn.scores.clip(0.0) + np.arange(drawn.scores.shape[-1]), np.zeros(drawn.evidence.shape)
+    up, down = (_weights(associator, scores, none) for scores in (slope, -slope))
+    return bool(none.size and np.array_equal(up, down))
 
 
 def crowds_are_shared(associator: Associator, drawn: Scores) -> None:

@@ -90,8 +90,7 @@ def clutter_spreads_over_what_may_lack(sensor: Sensor, drawn: Looks) -> None:
         along = sensor.measurement.canonical(np.where(np.arange(len(z)) == i, line[:, None], z))
         here, density = float(_density(sensor, z[None])[0]), _density(sensor, along)
         found = side * float(np.sum(density) / here if here else np.sum(covers(along)))
-        told = f"clutter lies over {found:.4g} of {name}, at the density of a place"
-        demand(abs(found - length) <= 0.06 * found, f"optional: {told}, its length there is stated to be {length:g}")
+        demand(abs(found - length) <= 0.06 * found, f"optional: of {name} clutter lies over {found:.4g}, not {length:g}")
 
 
 def _density(sensor: Sensor, z: Array) -> Array:

@@ -34,8 +34,7 @@ def draws_only_if_it_says_so(estimator: Estimator[Any], drawn: Scene) -> None:
 def draws_from_its_generator(estimator: Estimator[Any], drawn: Scene) -> None:
     """If it declares `draws`: from another generator it predicts otherwise, and each step draws other numbers."""
     start, (rng, another) = started(estimator, drawn, drawn.rng()), map(np.random.default_rng, (1, 2))
-    ends = [estimator.moments(predicted(estimator, start, drawn.dt, one)).mean for one in (rng, rng, another)]
-    first, again, other = ends
+    first, again, other = (estimator.moments(predicted(estimator, start, drawn.dt, g)).mean for g in (rng, rng, another))
     if np.array_equal(first, again) and np.array_equal(first, other):
         unheard = rng.bit_generator.state == np.random.default_rng(1).bit_generator.state
         demand(unheard, "predict: takes numbers from the generator and is the same whatever they are")

@@ -15,6 +15,7 @@ from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike
 from vedette.testing.sensors import Watch
 from vedette.testing.states import sizes
+from vedette.testing.truth import motion_of
 from vedette.types import Detections, Gaussian
 
 SCALE = 1000.0
@@ -26,10 +27,11 @@ def equals_joint_conditioning(estimator: Estimator[Any], drawn: Scene) -> None:
 
     So do distances and volumes.
     """
-    motion = cases.linear_motion(estimator)
+    motion = motion_of(estimator) or cases.linear_motion(estimator)  # which says that there is none
+    pace = float(motion.linear)  # one that moves by curves is tried without time
     belief, state = cases.started(estimator, drawn, drawn.rng()), estimator.state
     own = motion.state.locate(state)
-    scans = ((drawn.dt, drawn.watch, drawn.seen), (drawn.later, drawn.other, drawn.others))
+    scans = ((pace * drawn.dt, drawn.watch, drawn.seen), (pace * drawn.later, drawn.other, drawn.others))
     seen = []
     for dt, watch, detections in scans:
         belief = predicted(estimator, belief, dt, drawn.rng())

@@ -152,8 +152,9 @@ def velocities_move_their_positions(model: MotionModel, drawn: Moves) -> None:
 
 def an_integrals_noise_goes_with_it(model: MotionModel, drawn: Moves) -> None:
     """Where one axis moves by another, and its noise grows as the integral of the other's, their covariance is one, too."""
-    Q, twice = (_full(model.noise(drawn.x, k * SHORT), drawn.x, 2) for k in (1, 2))
-    F, far = (_full(model.jacobian(drawn.x, k * SHORT), drawn.x, 2) for k in (1, 2))
+    x = np.where([name == "range" for name in model.state.names], np.abs(drawn.x), drawn.x)
+    Q, twice = (_full(model.noise(x, k * SHORT), x, 2) for k in (1, 2))
+    F, far = (_full(model.jacobian(x, k * SHORT), x, 2) for k in (1, 2))
     variance, later = (np.diagonal(each, axis1=-2, axis2=-1) for each in (Q, twice))
     grown, wanted = later / np.maximum(variance, 1e-300), F / 2 * variance[:, None, :]
     fed = np.isclose(far, 2 * F, rtol=0.05) & (np.abs(wanted) > 0.05 * products(deviations(Q)))

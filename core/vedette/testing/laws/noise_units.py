@@ -74,12 +74,10 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
     What the code holds as a number of its own makes it no whole power: that is not judged, nor what does not change at all.
     """
     space, states, noise = _noise(component, drawn)
-    axes, judged = {axis.name: axis.unit for axis in states.axes}, False
+    axes, judged, still, grown = {axis.name: axis.unit for axis in states.axes}, False, False, ""
     known = {p.name: p.unit for p in parameters(type(component))}
-    bare = [
-        n for n, u in known.items() if u in ("", "1") and isinstance(getattr(component, n), float | np.ndarray | Component)
-    ]
-    long = [name for name, unit in known.items() if power(unit, LENGTHS)]
+    plain = [name for name, unit in known.items() if unit in ("", "1")]
+    bare = [name for name in plain if isinstance(getattr(component, name), float | np.ndarray | Component)]
     for what, words in (("length", LENGTHS), ("time", _TIMES))[: 1 + isinstance(drawn, Moves)]:
         timed, x = words is _TIMES, drawn.x  # of times no variance is judged in which a parameter without a unit counts
         if timed:  # not at a velocity at which the code ends a division by 0
@@ -89,15 +87,19 @@ def noise_has_its_units(component: MotionModel | Sensor, drawn: Moves | Looks) -
         usual = _variances(component, x, noise)
         there = _variances(other, x * factors(states, words), _noise(component, drawn, 1.0 + timed)[2])
         for i, wanted in enumerate(2 * np.log2(factors(space, words))):
-            count = any(_matters(component, name, i, x, noise) for name in (bare if timed else long))
-            if (count if timed else not (count or wanted)) or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
+            unsaid = timed and any(_matters(component, name, i, x, noise) for name in bare)
+            if unsaid or not np.all((usual[:, i] > 0) & (there[:, i] > 0)):
                 continue
             found = np.log2(there[:, i] / usual[:, i])
             k = float(np.round(np.mean(found)))
             if np.all(np.abs(found - k) < 1e-6):
-                told = f"must be {2.0**wanted:g} times as large in half the unit of {what}, is {2.0**k:g} times"
-                demand(k in (0.0, wanted), f"noise: the variance of {space.names[i]} {told}")
-                judged |= k == wanted
+                told = f"the variance of {space.names[i]} must be {2.0**wanted:g} times as large in half the unit of {what}"
+                if timed or wanted:
+                    demand(k in (0.0, wanted), f"noise: {told}, is {2.0**k:g} times")
+                    judged, still = judged or k == wanted, still or not (timed or k)
+                elif k and any(_matters(component, n, i, x, noise) for n, unit in known.items() if power(unit, LENGTHS)):
+                    grown = f"{told}, is {2.0**k:g} times, and that of what is in lengths stays the same"
+    demand(not (still and grown), f"noise: {grown}")
     closed_if(not judged, "no variance changes by a whole power")
 
 

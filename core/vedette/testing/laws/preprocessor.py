@@ -141,15 +141,16 @@ def what_is_said_of_a_return_goes_with_it(preprocessor: Preprocessor, drawn: Raw
     known = z if alike else made_of(preprocessor, {name: evolve(scan, detections=plain)}).z
     made = preprocessor.process({name: evolve(scan, detections=with_it)})
     made = take(made, made.valid, 0)
-    closed_if(len(known) != len(z) or len(np.unique(known, axis=0)) < len(z), "it does not make one return of each")
     far = np.linalg.norm(known[:, None] - made.z, axis=-1)
-    pairs = [(i, int(np.argmin(far[i]))) for i in count if np.min(far[i], initial=np.inf) == 0.0]
-    closed_if(not pairs, "it passes no return on as it is")
+    pairs = [(i, int(np.argmin(row))) for i, row in enumerate(far) if np.min(row, initial=np.inf) == 0.0]
+    closed_if(not pairs or not len(known) == len(z) == len(np.unique(known, axis=0)), "it passes no return on by itself")
     first, then = np.array(pairs).T
     for what, each in said.items():
-        if what == "noise" and not alike:
-            continue
         has, given = getattr(made, what), each[first]
+        if (what == "noise" and not alike) or (
+            what in ("identity", "time") and has is None
+        ):  # not all know of names and times
+            continue
         demand(has is not None, f"{what}: the returns have some, and what is made of them has none")
         kept = np.array_equal(has[then], given) or (what == "evidence" and np.all(np.diff(has[then]) > 0))
         wider = what == "noise" and np.all(np.linalg.eigvalsh(whitened(np.sqrt(given), has[then])) > 1 - 1e-9)

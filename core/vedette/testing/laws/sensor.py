@@ -107,15 +107,14 @@ def detection_is_a_probability(sensor: Sensor, drawn: Looks) -> None:
     p = np.asarray(sensor.detects(drawn.x))
     demand(np.all((p >= 0) & (p <= 1)), f"detects: must be in [0, 1], got {p.tolist()}")
     stated, needed = getattr(sensor, "detection_probability", None), parameters(type(sensor))
-    if not isinstance(stated, float) or not stated:
+    if not isinstance(stated, float) or not stated or "detection_probability" not in {each.name for each in needed}:
         return
     given = {each.field.name: getattr(sensor, each.field.name) for each in needed if each.default is NOTHING}
     with closed_by(ValueError, "it cannot be made of the parameters that it needs alone: {}"):
         usual, half = (type(sensor)(**given | {"detection_probability": share * stated}) for share in (1.0, 0.5))
     near = np.concatenate([share * drawn.x for share in (1.0, 0.1, 0.01)])
     seen, less = (full(each.detects(near), near, ()) for each in (usual, half))
-    told = f"must be less where detection_probability is {stated / 2:g} in place of {stated:g}, got {less.tolist()}"
-    demand(not seen.any() or np.any(less < seen), f"detects: {told}")
+    demand(not seen.any() or np.any(less < seen), f"detects: must be less with half of detection_probability, {stated:g}")
 
 
 def inverts_what_it_measures(sensor: Sensor, drawn: Looks) -> None:
