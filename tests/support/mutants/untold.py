@@ -8,6 +8,7 @@ from support.mutants.associators import softmax
 from vedette import Detections, Space, kernels
 from vedette.testing.strategies import SENSOR
 from vedette_boxes.motion.box_velocity import BoxVelocity
+from vedette_boxes.sensors.box import Box
 from vedette_standard.associators.pda import Pda
 from vedette_standard.estimators.bootstrap import BootstrapParticles
 from vedette_standard.estimators.kalman import Kalman
@@ -83,6 +84,8 @@ UNTOLD = [
      {"move": lambda s, x, dt: CV.move(s, x, min(dt, 60.0))}, {}),
     ("the noise at the mean, for its mean", BoxVelocity, "mean_noise_is_a_mean",
      {"mean_noise": lambda s, x, cov, dt: BoxVelocity.noise(s, x, dt)}, {}),
+    ("the noise of the box at the mean, for its mean", Box, "mean_noise_is_a_mean",
+     {"mean_noise": lambda s, x, cov: Box.noise(s, x)}, {}),
     ("a velocity's noise beside its position's", CV, "an_integrals_noise_goes_with_it",
      {"noise": lambda s, x, dt: CV.noise(s, x, dt) * np.eye(4), "divisible": False}, {}),
     ("deviations of one another", CT, "noise_has_its_units",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -9,7 +10,7 @@ import numpy as np
 from vedette.fields import ABSURD
 from vedette.filters import predicted
 from vedette.roles import Estimator, MotionModel
-from vedette.testing.comparisons import closed_if, covariance, demand, deviations, finite, frozen_copy, same
+from vedette.testing.comparisons import closed_if, covariance, demand, deviations, finite, frozen_copy
 from vedette.testing.law import Law
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, soft, sure
 from vedette.testing.laws.motion_cases import Moves
@@ -63,16 +64,13 @@ def any_gap_leaves_a_belief(estimator: Estimator[Any], drawn: Scene) -> None:
 def any_gap_can_be_moved_over(model: MotionModel, drawn: Moves) -> None:
     """Over gaps of 1e-9 to 1e8 s it moves to finite states, with a finite derivative and a noise that is a covariance.
 
-    Where two steps of a second make one of two, and of half a minute, so do two of a minute or two.
+    What goes on evenly until some time, between 20 and 200 s, does not stand from then on.
     """
     rng = np.random.default_rng(drawn.seed)
-    for dt in (1.0, 30.0, rng.uniform(61.0, 120.0)):
-        goal = model.move(drawn.x, 2 * dt)
-        apart = np.abs(model.state.difference(model.move(model.move(drawn.x, dt), dt), goal))
-        far = np.max(np.abs(model.state.difference(goal, drawn.x)), axis=-1, keepdims=True)
-        if dt <= 30.0 and not np.all(apart <= 1e-9 * (1.0 + np.max(np.abs(goal)))):
-            break
-        same(f"move: two steps of {dt:.3g} s less one as long", apart, np.zeros(apart.shape), 0.5, far + 1e-3)
+    places = [model.move(drawn.x, dt) for dt in np.geomspace(20.0, 200.0, 12)]
+    gone = np.array([np.max(np.abs(model.state.difference(b, a)), axis=-1) for a, b in pairwise(places)])
+    stands = (gone[3:] == 0.0) & (gone[1:-2] > np.maximum(0.5 * gone[:-3], 1e-6))
+    demand(not np.any(stands), "move: what goes on evenly stands all at once")
     for dt in 10.0 ** np.append(rng.uniform(GAPS[0], LONGEST, 3), [GAPS[0], LONGEST]):
         finite(f"move over {dt:.3g} s", model.move(drawn.x, dt))
         finite(f"jacobian over {dt:.3g} s", model.jacobian(drawn.x, dt))
