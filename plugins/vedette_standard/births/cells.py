@@ -13,9 +13,9 @@ import numpy as np
 
 from vedette import Array
 
-LEAST, MOST, BLIND = 64, 2**14, 2**12
-"""How many cells lie in a view, by which a disc is as large to 3 %, and beside it, unless that is 1 % at most; how many are
-not cut finer; and in how many of a row a view is sought: one of less than 1/4000 of it holds next to none."""
+LEAST, MOST = 64, 2**14
+"""How many cells lie in a view, by which a disc is as large to 3 %, and beside it, unless that is 1 % at most; and how many
+are not cut finer, or in which a view is sought: of 2^12, half of the views of 1/8000 were not found."""
 
 
 def middles(n: int, d: int) -> Array:
@@ -33,7 +33,7 @@ def looked(number: Array, detects: Callable[[Array], Array], p_gate: float) -> A
     while (p_detect := detects(middles(n, d))).ndim:
         seen = np.count_nonzero(p_detect > 0.5 * np.max(p_detect), axis=-1)
         few = (seen < LEAST) & (seen > 0) | (seen < 0.99 * n**d) & (n**d - seen < LEAST)
-        if rows * (2 * n) ** d > MOST or not (few.any() if seen.any() else (2 * n) ** d <= BLIND):
+        if rows * (2 * n) ** d > MOST or (seen.any() and not few.any()):
             break
         n *= 2
     if p_detect.ndim and np.any(p_detect != p_detect[..., :1]):  # else it sees all alike, or none
