@@ -107,6 +107,7 @@ USER = """
 from attrs import frozen
 from vedette import MotionModel, Space, fields
 from vedette.testing import conformance
+from vedette_standard.estimators.kalman import Kalman
 
 @frozen
 class Creeping(MotionModel):
@@ -121,6 +122,7 @@ class Creeping(MotionModel):
 
 TestCreeping = conformance(Creeping, known_failures={"linear_as_declared": "it drifts"})
 TestFine = conformance(Creeping, known_failures={"pure": "it is said"})
+TestKalman, TestAgain = conformance(Kalman), conformance(Kalman)
 """
 
 

@@ -97,7 +97,8 @@ def checked_prior(given: Any, axes: int) -> Gaussian:
     bad = ~(np.all(np.abs(mean) <= ABSURD, axis=-1) & _is_covariance(cov, -1e-9))
     if bad.any():
         i = tuple(map(int, np.argwhere(bad)[0]))
-        told = f"must have finite numbers, variances of at most {ABSURD**2:g} and a positive semi-definite covariance"
+        most = f"means of at most {ABSURD:g}, variances of at most {ABSURD**2:g}"
+        told = f"must have finite numbers, {most}, and a symmetric positive semi-definite covariance"
         raise ValueError(f"given: track {list(i)} {told}, got {short(mean[i].tolist())} and {short(cov[i].tolist())}")
     return Gaussian(mean, cov)
 
