@@ -15,8 +15,8 @@ from vedette.testing.hypothesis_constants import constants_of_no_module
 pytest.register_assert_rewrite("support")
 
 MARKERS = (
-    "kind(cls): a law of this component, tried where the component has changed and in one run of 28 where it has not",
-    "costly(of): takes half a second; tried where what it tests, its file if not `of`, has changed, and in one run of 28",
+    "kind(cls): a law of this component, tried where the component has changed and in one run of 40 where it has not",
+    "costly(of): takes half a second; tried where what it tests, its file if not `of`, has changed, and in one run of 40",
     "by_turns: its cases make one statement; one is tried in every run, the others as costly tests are",
     "nightly(why): run in the nightly profile alone",
 )

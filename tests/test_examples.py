@@ -113,6 +113,7 @@ def test_autoferry_over_ten_draws():
     assert corrected["gospa"].value < 7.0
 
 
+@pytest.mark.costly
 def test_a_radars_delay_is_found_without_truth():
     """One scenario's lag by the truth is 2.2 s; it depends on the bearing, so that a constant is found to some tenths."""
     path = f"source.path={recording('autoferry')}"

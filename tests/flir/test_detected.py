@@ -221,6 +221,7 @@ def test_where_nothing_stands_out_the_draft_says_what_to_change(tmp_path, monkey
     np.testing.assert_allclose(track.mean[-1, :2], picture(39)[1], atol=1.0)
 
 
+@pytest.mark.costly
 def test_where_what_stands_out_does_not_move_the_run_asks_for_what_does(tmp_path, monkeypatch, capsys):
     (tmp_path / "clip").mkdir()
     spots = sum(picture(0, 20.0, at=(x, 50.0))[0] - picture(0, 0.0)[0] for x in (40.0, 80.0, 120.0))

@@ -93,6 +93,7 @@ def test_of_a_sensor_that_comes_seldom_or_may_see_one_target_no_silence_is_told(
     assert came([4.0 * i for i in range(100)], lambda i: 1).limit == np.inf
 
 
+@pytest.mark.costly
 def test_a_silent_sensor_is_told_by_the_health_and_counted_by_its_name(monkeypatch: pytest.MonkeyPatch) -> None:
     """One of two radars was silent, and all was well. What comes again ends it; nothing is told while we are busy."""
     monkeypatch.setattr(rhythm, "SHORT", 0.5)

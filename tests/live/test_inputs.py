@@ -125,6 +125,7 @@ def test_connections_that_the_system_cannot_give_are_told_and_cost_little(
     assert len(asked) < 50
 
 
+@pytest.mark.costly
 def test_whoever_reads_no_answers_loses_the_connection_and_others_still_come() -> None:
     """The next one that came had the same file number, and ended the input."""
     port, resume = free_port(), Event()

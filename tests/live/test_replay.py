@@ -24,6 +24,7 @@ from vedette_standard.sensors.partial import Partial
 from vedette_standard.sensors.range_bearing_rate import RangeBearingRate
 
 
+@pytest.mark.costly
 def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_path: Path) -> None:
     """A connection that is closed with an answer unread throws away what waits to be sent."""
     scans, z = 300, [[1234.5, float(i)] for i in range(200)]

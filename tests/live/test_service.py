@@ -156,6 +156,7 @@ def test_numbered_messages_are_answered_once_taken_or_refused() -> None:
     assert running.counters.counts["messages_repeated_total"] == 1
 
 
+@pytest.mark.costly
 def test_who_sends_no_more_is_answered_to_the_end(tmp_path: Path) -> None:
     """As `nc -N` does, which then reads to the end."""
     port = free_port()

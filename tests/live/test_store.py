@@ -124,6 +124,7 @@ def test_a_file_in_the_place_of_the_one_that_was_read_is_read_whole_and_that_is_
 
 
 @pytest.mark.parametrize("kills", [2, pytest.param(12, marks=pytest.mark.nightly("a service starts twelve times"))])
+@pytest.mark.by_turns
 def test_a_service_that_is_killed_takes_each_line_of_a_file_once(tmp_path: Path, kills: int) -> None:
     """Of a scan that was open they are read again, and of others that stand between them are not."""
     rng, plots = np.random.default_rng(2), list[bytes]()
@@ -345,6 +346,7 @@ def test_a_sender_that_counts_anew_is_told(tmp_path: Path) -> None:
     assert ran(given, [numbered("north", 8, 201.0, z, answers)]).ails == {}
 
 
+@pytest.mark.costly
 def test_a_full_disk_does_not_end_the_service_and_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
     """The database may have no further page, and the record no further byte, for a while."""
     port, todo, record = free_port(), lines(120), tmp_path / "record.jsonl"
@@ -517,6 +519,7 @@ def test_a_copy_that_cannot_be_made_is_told_by_the_health_until_it_is(tmp_path: 
         assert before.is_file()
 
 
+@pytest.mark.costly
 def test_two_services_do_not_share_a_store_or_a_record(tmp_path: Path) -> None:
     port, record = free_port(), str(tmp_path / "record.jsonl")
     with served(config(tmp_path, port, record=record)):

@@ -208,6 +208,7 @@ def test_the_titles_say_what_the_summary_says(scene):
         assert re.search(rf"{name}(?: of the position)? {re.escape(ratio)} {re.escape(part)} % of {count}", text)
 
 
+@pytest.mark.costly
 def test_the_pictures_are_png_of_a_readable_size(scene, tmp_path):
     assert write_pictures(tmp_path, *scene) == ["errors.png", "picture.png"]
     assert size_of(tmp_path / "picture.png") == (1200, 900)

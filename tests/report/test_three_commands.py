@@ -18,6 +18,7 @@ def commands():
     return [shlex.split(line, comments=True) for line in block[1].splitlines()]
 
 
+@pytest.mark.costly
 def test_three_commands_lead_from_a_csv_to_its_page(commands, tmp_path, monkeypatch):
     assert len(commands) <= 3
     assert [command[0] for command in commands] == ["vedette"] * len(commands)

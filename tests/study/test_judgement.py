@@ -42,6 +42,7 @@ def test_our_trackers_are_no_worse_on_recordings(name, scenarios, tmp_path, caps
     assert main(["study", str(study), *against, "--set", "gate.probability=0.3"]) == 1
 
 
+@pytest.mark.costly
 def test_a_study_that_averages_over_recordings_is_judged_by_its_averages(tmp_path, capsys):
     paths = [buoys.recording(tmp_path / f"{seed}.jsonl", seed) for seed in (1, 2)]
     table = buoys.table(buoys.config(paths[0]), runs=3, sweep={"source.path": paths}, average=["source.path"])

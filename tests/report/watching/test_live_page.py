@@ -16,7 +16,7 @@ from vedette_report.watching import records
 from vedette_report.watching.page import LivePage
 from vedette_report.watching.real_time import Pace
 
-pytestmark = pytest.mark.skipif(LACKING is not None, reason=str(LACKING))
+pytestmark = [pytest.mark.costly, pytest.mark.skipif(LACKING is not None, reason=str(LACKING))]
 HALF = 20
 NONE = "\N{EN DASH}"
 
@@ -218,7 +218,6 @@ def test_at_the_end_it_says_so_and_stays(watched):
     watched.tab.screenshot(path=Path(os.environ.get("VEDETTE_PICTURES", watched.folder)) / "watch_ended.png")
 
 
-@pytest.mark.costly
 def test_on_a_phone_nothing_scrolls_sideways(running, tmp_path):
     own = Watched(running, tmp_path, (390, 844))
     own.send(len(own.told))

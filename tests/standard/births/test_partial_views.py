@@ -48,6 +48,7 @@ def expected(birth, memory, sensor):
 
 @pytest.mark.parametrize("scene", SCENES)
 @pytest.mark.parametrize("kind", SHARES)
+@pytest.mark.by_turns
 def test_targets_that_stay_are_counted_where_no_sensor_looked(kind, scene):
     birth, known = born(kind, 0.01), INITIAL * SHARES[kind]
     memory = birth.initial_memory(FILTER, RNG)

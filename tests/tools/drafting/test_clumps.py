@@ -40,11 +40,13 @@ def written(path, spots, polar=False):
 
 
 @given(st.integers(0, 2**32), st.floats(2.0, 12.0))
+@pytest.mark.costly
 def test_a_link_joins_what_is_of_one_object_and_leaves_the_others_apart(seed, each):
     assert 1.5 < clumped(drawn(each, seed, scans=60)) < 15.0
 
 
 @given(st.integers(0, 2**32), st.sampled_from([3, 10, 50, 300]))
+@pytest.mark.costly
 def test_returns_anywhere_are_in_no_clumps(seed, count):
     rng = np.random.default_rng(seed)
     assert clumped([rng.uniform(0.0, 1000.0, (rng.poisson(count), 2)) for _ in range(60)]) is None

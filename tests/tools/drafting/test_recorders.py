@@ -172,6 +172,7 @@ def test_other_numbers_are_none(title, tmp_path):
     assert read_table(path).identity == ""
 
 
+@pytest.mark.costly
 def test_a_long_table_that_is_sorted_by_objects_is_named_by_what_it_is_sorted_by(tmp_path):
     """The first 2,000 rows were of one alone: the rest passed for a clock that was set back."""
     rows = [(7 * k, f"{title} {i}", i // 2, i, k) for i, title in enumerate("ABC") for k in range(2100)]

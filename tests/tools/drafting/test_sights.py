@@ -61,6 +61,7 @@ def test_others_tell_where_a_sensor_sees_nothing(tmp_path):
     assert seen_by(read, "radar") is None
 
 
+@pytest.mark.costly
 def test_who_reports_under_a_name_tells_no_view(tmp_path):
     """Others are not seen for they do not report, wherever they are."""
     assert seen_by(beside(tmp_path / "d.csv", "235000001"), "lidar") is None
