@@ -47,6 +47,10 @@ class Terms:
         """The axes that point east and north."""
         return east_north(NORTH_EAST if self.north_east else "")
 
+    def stay(self, later: Terms) -> bool:
+        """Return whether x and y of these terms are at the same places in later ones, which may tell an origin first."""
+        return self.north_east == later.north_east and self.origin in (None, later.origin)
+
     def when(self, time: float) -> str:
         """Return a time in words: a date where times are dates.
 

@@ -8,7 +8,9 @@ from typing import Any, final
 import numpy as np
 from attrs import define, field
 
+from vedette.errors import InputError
 from vedette.streams import Saved, Storage, TrackReport
+from vedette_files import Terms
 from vedette_live import saving
 from vedette_live.config import Service
 from vedette_live.counters import Counters
@@ -92,8 +94,11 @@ class Keeping:
         return window
 
     def _window_of(self, saved: Saved) -> Window:
-        """Return the states that were saved; InputError if they are of another kind of tracker."""
+        """Return the states that were saved; InputError if they are of another kind of tracker, or x and y elsewhere."""
         conduct, experiment = self.service.parts.service, self.service.experiment
+        notes = saved.states.get("notes", self.service.notes)  # the data of an older Vedette lack them
+        if not Terms.of(notes).stay(Terms.of(self.service.notes)):
+            raise InputError(f"state: its x and y are of {notes or 'no origin'}, and here of {self.service.notes or 'none'}")
         before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
         window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
         window.take(saving.formed_from(given) for given in saved.states["scans"])
@@ -123,6 +128,7 @@ class Keeping:
         clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
         states: dict[str, Any] = {
             "made": self.made,
+            "notes": self.service.notes,
             "before": window.before.to_data(),
             "born": window.state.born,
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],

@@ -16,6 +16,7 @@ import vedette
 from support.services import TRACKER, feed, lines, ran
 from vedette.cli import main
 from vedette.streams import Arrival
+from vedette_files import FRAMES, NORTH_EAST
 
 ORIGIN = {"latitude": 59.0, "longitude": 10.0}
 
@@ -127,3 +128,39 @@ def test_after_a_change_of_the_motion_the_axes_in_common_are_exported_and_ids_go
         direct.execute("DELETE FROM facts WHERE name LIKE 'axes until%'")
     assert exported(base, to) == after
     assert str(len(before)) in capsys.readouterr().err
+
+
+ELSEWHERE = {"origin": {"latitude": 60.0, "longitude": 10.0}, "frame": FRAMES[0]}
+TURNED = {"origin": ORIGIN, "frame": NORTH_EAST}
+
+
+@pytest.mark.parametrize("changed", [ELSEWHERE, TURNED, {}], ids=["origin", "frame", "none"])
+def test_where_x_and_y_are_elsewhere_a_state_is_left_out_and_no_export_mixes_both(
+    changed: Mapping[str, object], tmp_path: Path, caplog: pytest.LogCaptureFixture, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Tracks went on at places that were 111 km away, or mirrored, and all were exported by the latest origin."""
+    path, to = tmp_path / "state.sqlite", tmp_path / "tracks.csv"
+    store = {"kind": "sqlite", "path": str(path)}
+    parts = [({"origin": ORIGIN}, lines(40)), (changed, lines(80)[40:])]
+    exports = list[list[Mapping[str, str]]]()
+    for more, part in parts:
+        ran({**TRACKER, "inputs": [feed()], "service": {"store": store, **more}}, [Arrival(line, 0.0) for line in part])
+        exports.append(exported(path, to))
+    told = capsys.readouterr().err
+    assert [record.message for record in caplog.records].count("the saved state does not fit, and is left out") == 1
+    ids = [{int(row["track"]) for row in rows} for rows in exports]
+    assert max(ids[0]) < min(ids[1])
+    assert f"{len(ids[0])} tracks are of another origin or frame" in told
+    until = told.partition("--until ")[2].split()[0]
+    assert exported(path, to, "--until", until) == exports[0]
+
+
+def test_an_origin_that_is_told_first_moves_no_tracks(tmp_path: Path) -> None:
+    path, to = tmp_path / "state.sqlite", tmp_path / "tracks.csv"
+    for more, part in (({}, lines(40)), ({"origin": ORIGIN}, lines(80)[40:])):
+        service = {"store": {"kind": "sqlite", "path": str(path)}, **more}
+        running = ran({**TRACKER, "inputs": [feed()], "service": service}, [Arrival(line, 0.0) for line in part])
+    assert running.counters.counts["scans_taken_total"] == 80
+    rows = exported(path, to)
+    assert {row["track"] for row in rows if float(row["time"]) < 60} & {row["track"] for row in rows[-2:]}
+    assert all(row["latitude"] for row in rows)

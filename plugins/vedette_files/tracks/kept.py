@@ -16,6 +16,7 @@ from attrs import evolve, frozen
 from vedette.errors import InputError
 from vedette.space import Array, Space, SpaceError
 from vedette.types import Track
+from vedette_files.georeference import Terms
 
 MAGIC = b"SQLite format 3\x00"
 """Bytes that a database of SQLite begins with."""
@@ -30,8 +31,8 @@ CREATE INDEX IF NOT EXISTS tracks_by_id ON tracks (id, time);
 CREATE INDEX IF NOT EXISTS tracks_by_place ON tracks (x, y);
 CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, value TEXT NOT NULL);
 """
-UNTIL = "axes until "
-"""Begins the name of a fact: the axes of the tracks with ids up to the number that follows, and above the one before."""
+UNTIL = " until "
+"""In the name of a fact, "axes until 7": that of the tracks with ids up to the number, and above that of the one before."""
 _COLUMNS = "time, id, x, y, latitude, longitude, existence, confirmed, mean, cov"
 _INSERT = f"INSERT OR REPLACE INTO tracks ({_COLUMNS}) VALUES (?,?,?,?,?,?,?,?,?,?)"
 
@@ -94,17 +95,23 @@ def keep_tracks(
 def keep_facts(into: sqlite3.Connection, space: Space, notes: Mapping[str, str]) -> None:
     """Write what is the same of all tracks from now on, before these: their axes, and what notes say of the earth and times.
 
-    Axes that change stay those of the tracks so far: later ones have higher ids.
+    Axes that change, and notes by which x and y are elsewhere, stay those of the tracks so far: later ones have higher ids.
     """
     axes = json.dumps([[axis.name, axis.unit + (" mod 2pi" if axis.period else "")] for axis in space.axes])
-    replaced = f"SELECT '{UNTIL}' || (SELECT MAX(id) FROM tracks), value FROM facts WHERE name = 'axes' AND value <> ?"
-    into.execute(f"INSERT OR REPLACE INTO facts {replaced} AND EXISTS (SELECT 1 FROM tracks)", (axes,))
-    facts = {"axes": axes, "notes": json.dumps(dict(notes))}
+    facts, before = {"axes": axes, "notes": json.dumps(dict(notes))}, dict(into.execute("SELECT name, value FROM facts"))
+    (last,) = into.execute("SELECT MAX(id) FROM tracks").fetchone()
+    if last is not None and before.get("axes", axes) != axes:
+        facts[f"axes{UNTIL}{last}"] = before["axes"]
+    if last is not None and not Terms.of(json.loads(before.get("notes", "{}"))).stay(Terms.of(notes)):
+        facts[f"notes{UNTIL}{last}"] = before["notes"]
     into.executemany("INSERT OR REPLACE INTO facts VALUES (?, ?)", facts.items())
 
 
 def read_kept(path: Path, wanted: Wanted) -> Kept:
-    """Return the tracks of a database that are asked for, by the axes that all of them have; InputError if it holds none."""
+    """Return the tracks of a database that are asked for, by the axes that all of them have; InputError if it holds none.
+
+    Where x and y of some are elsewhere, those before are left out, and told.
+    """
     try:
         with closing(sqlite3.connect(f"{path.absolute().as_uri()}?mode=ro", uri=True, timeout=5.0)) as there:
             there.execute("PRAGMA trusted_schema = OFF")
@@ -113,9 +120,9 @@ def read_kept(path: Path, wanted: Wanted) -> Kept:
             columns = "id, time, existence, confirmed, mean, cov"
             rows = there.execute(f"SELECT {columns} FROM tracks WHERE {condition} ORDER BY id, time", values).fetchall()
         now = Space.of(**dict(json.loads(facts["axes"])))
-        until = {int(name.removeprefix(UNTIL)): axes for name, axes in facts.items() if name.startswith(UNTIL)}
-        before = [(last, Space.of(**dict(json.loads(until[last])))) for last in sorted(until)]
+        before = [(last, Space.of(**dict(axes))) for last, axes in _before(facts, "axes")]
         tracks, told = _tracks(rows, now, before)
+        tracks, notes = _of_one_place(tracks, facts, told)
         spaces = {str(track.space): track.space for track in tracks} or {str(now): now}
         *others, latest = spaces.values()
         common = Space(tuple(axis for axis in latest.axes if all(axis in other.axes for other in others)))
@@ -124,9 +131,32 @@ def read_kept(path: Path, wanted: Wanted) -> Kept:
         if not len(common):
             raise ValueError("; ".join([*told, "nothing: choose some of them by their times"]))
         shared = tuple(_over(track, common) for track in tracks)
-        return Kept(shared, common, json.loads(facts["notes"]), "; ".join(told))
+        return Kept(shared, common, notes, "; ".join(told))
     except (sqlite3.Error, SpaceError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{path}: holds no tracks of a service: {type(error).__name__}: {error}") from None
+
+
+def _before(facts: Mapping[str, str], name: str) -> list[tuple[int, Any]]:
+    """Return what a fact was, each time up to an id, in the order of these."""
+    begin = f"{name}{UNTIL}"
+    return sorted((int(key.removeprefix(begin)), json.loads(facts[key])) for key in facts if key.startswith(begin))
+
+
+def _of_one_place(
+    tracks: tuple[Track, ...], facts: Mapping[str, str], told: list[str]
+) -> tuple[tuple[Track, ...], dict[str, str]]:
+    """Return the tracks whose x and y are where those of the latest are, and its notes; add to `told` what is left out."""
+    latest, first, notes = max((track.id for track in tracks), default=-1), -1, json.loads(facts["notes"])
+    for last, before in _before(facts, "notes"):
+        if latest <= last:
+            notes = before
+            break
+        first = last
+    kept = tuple(track for track in tracks if track.id > first)
+    if left_out := [track for track in tracks if track.id <= first]:
+        until = max(float(track.times[-1]) for track in left_out)
+        told.append(f"{len(left_out)} tracks are of another origin or frame, and are left out: --until {until!r} has them")
+    return kept, notes
 
 
 def _tracks(
