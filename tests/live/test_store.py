@@ -39,6 +39,7 @@ from vedette.streams import Arrival, Saved
 from vedette_live import keeping, recorder, saving
 from vedette_live.acknowledging import MISSED, Acknowledging
 from vedette_live.config import load_service
+from vedette_live.reports import report_of
 from vedette_live.running import Running
 from vedette_live.saving import formed_from
 from vedette_live.stores.sqlite import SqliteStore
@@ -657,12 +658,34 @@ def test_tracks_are_rows_and_old_ones_are_pruned(tmp_path: Path) -> None:
     with closing(sqlite3.connect(tmp_path / "state.sqlite")) as direct, direct:
         rows = direct.execute("SELECT time, id, x, y, confirmed FROM tracks ORDER BY time").fetchall()
     expected, tracker = undisturbed(lines(60)), vedette.build(TRACKER)
-    assert rows[0][0] >= expected.time - 30.0
+    assert rows[0][0] >= expected.time - 30.0 - 9 * 1.5
     last = {row[1]: row[2:4] for row in rows if row[0] == expected.time}
     means = tracker.estimate(expected).mean
     for i in np.flatnonzero(expected.confirmed):
         assert last[int(expected.ids[i])] == tuple(means[i, :2])
     assert all(row[4] for row in rows)
+
+
+def test_a_report_far_ahead_prunes_nothing_until_those_after_it_bear_it_out(tmp_path: Path) -> None:
+    """One wrong time, a week ahead, deleted all that was kept."""
+    ahead, given = 8 * 86400.0, {**config(tmp_path, 1), "inputs": [feed()]}
+    running = ran(given, [Arrival(line, 0.0) for line in lines(40)])
+    assert running.state is not None
+    report = report_of(running.service, running.state)
+    store = SqliteStore(path=str(tmp_path / "state.sqlite")).open()
+    saved = store.load()
+    assert saved is not None
+
+    def oldest() -> float:
+        with closing(sqlite3.connect(tmp_path / "state.sqlite")) as direct:
+            return float(direct.execute("SELECT MIN(time) FROM tracks").fetchone()[0])
+
+    before = oldest()
+    for k in range(11):
+        assert oldest() == before
+        store.save(saved, [evolve(report, time=report.time + (ahead if k else 0.0) + k)])
+    store.close()
+    assert oldest() == report.time + ahead + 1
 
 
 def test_a_stopped_service_has_kept_the_tracks_within_its_horizon_and_a_restart_keeps_them_anew(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from pathlib import Path
 from shutil import disk_usage
 from typing import Any, ClassVar, final
 
-from attrs import define, evolve, frozen
+from attrs import define, evolve, field, frozen
 
 from vedette import fields
 from vedette.errors import InputError
@@ -26,6 +26,8 @@ from vedette_live.log import LOG
 
 VERSION = 2
 """Of the tables, as the database's user_version."""
+BORNE = 10
+"""Latest reports, of which the earliest tells how old tracks are: a leap that is given up has fewer than five scans."""
 KEPT = 2
 """States that are kept: the latest, and the one before it, should the latest be damaged."""
 
@@ -172,6 +174,7 @@ class _Open:
     saved: Saved | None
     held: ExitStack
     copied: bool
+    times: list[float] = field(factory=list)
 
     def load(self) -> Saved | None:
         return self.saved
@@ -194,13 +197,15 @@ class _Open:
                 columns |= {"existence": report.existence, "confirmed": report.confirmed}
                 places = None if report.geodetic is None else report.geodetic(report.mean)[:2]
                 keep_tracks(write, report.time, report.space, columns, places)
-            if reports:
-                write.execute("DELETE FROM tracks WHERE time < ?", (reports[-1].time - self.keep,))
+            times = [*self.times, *(report.time for report in reports)][-BORNE:]
+            if len(times) == BORNE:
+                write.execute("DELETE FROM tracks WHERE time < ?", (min(times) - self.keep,))
             write.execute("COMMIT")
         except sqlite3.Error as error:
             if write.in_transaction:
                 write.execute("ROLLBACK")
             raise OSError(f"the state cannot be saved: {error}") from None
+        self.times = times
         return self.copy()
 
     def copy(self) -> str | None:
