@@ -212,7 +212,7 @@ class Running:
         self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
 
     def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
-        """Let the health tell of a sensor of which no scan is taken any more, as where one of the clocks is wrong."""
+        """Let the health tell of a sensor of which no scan is taken any more, as where its clock is wrong, or all are."""
         for one in formed:
             sensor, told = one.scan.sensor, refused.get(id(one))
             self._deaf[sensor] = 0 if told is None else self._deaf.get(sensor, 0) + 1
@@ -220,6 +220,11 @@ class Running:
                 self.ails[f"sensor {sensor}"] = f"its last {self._deaf[sensor]} scans were refused: {told}"
             else:
                 self.ails.pop(f"sensor {sensor}", None)
+        if all("refused: time: is" in self.ails.get(f"sensor {sensor}", "") for sensor in self._deaf):
+            away = " once service.store is moved away" if self.kept.store is not None else ""
+            self.ails["clocks"] = f"no sensor is in time: if their clocks were set back, restart{away}: tracks begin anew"
+        else:
+            self.ails.pop("clocks", None)
 
     def _opened(self, port: int) -> LivePage:
         """Return the page, at its port."""
