@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 from pathlib import Path
 from threading import Thread
@@ -11,11 +12,11 @@ import numpy as np
 import pytest
 
 import vedette
-from support.services import PATIENCE, TRACKER, feed, ran
+from support.services import PATIENCE, TRACKER, feed, lines, ran
 from vedette import Detections, Recording, Scan
 from vedette.cli import main
 from vedette.streams import Arrival
-from vedette_files import NORTH_EAST, Terms, code, write_recording
+from vedette_files import FRAMES, NORTH_EAST, Terms, code, write_recording
 from vedette_live.formats.json_lines import JsonLines
 from vedette_live.grouping import Grouper, Grouping
 from vedette_live.placing import Placing
@@ -29,8 +30,8 @@ def test_what_a_slow_reader_has_not_taken_yet_arrives_though_it_answered(tmp_pat
     """A connection that is closed with an answer unread throws away what waits to be sent."""
     scans, z = 300, [[1234.5, float(i)] for i in range(200)]
     head = '{"format": "vedette", "version": 1, "sensors": {"radar": {"x": "m", "y": "m"}}}\n'
-    lines = [f'{{"time": {k}, "sensor": "radar", "z": {z}}}\n' for k in range(scans)]
-    (tmp_path / "recording.jsonl").write_text("".join([head, *lines]))
+    told = [f'{{"time": {k}, "sensor": "radar", "z": {z}}}\n' for k in range(scans)]
+    (tmp_path / "recording.jsonl").write_text("".join([head, *told]))
     came = list[bytes]()
     with socket.create_server(("127.0.0.1", 0)) as server:
 
@@ -78,6 +79,22 @@ def test_a_recording_whose_x_points_north_is_at_the_same_place_in_a_run_and_serv
     sent, told = capfdbinary.readouterr()
     assert b"frame" not in sent
     assert b"x and y point" in told
+
+
+def test_a_record_and_the_one_begun_beside_it_are_sent_to_one_service(
+    tmp_path: Path, capfdbinary: pytest.CaptureFixture[bytes]
+) -> None:
+    """Sent alone, the second counted from 0 again: a service refused 30 of 60."""
+    config, told = {**TRACKER, "inputs": [feed()]}, lines(60)
+    for frame, part in ((FRAMES[0], told[:30]), (NORTH_EAST, told[30:])):
+        service = {"record": str(tmp_path / "r.jsonl"), "frame": frame, "origin": {"latitude": 59.0, "longitude": 10.0}}
+        ran({**config, "service": service}, [Arrival(line, 1e6) for line in part])
+    files = [str(tmp_path / name) for name in ("r.jsonl", "r-2.jsonl")]
+    assert main(["replay", *files, "--speed", "max"]) == 0
+    sent = [json.loads(line) for line in capfdbinary.readouterr().out.splitlines()]
+    assert [line["n"] for line in sent] == list(range(60))
+    assert [line["time"] for line in sent] == [json.loads(line)["time"] for line in told]
+    assert [line["frame"] for line in sent] == [FRAMES[0]] * 30 + [NORTH_EAST] * 30
 
 
 def test_what_a_recording_says_of_returns_is_taken_as_it_was(

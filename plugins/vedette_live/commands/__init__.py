@@ -37,15 +37,16 @@ class Serve(Command):
 @final
 @frozen
 class Replay(Command):
-    """Send a recording as it came: each scan at its time, as JSON lines, to a socket or to standard output.
+    """Send recordings as they came: each scan at its time, as JSON lines, to a socket or to standard output.
 
-    The file is a recording of Vedette's, as a run leaves it in its folder; scans are numbered from 0.
+    The files are recordings of Vedette's, as a run leaves one in its folder and a service some, as record.jsonl and
+    record-2.jsonl: one is sent after the other, without the pause between them. Scans are numbered from 0, over all.
     """
 
     kind: ClassVar[str] = "replay"
 
     def options(self, parser: ArgumentParser) -> None:
-        parser.add_argument("file", metavar="FILE", help="a recording as JSON lines")
+        parser.add_argument("files", metavar="FILE", nargs="+", help="a recording as JSON lines")
         parser.add_argument(
             "--to", default="-", metavar="ADDRESS", help="udp://HOST:PORT, tcp://HOST:PORT, or - for standard output"
         )

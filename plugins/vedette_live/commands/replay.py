@@ -1,4 +1,4 @@
-"""`vedette replay`: a recording, sent as it came."""
+"""`vedette replay`: recordings, sent as they came."""
 
 from __future__ import annotations
 
@@ -9,10 +9,12 @@ import sys
 from argparse import Namespace
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from vedette.commands import DONE, INTERRUPTED, options
 from vedette.errors import ConfigError
+from vedette.types import Recording
 from vedette_files import FRAMES, read_recording, scan_line
 from vedette_live.inputs.tcp import PIECE
 from vedette_report.watching.real_time import Pace, read_speed
@@ -24,17 +26,25 @@ PATIENCE = 10.0
 def run(arguments: Namespace) -> int:
     """Send all scans; return 130 if Ctrl-C ended it early."""
     speed = options.read("--speed", arguments.speed, read_speed) or 1.0
-    recording, spaces = read_recording(Path(arguments.file))
-    told = {name: note for name, note in recording.notes.items() if name == "frame" and note in FRAMES}
-    if not told:
-        print(f"{arguments.file}: does not say where x and y point: whoever takes it must know", file=sys.stderr)
+    recordings = [read_recording(Path(file)) for file in arguments.files]
+    for file, (recording, _) in zip(arguments.files, recordings, strict=True):
+        if not _frame(recording):
+            print(f"{file}: does not say where x and y point: whoever takes it must know", file=sys.stderr)
+    numbers = count()
     try:
         with _sender(arguments.to) as send:
-            for number, scan in enumerate(Pace(speed)(recording.scans, "sending")):
-                send((json.dumps({**json.loads(scan_line(scan, spaces)), **told, "n": number}) + "\n").encode())
+            for recording, spaces in recordings:
+                for scan in Pace(speed)(recording.scans, "sending"):
+                    line = {**json.loads(scan_line(scan, spaces)), **_frame(recording), "n": next(numbers)}
+                    send((json.dumps(line) + "\n").encode())
     except KeyboardInterrupt:
         return INTERRUPTED
     return DONE
+
+
+def _frame(recording: Recording) -> dict[str, str]:
+    """Return what a recording's lines tell of where x and y point."""
+    return {name: note for name, note in recording.notes.items() if name == "frame" and note in FRAMES}
 
 
 @contextmanager
