@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from typing import Any, final
 
 import numpy as np
@@ -124,23 +125,8 @@ class Keeping:
             return
         if not due:
             return
-        numbers, leap = acknowledging.taken(), window.settled_leap
-        clocks = self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks))
-        states: dict[str, Any] = {
-            "made": self.made,
-            "notes": self.service.notes,
-            "before": window.before.to_data(),
-            "born": window.state.born,
-            "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
-            "came": window.settled_copies,
-            "clocks": clocks,
-            "missed": acknowledging.untaken(numbers),
-            "places": [reading.taken(numbers) for reading in self.listening.readings],
-        }
-        if leap is not None:
-            states["leap"] = {"before": leap.before.to_data(), "time": leap.time, "sensors": sorted(leap.sensors)}
-        if self.recorder is not None:
-            states |= {"recorded": self.recorder.end, "record": str(self.recorder.path)}
+        numbers = acknowledging.taken()
+        states = self._states(window, numbers)
         try:
             if self.recorder is not None and self.recorder.waiting:
                 raise OSError("the record cannot be written")
@@ -165,6 +151,25 @@ class Keeping:
             LOG.error("the store lacks tracks, as it could not be written for long", extra={"reports": self._dropped})
             self._dropped = 0
         acknowledging.keep(numbers)
+
+    def _states(self, window: Window, numbers: Mapping[str, int]) -> dict[str, Any]:
+        """Return what a restart goes on from, as plain data; `numbers` are those taken of each input and sensor."""
+        states: dict[str, Any] = {
+            "made": self.made,
+            "notes": self.service.notes,
+            "before": window.before.to_data(),
+            "born": window.state.born,
+            "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
+            "came": window.settled_copies,
+            "clocks": self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks)),
+            "missed": self.listening.numbers.untaken(numbers),
+            "places": [reading.taken(numbers) for reading in self.listening.readings],
+        }
+        if (leap := window.settled_leap) is not None:
+            states["leap"] = {"before": leap.before.to_data(), "time": leap.time, "sensors": sorted(leap.sensors)}
+        if self.recorder is not None:
+            states |= {"recorded": self.recorder.end, "record": str(self.recorder.path)}
+        return states
 
     def take(self, taken: Taken) -> None:
         """Keep a scan and the tracks after it, which no late scan can change any more."""
