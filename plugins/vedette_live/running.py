@@ -220,7 +220,7 @@ class Running:
                 self.ails[f"sensor {sensor}"] = f"its last {self._deaf[sensor]} scans were refused: {told}"
             else:
                 self.ails.pop(f"sensor {sensor}", None)
-        if all("refused: time: is" in self.ails.get(f"sensor {sensor}", "") for sensor in self._deaf):
+        if self._deaf and all("refused: time: is" in self.ails.get(f"sensor {sensor}", "") for sensor in self._deaf):
             away = " once service.store is moved away" if self.kept.store is not None else ""
             self.ails["clocks"] = f"no sensor is in time: if their clocks were set back, restart{away}: tracks begin anew"
         else:
