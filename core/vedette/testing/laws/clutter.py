@@ -85,7 +85,6 @@ def clutter_spreads_over_what_may_lack(sensor: Sensor, drawn: Looks) -> None:
         demand(name in names, f"optional: {name!r} is none of what it measures, {', '.join(names)}")
         demand(0 < length < np.inf, f"optional: the length of {name} must be finite and > 0, got {length:g}")
         i = names.index(name)
-
         line, _, side = _cells(sensor, lambda one: bool(np.all(covers(one[None]))), z, i, sensor.measurement.axes[i])
         along = sensor.measurement.canonical(np.where(np.arange(len(z)) == i, line[:, None], z))
         here, density = float(_density(sensor, z[None])[0]), _density(sensor, along)

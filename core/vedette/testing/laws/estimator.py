@@ -245,7 +245,7 @@ def soft_weights_give_the_mixtures_moments(estimator: Estimator[Any], drawn: Sce
 
 
 LAWS: tuple[Law, ...] = (
-    *map(Law, (pure,)),
+    Law(pure),
     *draws.LAWS,
     *(Law(law, needs="not traits.draws") for law in (
         batches_as_it_loops, a_short_time_forgets_nothing, soft_weights_give_the_mixtures_moments,

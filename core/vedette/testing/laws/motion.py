@@ -24,11 +24,7 @@ from vedette.testing.law import Law
 from vedette.testing.laws import curved_paths, gaps, reframing, twins
 from vedette.testing.laws import space as spaces
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.laws.noise_units import (
-    deviations_count,
-    mean_noise_is_a_mean,
-    noise_has_its_units,
-)
+from vedette.testing.laws.noise_units import deviations_count, mean_noise_is_a_mean, noise_has_its_units
 from vedette.testing.states import random_gaussian, speeds_of, steps_of, without_variance
 from vedette.types import Gaussian
 

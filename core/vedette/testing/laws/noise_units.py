@@ -15,7 +15,7 @@ from vedette.roles import Component, MotionModel, Sensor, components_in
 from vedette.space import Array, Space
 from vedette.testing.comparisons import Closed, closed_by, closed_if, demand, deviations, products, same
 from vedette.testing.laws.motion_cases import Moves
-from vedette.testing.laws.sensor_cases import Looks
+from vedette.testing.laws.sensor_cases import Looks, full
 from vedette.testing.states import sizes
 
 LENGTHS, _ANGLES, _TIMES = ("m", "km", "NM", "ft", "px"), ("rad", "deg", "mrad"), ("s", "min", "h")
@@ -110,22 +110,18 @@ def mean_noise_is_a_mean(component: MotionModel | Sensor, drawn: Moves | Looks) 
     """
     (space, states, noise), rng = _noise(component, drawn), np.random.default_rng(drawn.seed)
     time, n, m = [drawn.dt] if isinstance(drawn, Moves) else [], len(states), len(space)
-
-    def full(found: Array, x: Array) -> Array:
-        return np.broadcast_to(found, (*x.shape[:-1], m, m))
-
-    sure = full(component.mean_noise(drawn.x, np.zeros((3, n, n)), *time), drawn.x)
-    same("mean_noise of a sure belief", sure, full(noise(component, drawn.x), drawn.x), 1e-9)
+    sure = full(component.mean_noise(drawn.x, np.zeros((3, n, n)), *time), drawn.x, (m, m))
+    same("mean_noise of a sure belief", sure, full(noise(component, drawn.x), drawn.x, (m, m)), 1e-9)
     if type(component).mean_noise in (MotionModel.mean_noise, Sensor.mean_noise) or components_in(component):
         return
     x = np.abs(drawn.x) + sizes(states)  # nothing that is a length ends below 0
     spread = sizes(states) * rng.uniform(0.02, 0.3, n)
     off = rng.standard_normal((1000, 3, n)) * spread
-    each = sum(full(noise(component, there), there) for there in (x + off, x - off)) / 2
+    each = sum(full(noise(component, there), there, (m, m)) for there in (x + off, x - off)) / 2
     mean, doubt = np.mean(each, axis=0), 6.0 / np.sqrt(len(off)) * np.std(each, axis=0)
-    found = full(component.mean_noise(x, np.broadcast_to(np.diag(spread**2), (3, n, n)), *time), x)
+    found = full(component.mean_noise(x, np.broadcast_to(np.diag(spread**2), (3, n, n)), *time), x, (m, m))
     scale = products(deviations(mean)) + 1e-300
-    off_by, of_one = (np.abs(one - mean) / scale for one in (found, full(noise(component, x), x)))
+    off_by, of_one = (np.abs(one - mean) / scale for one in (found, full(noise(component, x), x, (m, m))))
     told = (
         f"of a belief with deviations {spread.tolist()}, the noise has in the mean deviations {deviations(mean)[0].tolist()}"
     )

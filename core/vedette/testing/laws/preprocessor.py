@@ -147,9 +147,8 @@ def what_is_said_of_a_return_goes_with_it(preprocessor: Preprocessor, drawn: Raw
     first, then = np.array(pairs).T
     for what, each in said.items():
         has, given = getattr(made, what), each[first]
-        if (what == "noise" and not alike) or (
-            what in ("identity", "time") and has is None
-        ):  # not all know of names and times
+        unknown = what in ("identity", "time") and has is None  # not all know of names and times
+        if unknown or (what == "noise" and not alike):
             continue
         demand(has is not None, f"{what}: the returns have some, and what is made of them has none")
         kept = np.array_equal(has[then], given) or (what == "evidence" and np.all(np.diff(has[then]) > 0))

@@ -16,11 +16,7 @@ from vedette.testing.comparisons import closed_by, closed_if, covariance, demand
 from vedette.testing.law import Law
 from vedette.testing.laws import clutter, imaging, inversion, platforms, rates, twins
 from vedette.testing.laws import space as spaces
-from vedette.testing.laws.noise_units import (
-    deviations_count,
-    mean_noise_is_a_mean,
-    noise_has_its_units,
-)
+from vedette.testing.laws.noise_units import deviations_count, mean_noise_is_a_mean, noise_has_its_units
 from vedette.testing.laws.sensor_cases import Looks, full, noise_of, regular, slopes
 from vedette.testing.states import size, steps_of
 from vedette.types import Pose
