@@ -43,8 +43,7 @@ def check_apart(paths: Paths, objects: Indices, name: str, roundings: Array, dat
     """Raise InputError if rows of one object, or of most objects that the column `name` tells apart, are of several.
 
     objects (p,): whose each piece is, in order; roundings (o,): the deviation of positions in m by their digits; data: what
-    was
-    read; by: how a column that names objects is stated.
+    was read; by: how a column that names objects is stated.
     """
     told, ends, counts = _told(paths, objects)
     many = np.flatnonzero(counts >= LEAST)[:OBJECTS]
