@@ -58,12 +58,18 @@ def _silent(right, found, estimator, sensor, name, detections, claimed):
         return vedette.Newborn(np.zeros(0, dtype=int), vedette.Gaussian(np.zeros((0, n)), np.zeros((0, n, n))), np.zeros(0))
 
 
+def _weighed(memory, weights):
+    """Return the intensity with as many more or fewer in each cell of a Gaussian as its weight says."""
+    more = (weights - memory.weights).reshape(-1, *[1] * (memory.number.ndim - 1))
+    return attrs.evolve(memory, number=memory.number + more)
+
+
 def _weights(change):
     """Return a `predict` that changes the weights: a function of them, of how many are old, of the old ones and of dt."""
 
     def predict(right, memory, estimator, dt, rng):
         ahead = right.predict(memory, estimator, dt, rng)
-        return attrs.evolve(ahead, weights=change(right, ahead.weights, len(memory.weights), memory.weights, dt))
+        return _weighed(ahead, change(right, ahead.weights, len(memory.weights), memory.weights, dt))
 
     return predict
 
@@ -100,7 +106,7 @@ def _nothing_revealed(right, memory, estimator, sensor, detections, p_gate):
 
 
 def _in_place(right, memory, estimator, sensor, detections, claimed, p_gate):
-    memory.weights[...] = right.update(memory, estimator, sensor, detections, claimed, p_gate).weights
+    memory.number[...] = right.update(memory, estimator, sensor, detections, claimed, p_gate).number
     return memory
 
 
@@ -108,7 +114,7 @@ def _detected_all(right, memory, estimator, sensor, detections, claimed, p_gate)
     """Each return of the scan takes one from the expected number of undetected targets, whosever it was."""
     after = right.update(memory, estimator, sensor, detections, claimed, p_gate)
     count = np.sum(detections.valid)
-    return attrs.evolve(after, weights=after.weights - count / max(len(after.weights), 1))
+    return _weighed(after, after.weights - count / max(len(after.weights), 1))
 
 
 birth = partial(mutant, "birth")

@@ -46,7 +46,7 @@ def against_the_mean(self, own, scan):
 def merged_twice(self, it):
     """Each event in which two give one return counts twice."""
     part = Jpda.meet_close(self, it)
-    return evolve(part, close=evolve(part.close, joint=part.close.joint + np.log(2.0)))
+    return evolve(part, close=evolve(part.close, scores=part.close.scores + np.log(2.0)))
 
 
 def never_resolved(self, it):

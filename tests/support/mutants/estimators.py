@@ -223,6 +223,8 @@ ESTIMATORS = [
     ("a belief with a shared array", EKF, "tracks_come_and_go",
      {"start": lambda s, p, a, rng: Shared(EKF.start(s, p, a, rng), np.zeros(1)),
       "predict": lambda s, b, dt, rng: Shared(EKF.predict(s, b.belief, dt, rng), b.extra),
+      "evaluate": lambda s, b, sensor, seen, p_gate: EKF.evaluate(s, b.belief, sensor, seen, p_gate),
+      "update": lambda s, b, i, w: Shared(EKF.update(s, b.belief, i, w), b.extra),
       "moments": lambda s, b: b.belief}, LINEAR),
     ("a belief that is another thing once it is predicted", EKF, "tracks_come_and_go",
      {"predict": lambda s, b, dt, rng: Ahead((g := EKF.predict(s, b, dt, rng)).mean, g.cov, g.mean),

@@ -61,9 +61,9 @@ SENSORS = [
     ("detection of crowded scenes", CP, "batches_as_it_loops",
      {"detects": lambda s, x: np.asarray(0.5 if x.shape[0] > 100 else 0.6)}),
     ("a twin that turns the other way", RB, "says_what_the_sensor_says",
-     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, RB.twin.fget(s).parameters * [1, 1, -1, *(1,) * 6]))}),
+     {"twin": property(lambda s: (t := RB.twin.fget(s)) and Twin(t.function, t.parameters * [1, 1, -1, *(1,) * 6]))}),
     ("a twin that takes deviations for variances", RB, "says_what_the_sensor_says",
-     {"twin": property(lambda s: Twin(RB.twin.fget(s).function, np.sqrt(np.maximum(RB.twin.fget(s).parameters, 0.0))))}),
+     {"twin": property(lambda s: (t := RB.twin.fget(s)) and Twin(t.function, np.sqrt(np.maximum(t.parameters, 0.0))))}),
     ("a twin that stays where it was built", RB, "says_what_the_sensor_says",
      {"twin": property(lambda s: RB.twin.fget(RB(s.sigma_range, s.sigma_bearing, sigma_extent=s.sigma_extent)))}),
 ]  # fmt: skip

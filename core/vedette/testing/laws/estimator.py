@@ -29,7 +29,7 @@ from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, innovatio
 from vedette.testing.sensors import Watch
 from vedette.testing.truth import modes_of
 from vedette.tracking import pytrees
-from vedette.types import Detections, Gaussian
+from vedette.types import Array, Detections, Gaussian
 
 
 def pure(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -76,7 +76,11 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     """
     belief, innovation, weights = cases.weighed(estimator, drawn)
     new, updated = cases.started(estimator, drawn, drawn.rng()), estimator.update(belief, innovation, weights)
-    for old in (belief, updated):
+    for name, value in (("start", new), ("evaluate", innovation), ("update", updated)):
+        pytrees.mapped(lambda array, name=name: _leads(name, array, weights.shape[:2]), value)
+    for name, old in (("predict", belief), ("update", updated)):
+        kinds = type(new).__name__, type(old).__name__
+        demand(type(old) is type(new), f"{name}: must give {kinds[0]}, as `start` does, whose tracks join, got {kinds[1]}")
         apart = pytrees.join(estimator.moments(old), estimator.moments(new), 1)
         alike(estimator, pytrees.join(old, new, 1), apart, 1e-9, "where new tracks join: ")
     after = estimator.moments(updated)
@@ -93,6 +97,11 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(estimator, still, first, 1e-9, "where another track takes no return: ")
     swapped = np.array([1, 0])
     alike(estimator, pytrees.take(belief, swapped, 1), pytrees.take(estimator.moments(belief), swapped, 1), 1e-12)
+
+
+def _leads(name: str, array: Array, lead: tuple[int, ...]) -> None:
+    wanted = f"its arrays must lead with the batch axes and the tracks, {lead}"
+    demand(array.shape[:2] == lead, f"{name}: {wanted}, got {array.shape}")
 
 
 def starts_at_its_prior(estimator: Estimator[Any], drawn: Scene) -> None:
