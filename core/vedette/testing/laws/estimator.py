@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from itertools import product
 from typing import Any
 
@@ -10,7 +11,7 @@ import numpy as np
 from vedette import kernels
 from vedette.filters import predicted
 from vedette.roles import Estimator, GatedScan
-from vedette.space import Axis, Space
+from vedette.space import Array, Axis, Space
 from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
 from vedette.testing.laws import (
@@ -29,7 +30,7 @@ from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, innovatio
 from vedette.testing.sensors import Watch
 from vedette.testing.truth import modes_of
 from vedette.tracking import pytrees
-from vedette.types import Array, Detections, Gaussian
+from vedette.types import Detections, Gaussian
 
 
 def pure(estimator: Estimator[Any], drawn: Scene) -> None:
@@ -77,7 +78,7 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     belief, innovation, weights = cases.weighed(estimator, drawn)
     new, updated = cases.started(estimator, drawn, drawn.rng()), estimator.update(belief, innovation, weights)
     for name, value in (("start", new), ("evaluate", innovation), ("update", updated)):
-        pytrees.mapped(lambda array, name=name: _leads(name, array, weights.shape[:2]), value)
+        pytrees.mapped(partial(_leads, name, weights.shape[:2]), value)
     for name, old in (("predict", belief), ("update", updated)):
         kinds = type(new).__name__, type(old).__name__
         demand(type(old) is type(new), f"{name}: must give {kinds[0]}, as `start` does, whose tracks join, got {kinds[1]}")
@@ -99,7 +100,7 @@ def tracks_come_and_go(estimator: Estimator[Any], drawn: Scene) -> None:
     alike(estimator, pytrees.take(belief, swapped, 1), pytrees.take(estimator.moments(belief), swapped, 1), 1e-12)
 
 
-def _leads(name: str, array: Array, lead: tuple[int, ...]) -> None:
+def _leads(name: str, lead: tuple[int, ...], array: Array) -> None:
     wanted = f"its arrays must lead with the batch axes and the tracks, {lead}"
     demand(array.shape[:2] == lead, f"{name}: {wanted}, got {array.shape}")
 
