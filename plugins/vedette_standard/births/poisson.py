@@ -8,43 +8,22 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Mixtures, Newborn, Sensor, fields, kernels
-from vedette.filters import mixed
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Newborn, Sensor, fields
 from vedette.sampling import NO_DRAWS
 from vedette.tracking import join, take
 from vedette_standard.births import in_gaussians
-from vedette_standard.births.at_returns import at_returns
-from vedette_standard.births.cells import counted, looked
+from vedette_standard.births.cells import looked
+from vedette_standard.births.explained import Explained, explained
+from vedette_standard.births.intensity import Intensity, fewer
 from vedette_standard.births.places import Appearance, Edge, present
 
 FADED = 0.01
 """A Gaussian is dropped only if it is also below this share of what appears anew in a place."""
 
-ALIKE = 0.01
-"""Growth of the volume, as a logarithm, up to which two Gaussians are one: an error of so much in what it holds."""
-
-
 _TRIED = (
     (Appearance({"x": (0.0, 200.0), "y": (50.0, 300.0), "vx": (0.0, 50.0), "vy": (0.0, 50.0)}, 1.0, 0.05),),
     (Appearance({"x": (99.0, 50.0), "y": (-99.0, 50.0), "vx": (9.0, 50.0), "vy": (-9.0, 99.0)}, 0.1, 0.1),),
 )
-
-
-@frozen(eq=False)
-class Intensity:
-    """Unseen targets of c Gaussians, which are the beliefs of the tracker's filter, in cells (c, n, .., n) of the plane.
-
-    place (c,): which place of the config they appeared in, -1 where they are of a track that ended.
-    """
-
-    number: Array
-    belief: Any
-    place: Indices
-
-    @property
-    def weights(self) -> Array:
-        """Their expected number (c,) in each Gaussian."""
-        return np.asarray(np.mean(self.number, axis=tuple(range(1, self.number.ndim))))
 
 
 @final
@@ -147,45 +126,18 @@ class Poisson(Birth):
         least = np.min(FADED * new.weights[new.weights > 0], initial=self.negligible)
         old = take(memory, memory.weights > least, 0)
         if old.number.shape[1] > 1 and len(old.number):
-            old = self._fewer(old, estimator, dt)
+            old = fewer(old, estimator, dt)
         cells = (len(new.number), *old.number.shape[1:])
         number = np.concatenate([old.number * math.exp(-dt / self.lifetime), np.broadcast_to(new.number, cells)])
         belief = join(estimator.predict(old.belief, dt, rng), new.belief, 0)
         return Intensity(number, belief, np.concatenate([old.place, new.place]))
 
-    def _fewer(self, memory: Intensity, estimator: Estimator[Any], dt: float) -> Intensity:
-        """Return what looks have cut, mixed by dt of motion; of two Gaussians that are alike, one.
-
-        What no look thins lives long, and else there would be a Gaussian for each scan of its life.
-        """
-        it = take(memory, np.argsort(memory.place, kind="stable"), 0)
-        prior = estimator.moments(it.belief)
-        number = in_gaussians.mixed_by_motion(it.number, prior, estimator.state, dt)
-        alike = in_gaussians.pairs_alike(prior, estimator.state, ALIKE) & (np.diff(it.place) == 0) & (it.place[1:] >= 0)
-        first = np.flatnonzero(np.append(True, ~alike))
-        into = np.cumsum(np.append(True, ~alike)) - 1
-        shares = it.weights / np.bincount(into, it.weights)[into]
-        try:
-            belief = estimator.merge(it.belief, Mixtures(into, np.arange(len(into)), shares, len(first)))
-        except NotImplementedError:
-            return Intensity(number, it.belief, it.place)
-        return Intensity(np.add.reduceat(number, first), belief, it.place[first])
-
     def reveal(
         self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, p_gate: float
-    ) -> tuple[Array, Any]:
+    ) -> tuple[Array, Explained]:
         """Return the density (k,) of each return from an unseen target, and how each Gaussian explains it."""
-        near = at_returns(estimator.moments(memory.belief), estimator.state, sensor, detections)
-        loglik, innovation = np.empty((len(memory.weights), len(detections.z))), None
-        if near is None or len(near.returns) < len(detections.z):
-            innovation = estimator.evaluate(memory.belief, sensor, detections, p_gate)
-            loglik[:] = innovation.loglik[:, 1:]
-        if near is not None:
-            loglik[:, near.returns] = near.loglik
-        with np.errstate(divide="ignore"):
-            log_number = np.log(self._there(memory, estimator, sensor, detections, near))
-        log_share = np.where(detections.valid, log_number + loglik, -np.inf)
-        return np.exp(kernels.log_sum(log_share, axis=0)), (memory, innovation, log_share, near)
+        found = explained(memory, estimator, sensor, detections, p_gate)
+        return found.rate, found
 
     def update(
         self,
@@ -202,24 +154,28 @@ class Poisson(Birth):
         return Intensity(number, memory.belief, memory.place)
 
     def begin(
-        self, found: Any, estimator: Estimator[Any], sensor: Sensor, name: str, detections: Detections, claimed: Array
+        self,
+        found: Explained | None,
+        estimator: Estimator[Any],
+        sensor: Sensor,
+        name: str,
+        detections: Detections,
+        claimed: Array,
     ) -> Newborn:
         """Return a track at each return that may be an unseen target's."""
-        k, n = len(claimed), len(estimator.state)
-        existence, returns = np.zeros(k), np.zeros(0, dtype=np.intp)
-        if found is not None and k:
-            rate = np.exp(kernels.log_sum(found[2], axis=0))
-            clutter = np.broadcast_to(sensor.clutter(detections.z), k)
-            if detections.missing is not None:  # over the components that each return has
-                lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
-                clutter = clutter * np.exp(detections.missing @ np.log(lengths))
-            some = (rate + clutter > 0) & detections.valid
-            existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
-            returns = np.flatnonzero((existence > 0) & (existence >= self.least))
+        k = len(claimed)
+        if found is None or not k:
+            return Newborn.none(len(estimator.state))
+        rate, clutter = found.rate, np.broadcast_to(sensor.clutter(detections.z), k)
+        if detections.missing is not None:  # over the components that each return has
+            lengths = [sensor.optional.get(name, 1.0) for name in sensor.measurement.names]
+            clutter = clutter * np.exp(detections.missing @ np.log(lengths))
+        some = (rate + clutter > 0) & detections.valid
+        existence = np.where(some, rate / np.where(some, rate + clutter, 1.0), 0.0) * (1.0 - claimed)
+        returns = np.flatnonzero((existence > 0) & (existence >= self.least))
         if not len(returns):
-            return Newborn.none(n)
-        prior = self._given(found, estimator, sensor, detections, returns)
-        return Newborn(returns, prior, existence[returns])
+            return Newborn.none(len(estimator.state))
+        return Newborn(returns, found.given(returns), existence[returns])
 
     def recycle(self, memory: Intensity, estimator: Estimator[Any], ended: Gaussian, existence: Array) -> Intensity:
         """Return the intensity; if it `recycles`, with a Gaussian for each track that ended, weighted by its existence."""
@@ -230,49 +186,3 @@ class Poisson(Birth):
         number = np.broadcast_to(existence.reshape(-1, *[1] * (len(cells) - 1)), cells)
         place = np.concatenate([memory.place, np.full(len(existence), -1)])
         return Intensity(np.concatenate([memory.number, number]), join(memory.belief, back, 0), place)
-
-    def _there(
-        self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, near: Any
-    ) -> Array:
-        """Return the expected number (c, k) of each Gaussian, if all of it were like where it would give each return."""
-        k = len(detections.z)
-        if memory.number.shape[1] == 1:
-            return np.broadcast_to(memory.number.reshape(-1, 1), (len(memory.number), k))
-        prior = estimator.moments(memory.belief)
-        mean = np.repeat(prior.mean[:, None], k, axis=1)
-        other = np.setdiff1d(np.flatnonzero(detections.valid), [] if near is None else near.returns)
-        if len(other):
-            mean[:, other] = self._alone(memory, estimator, sensor, detections, other).mean
-        if near is not None:
-            mean[:, near.returns] = near.given.mean
-        places = in_gaussians.counted_along(prior, estimator.state, mean)
-        return counted(memory.number, places, lambda at: in_gaussians.detection(prior, estimator.state, sensor, at))
-
-    def _alone(
-        self, memory: Intensity, estimator: Estimator[Any], sensor: Sensor, detections: Detections, returns: Indices
-    ) -> Gaussian:
-        """Return the moments (c, j, n) of each Gaussian given each of some returns (j,), as the filter has it."""
-        c, j = len(memory.number), len(returns)
-        component, row = np.repeat(np.arange(c), j)[:, None], np.tile(returns, c)[:, None]
-        noise, missing = (None if every is None else every[row] for every in (detections.noise, detections.missing))
-        own = Detections(detections.z[row], np.ones(row.shape, dtype=bool), noise=noise, missing=missing)
-        belief = take(memory.belief, component, 0)
-        seen = estimator.evaluate(belief, sensor, own, 1.0)  # the gate weighs a miss only
-        after = estimator.moments(estimator.update(belief, seen, np.broadcast_to([0.0, 1.0], (len(row), 1, 2))))
-        return Gaussian(after.mean.reshape(c, j, -1), after.cov.reshape(c, j, *after.cov.shape[-2:]))
-
-    def _given(
-        self, found: Any, estimator: Estimator[Any], sensor: Sensor, detections: Detections, returns: Indices
-    ) -> Gaussian:
-        """Return the moments (j, n) of unseen targets given that they gave the returns (j,)."""
-        memory, _, log_share, near = found
-        c, n = len(log_share), len(estimator.state)
-        mean, cov = np.empty((len(returns), c, n)), np.empty((len(returns), c, n, n))
-        close = np.zeros(len(returns), dtype=bool) if near is None else np.isin(returns, near.returns)
-        if not close.all():
-            after = self._alone(memory, estimator, sensor, detections, returns[~close])
-            mean[~close], cov[~close] = after.mean.swapaxes(0, 1), after.cov.swapaxes(0, 1)
-        if near is not None:
-            there = np.searchsorted(near.returns, returns[close])
-            mean[close], cov[close] = near.given.mean[:, there].swapaxes(0, 1), near.given.cov[:, there].swapaxes(0, 1)
-        return mixed(Gaussian(mean, cov), kernels.softmax(log_share[:, returns].T), estimator.state)

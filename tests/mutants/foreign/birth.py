@@ -98,7 +98,7 @@ def _standing(right, memory, estimator, dt, rng):
 
 def _first_gaussian(right, memory, estimator, sensor, detections, p_gate):
     density, found = right.reveal(memory, estimator, sensor, detections, p_gate)
-    return np.exp(found[2][..., 0, :]) if len(memory.weights) else density, found
+    return np.exp(found.log_share[0]) if len(memory.weights) else density, found
 
 
 def _nothing_revealed(right, memory, estimator, sensor, detections, p_gate):

@@ -15,8 +15,9 @@ from vedette.testing.laws.source import OTHER
 from vedette.testing.strategies import SENSOR
 from vedette_sim import Look, Simulation
 from vedette_standard.births.from_returns import FromReturns
+from vedette_standard.births.intensity import Intensity
 from vedette_standard.births.places import Appearance
-from vedette_standard.births.poisson import Intensity, Poisson
+from vedette_standard.births.poisson import Poisson
 from vedette_standard.births.uniform import Uniform
 from vedette_standard.estimators.kalman import Kalman
 from vedette_standard.lifecycles.existence import Existence
