@@ -213,7 +213,7 @@ MUTANTS: tuple[Mutant, ...] = (
         "score_forgets_best",
         "The fall of the score is held against 0, not against its best.",
         SCORE,
-        review=_own(lambda before, after: attrs.evolve(after, best=np.zeros_like(after.best))),
+        review=_own(lambda before, after: attrs.evolve(after, fell=np.maximum(-after.last, 0.0))),
     ),
     lifecycle(
         "coasts_never_reset",
