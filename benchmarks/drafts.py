@@ -77,8 +77,7 @@ def _path(rng: np.random.Generator, motion: str, times: Array, speed: float, sid
     if motion == "circling":
         turn = 2 * np.pi / (times[-1] * rng.uniform(0.2, 1.0))
         angle = heading + turn * times
-        circle: Array = start + float(np.hypot(*ahead)) / turn * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
-        return circle
+        return start + float(np.hypot(*ahead)) / turn * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     moving = np.ones(len(times))
     if motion in ("hovering", "stopping"):
         parts = np.sort(rng.uniform(0, times[-1], 2 if motion == "hovering" else 1))

@@ -75,8 +75,7 @@ def log_densities(mean: Array, cov: Array, there: Array) -> Array:
     """Return log N (t, j) of places (j, 2) by Gaussians of mean (t, 2) and covariance (t, 2, 2)."""
     apart = there[None] - mean[:, None]
     distance = np.einsum("tji,tij->tj", apart, np.linalg.solve(cov, np.swapaxes(apart, 1, 2)))
-    density: Array = -0.5 * (distance + np.log(np.linalg.det(2 * np.pi * cov))[:, None])
-    return density
+    return -0.5 * (distance + np.log(np.linalg.det(2 * np.pi * cov))[:, None])
 
 
 def of_targets(density: Array, existence: Array, unseen: Array) -> Array:
@@ -89,8 +88,7 @@ def of_targets(density: Array, existence: Array, unseen: Array) -> Array:
     some = np.clip(existence, 1e-12, 1.0 - 1e-12)[:, None]
     pairs = np.log(some) + density - np.log(unseen)
     pairs = np.where(pairs - np.log1p(-some) > FARTHEST, pairs, -np.inf)
-    share: Array = 1.0 - PAIRING.associate(np.concatenate([np.log1p(-some), pairs], axis=1), None)[:, 0]
-    return share
+    return 1.0 - PAIRING.associate(np.concatenate([np.log1p(-some), pairs], axis=1), None)[:, 0]
 
 
 def calibration(kind: str, seed: int, runs: int) -> tuple[Array, Array]:

@@ -170,8 +170,7 @@ def overlap(one: Followed) -> Array:
     low = np.maximum(a[:, :2] - 0.5 * a[:, 2:], b[:, :2] - 0.5 * b[:, 2:])
     high = np.minimum(a[:, :2] + 0.5 * a[:, 2:], b[:, :2] + 0.5 * b[:, 2:])
     both = np.prod(np.maximum(high - low, 0.0), axis=1)
-    share: Array = both / (np.prod(a[:, 2:], axis=1) + np.prod(b[:, 2:], axis=1) - both)
-    return share
+    return both / (np.prod(a[:, 2:], axis=1) + np.prod(b[:, 2:], axis=1) - both)
 
 
 def told(found: list[Followed]) -> str:

@@ -159,8 +159,7 @@ def alone(python: str, name: str, targets: int, density: float, limit: float) ->
     done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, env=known, check=False)
     if done.returncode:
         return (done.stderr.strip().splitlines() or ["it ended without a word"])[-1]
-    found: dict[str, Any] = json.loads(done.stdout)
-    return found
+    return json.loads(done.stdout)
 
 
 def told(found: dict[str, Any], limit: float) -> str:

@@ -55,8 +55,7 @@ class Contender:
     def _read(self) -> dict[str, Any]:
         assert self._process.stdout is not None
         line = self._process.stdout.readline()
-        found: dict[str, Any] = json.loads(line) if line else {"absent": "its process ended", "failed": "its process ended"}
-        return found
+        return json.loads(line) if line else {"absent": "its process ended", "failed": "its process ended"}
 
     def close(self) -> None:
         """End the process."""

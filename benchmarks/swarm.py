@@ -101,8 +101,7 @@ def alone(associator: str, targets: int, seed: int, more: list[str]) -> dict[str
         command += ["--set", one]
     known = {**os.environ, "OPENBLAS_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
     done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT, env=known)
-    found: dict[str, Any] = json.loads(done.stdout) | {"seed": seed}
-    return found
+    return json.loads(done.stdout) | {"seed": seed}
 
 
 def plot(rows: list[dict[str, Any]], path: Path) -> None:

@@ -47,8 +47,7 @@ def returns(places: Array, turned: bool, rng: np.random.Generator) -> Array:
     z = np.stack([np.hypot(x, y), np.arctan2(y, x) + OFF * turned], axis=1)
     z = (z + rng.normal(0, 1, z.shape) * [5.0, np.radians(0.2)])[rng.random(len(z)) < 0.9]
     false = np.stack([rng.uniform(0, 20_000, FALSE), rng.uniform(-np.pi, np.pi, FALSE)], axis=1)
-    both: Array = np.concatenate([z, false])
-    return both
+    return np.concatenate([z, false])
 
 
 def main(associator: str = "jpda") -> None:

@@ -45,8 +45,7 @@ def pda(x: Array, P: Array, z: Array, inside: Array, H: Array, R: Array) -> tupl
 def distances(x: Array, P: Array, z: Array, H: Array, R: Array) -> Array:
     """Return the squared Mahalanobis distances of the returns (k,)."""
     nu = z - H @ x
-    squared: Array = np.sum(nu @ inv(H @ P @ H.T + R) * nu, axis=1)
-    return squared
+    return np.sum(nu @ inv(H @ P @ H.T + R) * nu, axis=1)
 
 
 def moments(weights: Array, xs: list[Array], Ps: list[Array]) -> tuple[Array, Array]:

@@ -64,8 +64,7 @@ def by_filterpy() -> Run:
             xs.append(made.x.copy()), Ps.append(made.P.copy()), Fs.append(F), Qs.append(Q)
         # step k of rts_smoother moves from k to k + 1 by the matrices of k + 1
         smooth, _, _, _ = made.rts_smoother(np.array(xs), np.array(Ps), Fs=Fs, Qs=Qs)
-        found: Array = smooth[0, :2]
-        return found
+        return smooth[0, :2]
 
     return run
 

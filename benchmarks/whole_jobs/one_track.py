@@ -66,8 +66,7 @@ def imm_by_filterpy() -> Run:
         for z in problem.z[:, 0]:
             made.predict()
             made.update(z)
-        found: Array = made.x[:2].copy()
-        return found
+        return made.x[:2].copy()
 
     return run
 

@@ -30,29 +30,29 @@ def _array(name: str, value: Any, dtype: np.dtype[Any]) -> Any:
 def z(value: Any) -> Array:
     if value is None:
         raise ValueError("z: must be numbers in rows, [] for a scan without returns, got None")
-    return _array("z", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("z", value, _FLOAT)
 
 
 def valid(value: Any) -> Mask:
     if value is None:
         raise ValueError("valid: must be true or false for each return, got None; `Detections.of(z)` takes all as valid")
-    return _array("valid", value, _BOOL)  # type: ignore[no-any-return]
+    return _array("valid", value, _BOOL)
 
 
 def evidence(value: Any) -> Array | None:
-    return _array("evidence", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("evidence", value, _FLOAT)
 
 
 def noise(value: Any) -> Array | None:
-    return _array("noise", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("noise", value, _FLOAT)
 
 
 def times(value: Any) -> Array | None:
-    return _array("time", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("time", value, _FLOAT)
 
 
 def missing(value: Any) -> Mask | None:
-    return _array("missing", value, _BOOL)  # type: ignore[no-any-return]
+    return _array("missing", value, _BOOL)
 
 
 def identity(value: Any) -> Indices | None:
@@ -76,11 +76,11 @@ def identity(value: Any) -> Indices | None:
 def position(value: Any) -> Array:
     if value is None:
         raise ValueError("position: must be 2 or 3 numbers, got None")
-    return _array("position", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("position", value, _FLOAT)
 
 
 def velocity(value: Any) -> Array | None:
-    return _array("velocity", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("velocity", value, _FLOAT)
 
 
 def heading(value: Any) -> float | Array:
@@ -103,7 +103,7 @@ def pixels(value: Any) -> Any:
 
 
 def corner(value: Any) -> Array | None:
-    return _array("corner", value, _FLOAT)  # type: ignore[no-any-return]
+    return _array("corner", value, _FLOAT)
 
 
 def time(value: Any) -> float:

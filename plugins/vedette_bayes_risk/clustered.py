@@ -70,8 +70,7 @@ class ClusteredDetection(Preprocessor):
         _, detects, false = self._each
         pair = number_of(1 - (1 - detects) * (1 - false)), number_of(false)
         log = [np.log(np.maximum(p, 1e-300)) - np.log(max(float(np.sum(p[2:])), 1e-300)) for p in pair]
-        ratio: Array = log[0] - log[1]
-        return ratio
+        return log[0] - log[1]
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Fuse scans (*b, k_j, 2) of the sensors to clusters (*b, k, 2) with evidence (*b, k) and noise (*b, k, 2, 2)."""
@@ -111,5 +110,4 @@ def _nearest(mean: Array, seen: Detections, threshold: float) -> tuple[Any, Mask
 def _repeated(members: Array, valid: Mask) -> Mask:
     """Return which clusters (*b, c) have the members (*b, c, s) of a valid one before them."""
     same = np.all(members[..., :, None, :] == members[..., None, :, :], axis=-1) & valid[..., None, :]
-    before: Mask = np.any(same & np.tri(members.shape[-2], k=-1, dtype=bool), axis=-1)
-    return before
+    return np.any(same & np.tri(members.shape[-2], k=-1, dtype=bool), axis=-1)

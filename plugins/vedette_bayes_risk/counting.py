@@ -39,13 +39,11 @@ class Confirmation:
 
     def false_alarm(self, threshold: float) -> Array:
         """Return P_FA = 1 - exp(-density pi threshold^2): a sensor's false return confirms any other return, (n,)."""
-        p: Array = -np.expm1(-self.density * np.pi * threshold**2)
-        return p
+        return -np.expm1(-self.density * np.pi * threshold**2)
 
     def miss(self, threshold: float) -> Array:
         """Return P_M = 1 - P_D (1 - exp(-threshold^2 / (2 (v_base + v)))), the target's return not confirming, (n,)."""
-        p: Array = 1.0 + self.p_detect * np.expm1(-(threshold**2) / (2 * (self.base + self.variance)))
-        return p
+        return 1.0 + self.p_detect * np.expm1(-(threshold**2) / (2 * (self.base + self.variance)))
 
     def given_clutter(self, threshold: float) -> Array:
         """Return p(k | H0) for k = 1 ... N, the base's false return included: k - 1 sensors confirm it by chance, (N,)."""
@@ -93,8 +91,7 @@ class Confirmation:
         chances = weights[:, None] * number_of(np.repeat(near[:, None], len(self.variance), axis=1))
         along = e / self.base + others * m[:, None] / v
         square = (along**2 + others * (s - m**2)[:, None] / v**2) / (1 / self.base + others / v)
-        ratio: Array = 0.5 * np.sum(chances * square, axis=0) / np.sum(chances, axis=0)
-        return ratio
+        return 0.5 * np.sum(chances * square, axis=0) / np.sum(chances, axis=0)
 
 
 def _variance(name: str, sensor: Sensor) -> float:

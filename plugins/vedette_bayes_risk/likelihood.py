@@ -37,5 +37,4 @@ class CountLikelihoodDetection(DistributedDetection):
         """Return the log-likelihood ratios (N,)."""
         pair = self.confirmation.given_target(self.threshold), self.confirmation.given_clutter(self.threshold)
         log = [np.log(np.maximum(p, 1e-300)) - np.log(max(float(np.sum(p[1:])), 1e-300)) for p in pair]
-        ratio: Array = log[0] - log[1]
-        return ratio
+        return log[0] - log[1]

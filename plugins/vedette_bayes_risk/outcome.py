@@ -38,8 +38,7 @@ class Record:
     @property
     def kept(self) -> Mask:
         """Which runs (r,) were not lost."""
-        kept: Mask = np.max(self.squares, axis=1) < LOST**2
-        return kept
+        return np.max(self.squares, axis=1) < LOST**2
 
 
 @frozen(eq=False)
@@ -55,8 +54,7 @@ class Contest:
         """Mean NEES (r,) of each kept run over its scans where two or more returns compete."""
         several = self.rivals[self.kept] > 1
         some = np.any(several, axis=1)
-        mean: Array = np.sum(np.where(several, self.nees[self.kept], 0.0), axis=1)[some] / np.sum(several, axis=1)[some]
-        return mean
+        return np.sum(np.where(several, self.nees[self.kept], 0.0), axis=1)[some] / np.sum(several, axis=1)[some]
 
 
 def tables(

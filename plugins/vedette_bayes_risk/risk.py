@@ -34,13 +34,11 @@ class Costs:
         if not np.all(risk > 0):
             k = int(np.argmin(risk))
             raise ValueError(f"costs: must make every Bayes risk > 0, got R({k + 1}) = {risk[k]:.6g}")
-        total: Array = risk
-        return total
+        return risk
 
     def log_weights(self, p_detect: Array, p_false: Array) -> Array:
         """Return log L(k), L(k) = sum over i <= k of 1/R(i): (N,)."""
-        log: Array = np.log(np.cumsum(1.0 / self.risks(p_detect, p_false)))
-        return log
+        return np.log(np.cumsum(1.0 / self.risks(p_detect, p_false)))
 
 
 def tails(confirmation: Confirmation, threshold: float) -> tuple[Array, Array]:

@@ -36,8 +36,7 @@ class Calibration:
 def logit(score: Array) -> Array:
     """Return log(s / (1 - s)) of scores (k,)."""
     within = np.clip(score, INNERMOST, 1.0 - INNERMOST)
-    logit: Array = np.log(within / (1.0 - within))
-    return logit
+    return np.log(within / (1.0 - within))
 
 
 def fitted(score: Array, target: Mask) -> Calibration:
@@ -78,5 +77,4 @@ def confused(named: Indices, real: Indices, classes: int) -> Array:
     known = (named >= 1) & (named <= classes) & (real >= 1) & (real <= classes)
     counts = np.ones((classes, classes))
     np.add.at(counts, (real[known] - 1, named[known] - 1), 1.0)
-    table: Array = counts / np.sum(counts, axis=1, keepdims=True)
-    return table
+    return counts / np.sum(counts, axis=1, keepdims=True)

@@ -80,5 +80,4 @@ def overlap(a: Array, b: Array) -> Array:
     high = np.minimum((a[:, :2] + 0.5 * a[:, 2:])[:, None], (b[:, :2] + 0.5 * b[:, 2:])[None])
     both = np.prod(np.maximum(high - low, 0.0), axis=-1)
     either = np.prod(a[:, 2:], axis=-1)[:, None] + np.prod(b[:, 2:], axis=-1)[None] - both
-    share: Array = np.divide(both, either, out=np.zeros_like(both), where=either > 0)
-    return share
+    return np.divide(both, either, out=np.zeros_like(both), where=either > 0)

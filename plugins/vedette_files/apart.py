@@ -120,8 +120,7 @@ class ApartOpenCV:
 
     def imread(self, path: str, flags: int) -> NDArray[Any] | None:
         """Return an image; None if it cannot be read."""
-        image: NDArray[Any] | None = self.decoder.ask("imread", path=str(Path(path).resolve()), flags=flags)
-        return image
+        return self.decoder.ask("imread", path=str(Path(path).resolve()), flags=flags)
 
     def imreadmulti(self, path: str, start: int, count: int, flags: int) -> tuple[bool, Sequence[NDArray[Any]]]:
         """Return whether there is such a page, and it and those after it, as far as they are alike."""

@@ -74,8 +74,7 @@ class Origin:
 
     def reaches(self, latitude: Array | float, longitude: Array | float) -> Mask:
         """Return which of some places (*b) in deg are no farther than FARTHEST."""
-        within: Mask = self.on_ground(latitude, longitude) <= FARTHEST
-        return within
+        return self.on_ground(latitude, longitude) <= FARTHEST
 
     def check_reach(self, latitude: Array | float, longitude: Array | float) -> None:
         """Raise BeyondPlane for a place beyond FARTHEST."""
@@ -192,8 +191,7 @@ def into_plane(read: Space, values: Sequence[Sequence[float]], origin: Origin | 
 
 def _pymap3d(name: str) -> Callable[..., tuple[Array, Array, Array]]:
     library = needed("pymap3d", "latitudes and longitudes need pymap3d", "data")
-    conversion: Callable[..., tuple[Array, Array, Array]] = getattr(library, name)
-    return conversion
+    return getattr(library, name)
 
 
 def _floats(values: Array) -> Array:

@@ -106,8 +106,7 @@ class PictureGeometry:
 
     def to_pixels(self, east_north: Array, heading: float = 0.0) -> Array:
         """Map east, north of the antenna (*b, 2) to columns and rows (*b, 2); the inverse of `from_antenna`."""
-        pixels: Array = (east_north @ self._turn(heading)) * [1.0, -1.0] / self.metres_per_pixel + self.centre
-        return pixels
+        return (east_north @ self._turn(heading)) * [1.0, -1.0] / self.metres_per_pixel + self.centre
 
     def _turn(self, heading: float) -> Array:
         """Return the rotation from right, ahead to east, north (2, 2)."""

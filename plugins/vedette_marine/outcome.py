@@ -93,8 +93,7 @@ def ratio(
 
 def kept(record: Record, what: str) -> Array:
     """Return the squares of the runs that were not lost."""
-    values: Array = getattr(record, what)[~record.lost]
-    return values
+    return getattr(record, what)[~record.lost]
 
 
 def rms(record: Record, what: str) -> float:
@@ -119,8 +118,7 @@ def in_blocks(values: Array) -> Array:
     """Return the means over successive blocks of scans, a rest left out: (*b, s) -> (*b, s // BLOCK)."""
     size = min(BLOCK, values.shape[-1])
     whole = values[..., : values.shape[-1] // size * size]
-    blocks: Array = np.mean(whole.reshape(*whole.shape[:-1], -1, size), axis=-1)
-    return blocks
+    return np.mean(whole.reshape(*whole.shape[:-1], -1, size), axis=-1)
 
 
 def charts(

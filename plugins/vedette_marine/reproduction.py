@@ -202,10 +202,8 @@ def run_times(scene: str, points: Points, estimators: dict[str, Any], sigma: flo
 def _lost(squares: Array, limit: float) -> Mask:
     """Return the runs (r,) that err by more than `limit` in `IN_A_ROW` successive scans; squares (r, s)."""
     far = np.lib.stride_tricks.sliding_window_view(squares > limit**2, IN_A_ROW, axis=-1)
-    lost: Mask = np.any(np.all(far, axis=-1), axis=-1)
-    return lost
+    return np.any(np.all(far, axis=-1), axis=-1)
 
 
 def _squares(error: Array) -> Array:
-    squared: Array = np.sum(error**2, axis=-1)
-    return squared
+    return np.sum(error**2, axis=-1)

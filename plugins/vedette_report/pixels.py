@@ -65,5 +65,4 @@ def _overlap(a: Array, b: Array) -> Array:
     """Return intersection over union (k,) of boxes given by their corners (k, 4)."""
     sides = np.maximum(np.minimum(a[:, 2:], b[:, 2:]) - np.maximum(a[:, :2], b[:, :2]), 0.0)
     both = np.prod(sides, axis=1)
-    share: Array = both / (np.prod(a[:, 2:] - a[:, :2], axis=1) + np.prod(b[:, 2:] - b[:, :2], axis=1) - both)
-    return share
+    return both / (np.prod(a[:, 2:] - a[:, :2], axis=1) + np.prod(b[:, 2:] - b[:, :2], axis=1) - both)

@@ -57,8 +57,7 @@ def particle_moments(particles: Particles, state: Space, zero_variance: Space) -
 
 def too_few(log_weights: Array, least: float) -> Mask:
     """Return where the effective number of points, 1 / sum w^2, is below the share `least` of all: (*b, t, p) -> (*b, t)"""
-    few: Mask = np.sum(point_weights(2 * log_weights), axis=-1) * least * log_weights.shape[-1] > 1.0
-    return few
+    return np.sum(point_weights(2 * log_weights), axis=-1) * least * log_weights.shape[-1] > 1.0
 
 
 def resample(log_weights: Array, offset: Array) -> NDArray[np.intp]:

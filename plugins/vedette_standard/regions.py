@@ -42,13 +42,11 @@ class Polygon:
         spans = (y1 <= y) != (y2 <= y)
         with np.errstate(divide="ignore", invalid="ignore"):
             beyond = x < x1 + (y - y1) * (x2 - x1) / (y2 - y1)
-        inside: Mask = np.sum(spans & beyond, axis=-1) % 2 == 1
-        return inside
+        return np.sum(spans & beyond, axis=-1) % 2 == 1
 
 
 def held(areas: Sequence[Polygon], spot: Array) -> Mask:
     """Return whether places (*b, 2) lie in one of some areas (*b); where there are no areas, everywhere does."""
     if not areas:
         return np.ones(spot.shape[:-1], dtype=bool)
-    inside: Mask = np.any([area.holds(spot) for area in areas], axis=0)
-    return inside
+    return np.any([area.holds(spot) for area in areas], axis=0)

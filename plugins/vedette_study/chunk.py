@@ -176,15 +176,13 @@ def _nees(error: Array, cov: Array) -> Array:
 
 
 def _over(total: Array, expected: Array) -> Array:
-    ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
-    return ratio
+    return np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
 
 
 def _lost(far: Mask, scans: int) -> Array:
     """Return whether a run is farther off than allowed for so many successive scans (r,)."""
     counts = np.cumsum(np.pad(far, ((0, 0), (1, 0))), axis=1)
-    lost: Array = np.any(counts[:, scans:] - counts[:, :-scans] == scans, axis=1).astype(float)
-    return lost
+    return np.any(counts[:, scans:] - counts[:, :-scans] == scans, axis=1).astype(float)
 
 
 def _one_by_one(experiment: Experiment, seeds: RunSeeds, redraw: Redraw | None) -> Chunk:

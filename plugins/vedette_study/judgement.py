@@ -109,8 +109,7 @@ def read_judgement(path: Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read: {error}") from None
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: is no judgement, as `vedette study --write` writes: {error}") from None
-    stored: dict[str, Any] = kept
-    return stored
+    return kept
 
 
 def _array(values: list[Any]) -> tuple[Array, Array]:

@@ -57,5 +57,4 @@ def over_runs(squares: Array) -> tuple[Array, Array]:
 
 
 def _values(cells: Sequence[Cell], name: str) -> Array:
-    values: Array = np.array([np.nan if (value := getattr(cell, name)) is None else value for cell in cells], dtype=float)
-    return values
+    return np.array([np.nan if (value := getattr(cell, name)) is None else value for cell in cells], dtype=float)

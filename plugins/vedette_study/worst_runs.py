@@ -65,8 +65,7 @@ def worst(outcome: Outcome, most: int) -> list[list[Bad]]:
 
 def _order(values: Array) -> list[int]:
     """Return the runs from the worst to the best, those without a figure first."""
-    order: list[int] = np.argsort(-np.nan_to_num(values, nan=np.inf), kind="stable").tolist()
-    return order
+    return np.argsort(-np.nan_to_num(values, nan=np.inf), kind="stable").tolist()
 
 
 def read_run(text: str, outcome: Outcome) -> Bad:

@@ -71,15 +71,13 @@ def correlation(pair: Array) -> Array:
     product = np.fft.irfft(first * np.conj(second), size)
     rho = np.concatenate([product[:, -LAGS:], product[:, : LAGS + 1]], axis=1)
     scale = np.sqrt(np.prod(np.sum(centred**2, axis=1), axis=-1))
-    ratio: Array = rho / scale[:, None]
-    return ratio
+    return rho / scale[:, None]
 
 
 def kurtosis(values: Array) -> Array:
     """Return the fourth central moment over the squared variance, 3 for a Gaussian: (r, s) -> (r,)."""
     centred = values - np.mean(values, axis=1, keepdims=True)
-    ratio: Array = np.mean(centred**4, axis=1) / np.mean(centred**2, axis=1) ** 2
-    return ratio
+    return np.mean(centred**4, axis=1) / np.mean(centred**2, axis=1) ** 2
 
 
 @frozen(eq=False)

@@ -53,8 +53,7 @@ class Record:
         far = self.squares > LOST**2
         counts = np.cumsum(np.pad(far, ((0, 0), (1, 0))), axis=1)
         in_a_row = np.any(counts[:, IN_A_ROW:] - counts[:, :-IN_A_ROW] == IN_A_ROW, axis=1)
-        lost: Mask = in_a_row | far[:, -1]
-        return lost
+        return in_a_row | far[:, -1]
 
 
 _TIMES = np.arange(2.0, SCANS)
@@ -67,8 +66,7 @@ SUDDEN = 5
 
 def _after(*times: float) -> Mask:
     within = [(time < _TIMES) & (time + SUDDEN >= _TIMES) for time in times]
-    kept: Mask = np.any(within, axis=0)
-    return kept
+    return np.any(within, axis=0)
 
 
 PARTS: dict[str, Mask] = {

@@ -28,8 +28,7 @@ def printed_noise(sigma_forward: float, sigma_side: float, heading: float, dt: f
             [0.0, 0.0, 0.0, s * dt**2],
         ]
     )
-    noise: Array = upper + np.triu(upper, 1).T
-    return noise
+    return upper + np.triu(upper, 1).T
 
 
 def indefinite() -> Cell:

@@ -71,8 +71,7 @@ class DecorrelatedPosition(DirectSensor):
         s, q = self.sigma_bearing**2, self.sigma_range**2
         along, across = np.exp(s) * (1.0 + 0.5 * np.expm1(-2 * s)), -0.5 * np.exp(s) * np.expm1(-2 * s)
         whole = (along - 1.0 - across + q * np.exp(-s) / square) * M
-        mean: Array = whole + across * (square + q) * np.eye(2)
-        return mean
+        return whole + across * (square + q) * np.eye(2)
 
     def at(self, pose: Pose) -> Sensor:
         """Return the same radar on a platform at `pose`."""

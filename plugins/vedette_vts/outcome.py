@@ -30,8 +30,7 @@ class Scene:
     def squares(self) -> Array:
         """Squared errors of the returns (r, s)."""
         spots = np.concatenate([scan.detections.z for scan in self.scans], axis=1)
-        squared: Array = np.sum((spots - self.truth[:, :2]) ** 2, axis=-1)
-        return squared
+        return np.sum((spots - self.truth[:, :2]) ** 2, axis=-1)
 
 
 @frozen(eq=False)

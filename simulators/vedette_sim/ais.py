@@ -88,8 +88,7 @@ def antenna_path(path: Ship, antenna: Array, times: Array) -> Array:
     heading = path.heading(times)
     cos, sin = np.cos(heading), np.sin(heading)
     offset = np.stack([cos * antenna[0] - sin * antenna[1], sin * antenna[0] + cos * antenna[1]], axis=-1)
-    place: Array = path.states(times)[..., :2] + offset
-    return place
+    return path.states(times)[..., :2] + offset
 
 
 def nominal_intervals(carriage: str, speed: Array, heading: Array, *, moored: bool = False) -> Array:
@@ -159,15 +158,13 @@ def _trailing_mean(values: Array, count: int) -> Array:
     """Return the mean of the last `count` values at each place, of fewer at the start."""
     total = np.concatenate([[0.0], np.cumsum(values - values[0])])
     low = np.maximum(np.arange(len(values)) + 1 - count, 0)
-    mean: Array = values[0] + (total[1:] - total[low]) / (np.arange(len(values)) + 1 - low)
-    return mean
+    return values[0] + (total[1:] - total[low]) / (np.arange(len(values)) + 1 - low)
 
 
 def _trailing_max(values: NDArray[np.intp], count: int) -> NDArray[np.intp]:
     """Return the greatest of the last `count` values at each place, of fewer at the start."""
     padded = np.concatenate([np.full(count - 1, values.min()), values])
-    greatest: NDArray[np.intp] = np.lib.stride_tricks.sliding_window_view(padded, count).max(axis=-1)
-    return greatest
+    return np.lib.stride_tricks.sliding_window_view(padded, count).max(axis=-1)
 
 
 def _recently(true: NDArray[np.bool_], count: int) -> NDArray[np.bool_]:

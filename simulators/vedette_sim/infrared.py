@@ -128,8 +128,7 @@ def _share(size: int, at: Array, spread: float) -> Array:
     from scipy.special import ndtr
 
     edges = (np.arange(size + 1) - 0.5 - at[:, None]) / spread
-    share: Array = np.sqrt(2.0 * np.pi) * spread * np.diff(ndtr(edges), axis=1)
-    return share
+    return np.sqrt(2.0 * np.pi) * spread * np.diff(ndtr(edges), axis=1)
 
 
 @final

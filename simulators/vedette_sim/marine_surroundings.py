@@ -61,8 +61,7 @@ class Rain:
     def profile(self, x: Array, y: Array, time: float) -> Array:
         """Return the mean power relative to the noise's at places x, y (*b), as if each were at 1 km."""
         away = (x - self.at[0] - self.drift[0] * time) ** 2 + (y - self.at[1] - self.drift[1] * time) ** 2
-        power: Array = 10.0 ** (self.level / 10.0) * np.exp(-0.5 * away / self.radius**2)
-        return power
+        return 10.0 ** (self.level / 10.0) * np.exp(-0.5 * away / self.radius**2)
 
 
 @final
@@ -111,8 +110,7 @@ class Racon:
         ]
         at = np.floor((behind - self.delay) / self.length * len(units)).astype(int)
         inside = (at >= 0) & (at < len(units))
-        lit: Array = np.where(inside, np.array(units)[np.clip(at, 0, len(units) - 1)], 0.0)
-        return lit
+        return np.where(inside, np.array(units)[np.clip(at, 0, len(units) - 1)], 0.0)
 
     def add_to(self, power: Float32, radar: PpiRadar, azimuth: float, away: float) -> None:
         """Add its spoke to power (azimuths, range bins); the answer passes the antenna once: sqrt 2 wider."""

@@ -48,8 +48,7 @@ class World:
 
     def bow(self, times: Array) -> Array:
         """Return own ship's heading clockwise from north, not wrapped (*s)."""
-        heading: Array = 0.5 * np.pi - self.ownship.heading(times)
-        return heading
+        return 0.5 * np.pi - self.ownship.heading(times)
 
     def sighted(self, turn: int, where: Callable[[float], Array]) -> tuple[float, float, Array]:
         """Return when turn `turn` sweeps over where(time) (2,), its azimuth then, and its position from the antenna (2,)."""
@@ -141,8 +140,7 @@ class Synthesis:
         coarse = np.sum([rain.profile(x, y, time) for rain in self.world.rains], axis=0).astype(np.float32)
         wide = cv2.resize(coarse, (columns * across, len(middles) * down), interpolation=cv2.INTER_LINEAR)
         fall = ((np.maximum(radar.ranges, 30.0) / 1000.0) ** -2).astype(np.float32)
-        made: Float32 = wide[down : down + radar.azimuths, :bins] * fall
-        return made
+        return wide[down : down + radar.azimuths, :bins] * fall
 
     def power(self, turn: int) -> Float32:
         """Return the power of turn 0, 1, .. relative to the noise's, sweeps from the bow clockwise (azimuths, bins)."""

@@ -61,8 +61,7 @@ class Upsampling:
             taps = gaussian_taps(spread)
             one = np.ones(1, dtype=np.float32)
             out = cv2.sepFilter2D(out, -1, one if down else taps, taps if down else one, borderType=cv2.BORDER_REPLICATE)
-        kept: Float32 = out[margin * f : (rows - margin) * f] if down else out
-        return kept
+        return out[margin * f : (rows - margin) * f] if down else out
 
     def __call__(self, noise: Float32) -> Float32:
         """Map white noise (n, m) of variance 1 to the field (n f, m f')."""

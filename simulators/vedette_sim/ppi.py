@@ -107,8 +107,7 @@ class PpiRadar:
 
     def strength(self, ranges: Array) -> Array:
         """Return the power of 1 m^2 at ranges (*b) in m."""
-        power: Array = 10.0 ** (self.echo / 10.0) * (np.maximum(ranges, 10.0) / 1000.0) ** -4
-        return power
+        return 10.0 ** (self.echo / 10.0) * (np.maximum(ranges, 10.0) / 1000.0) ** -4
 
     def add_points(self, power: Float32, azimuths: Array, ranges: Array, strengths: Array) -> None:
         """Add points' echoes (n,) to power (azimuths, range bins)."""

@@ -36,23 +36,19 @@ def turned(levels: Float32, bearings: Array) -> Float32:
     low = np.floor(at).astype(np.intp)
     part = (at - low).astype(np.float32)[:, None]
     if np.all(part == 0):
-        still: Float32 = levels[low % n]
-        return still
-    made: Float32 = levels[low % n] * (np.float32(1.0) - part) + levels[(low + 1) % n] * part
-    return made
+        return levels[low % n]
+    return levels[low % n] * (np.float32(1.0) - part) + levels[(low + 1) % n] * part
 
 
 def quantised(levels: Float32, span: float) -> Picture:
     """Return the brightness of decibels over black: 0 at black, 255 at `span` and above."""
-    made: Picture = np.clip(levels * np.float32(255.0 / span) + np.float32(0.5), 0, 255).astype(np.uint8)
-    return made
+    return np.clip(levels * np.float32(255.0 / span) + np.float32(0.5), 0, 255).astype(np.uint8)
 
 
 def palette() -> Picture:
     """Return the colour (3, 256), blue, green, red, of each brightness: linear between the stops."""
     stops = np.linspace(0.0, 255.0, len(COLOURS))
-    made: Picture = np.rint([np.interp(np.arange(256.0), stops, COLOURS[:, c]) for c in (2, 1, 0)]).astype(np.uint8)
-    return made
+    return np.rint([np.interp(np.arange(256.0), stops, COLOURS[:, c]) for c in (2, 1, 0)]).astype(np.uint8)
 
 
 def coloured(picture: Picture, colours: Picture) -> Picture:

@@ -50,19 +50,16 @@ class SeaClutter:
 
     def mean(self, ranges: Array) -> Array:
         """Return the mean power relative to the noise's at ranges (*b) in m, across the wind."""
-        power: Array = 10.0 ** (self.level / 10.0) * (np.maximum(ranges, 30.0) / 1000.0) ** -3
-        return power
+        return 10.0 ** (self.level / 10.0) * (np.maximum(ranges, 30.0) / 1000.0) ** -3
 
     def rose(self, bearings: Array) -> Array:
         """Return the factor (*b) of the mean at true bearings (*b)."""
-        factor: Array = 10.0 ** (self.upwind / 10.0 * np.maximum(np.cos(bearings - self.wind_from), 0.0) ** 2)
-        return factor
+        return 10.0 ** (self.upwind / 10.0 * np.maximum(np.cos(bearings - self.wind_from), 0.0) ** 2)
 
     def texture(self, g: Float32) -> Float32:
         """Return T (*b) of standard normal numbers g (*b)."""
         at = np.clip((g + _REACH) * ((_TABLE - 1) / (2.0 * _REACH)) + 0.5, 0.0, _TABLE - 1.0)
-        made: Float32 = self._table.take(at.astype(np.uint16))
-        return made
+        return self._table.take(at.astype(np.uint16))
 
 
 def texture_table(shape: float) -> Float32:

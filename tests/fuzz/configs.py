@@ -39,8 +39,7 @@ def case(rng: np.random.Generator, folder: Path) -> str:
 def drawn(rng: np.random.Generator) -> dict[str, Any]:
     """Return an example with changes, two in three times; else one that is put together."""
     if rng.random() < 0.67:
-        changed: dict[str, Any] = mutated(rng, pick(rng, examples()), examples())
-        return changed
+        return mutated(rng, pick(rng, examples()), examples())
     config: dict[str, Any] = {
         "estimator": _part(rng, "estimator", 0),
         "sensors": {"radar": _part(rng, "sensor", 0)},

@@ -41,14 +41,12 @@ class Draw:
     def cov(self, n: int, *more: int) -> Array:
         """Return covariances."""
         a = self.rng.normal(size=(*self.batch, *more, n, n))
-        found: Array = a @ np.swapaxes(a, -1, -2) + 0.3 * np.eye(n)
-        return found
+        return a @ np.swapaxes(a, -1, -2) + 0.3 * np.eye(n)
 
     def simplex(self, *shape: int) -> Array:
         """Return weights that add up to one."""
         a = self.rng.random((*self.batch, *shape)) + 1e-3
-        found: Array = a / a.sum(axis=-1, keepdims=True)
-        return found
+        return a / a.sum(axis=-1, keepdims=True)
 
 
 def calls(rng: np.random.Generator) -> dict[str, Callable[[], list[Any]]]:
@@ -58,8 +56,7 @@ def calls(rng: np.random.Generator) -> dict[str, Callable[[], list[Any]]]:
     points = 2 * n + 1
 
     def transition() -> Array:
-        found: Array = np.log(rng.dirichlet(np.ones(r), size=r))
-        return found
+        return np.log(rng.dirichlet(np.ones(r), size=r))
 
     return {
         "predict": lambda: [draw.vector(n), draw.cov(n), draw.vector(n, n), draw.cov(n)],

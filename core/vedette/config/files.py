@@ -36,8 +36,7 @@ def read_file(path: str | Path) -> dict[str, Any]:
             raise ConfigError.at(
                 place, "is a folder without video; of a run, name its config.json" if path.is_dir() else ending
             )
-        drafted: dict[str, Any] = toml(text)
-        return drafted
+        return toml(text)
     text = _text(path)
     try:
         data = reader(text)

@@ -119,8 +119,7 @@ def fading(variances: Array, exponent: float) -> Array:
     """
     most = np.log(ABSURD**2) - kernels.safe_log(np.max(variances, axis=-1))
     # exp(700) is finite: where there is no variance, it is multiplied by 0
-    grown: Array = np.exp(np.minimum(exponent, np.clip(most, 0.0, 700.0)))
-    return grown
+    return np.exp(np.minimum(exponent, np.clip(most, 0.0, 700.0)))
 
 
 def without_variance(cov: Array, axes: list[int]) -> Array:

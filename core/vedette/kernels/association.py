@@ -136,8 +136,7 @@ def claimed(weights: Array, exclusive: bool) -> Array:
     If no two tracks share a return, the events exclude each other and add; else they are taken as independent.
     """
     shares = weights[..., 1:]
-    some: Array = np.minimum(np.sum(shares, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - shares, axis=-2)
-    return some
+    return np.minimum(np.sum(shares, axis=-2), 1.0) if exclusive else 1.0 - np.prod(1.0 - shares, axis=-2)
 
 
 def if_existing(scores: Array, miss: Array, existence: Array) -> Array:

@@ -135,8 +135,7 @@ def _joined(cluster: Indices, weights: Array, starts: Indices, leaves: Indices, 
 def _heaviest(weights: Array, most: int, least: float) -> Indices:
     """Return the rows of the `most` heaviest, of those above `least`, and of the heaviest."""
     order = np.argsort(-weights, kind="stable")[:most]
-    rows: Indices = order[weights[order] > min(least, 0.5 * weights[order[0]])]
-    return rows
+    return order[weights[order] > min(least, 0.5 * weights[order[0]])]
 
 
 def _product(group: list[Alternatives], most: int, least: float) -> tuple[Alternatives, float]:

@@ -9,8 +9,7 @@ from vedette.space import Indices
 
 def counted(count: Indices, first: Indices | int = 0) -> Indices:
     """Return first, first + 1, ... for each row (r,), as many as its count."""
-    numbers: Indices = np.arange(int(np.sum(count))) + np.repeat(first - (np.cumsum(count) - count), count)
-    return numbers
+    return np.arange(int(np.sum(count))) + np.repeat(first - (np.cumsum(count) - count), count)
 
 
 def places(groups: Indices, count: int) -> Indices:

@@ -17,14 +17,12 @@ def nees(error: Array, cov: Array) -> Array:
     That of an innovation and its covariance is the NIS. It is chi-square with `free_axes(cov)` degrees of freedom if the
     filter is linear, Gaussian and correct.
     """
-    squares: Array = np.sum(kernels.whiten(error, cov) ** 2, axis=-1)
-    return squares
+    return np.sum(kernels.whiten(error, cov) ** 2, axis=-1)
 
 
 def free_axes(cov: Array) -> Array:
     """Count the axes that have variance: (*b, n, n) -> (*b)."""
-    count: Array = np.sum(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1, dtype=float)
-    return count
+    return np.sum(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=-1, dtype=float)
 
 
 def gate_truncation(axes: Array | int, gate_probability: Array | float) -> Array:

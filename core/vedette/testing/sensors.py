@@ -93,12 +93,10 @@ class Bent(Sensor):
         return (self.A + 2 * self.B * self._u(x)[..., None, :]) / self.size
 
     def noise(self, x: Array) -> Array:
-        R: Array = self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]
-        return R
+        return self.C * (1.0 + 0.5 * np.tanh(self._u(x).sum(axis=-1)))[..., None, None]
 
     def detects(self, x: Array) -> Array:
-        p: Array = 0.7 + 0.2 * np.tanh(2.0 * self._u(x)[..., 0])
-        return p
+        return 0.7 + 0.2 * np.tanh(2.0 * self._u(x)[..., 0])
 
     def clutter(self, z: Array) -> Array:
         return np.zeros(())

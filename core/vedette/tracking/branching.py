@@ -139,8 +139,7 @@ def _no_surer(it: Expected, decided: Mask, own: Array, of_target: Array, after: 
     """Return the existence (l,) of leaves: that a history is decided makes no target surer than before, nor ends it."""
     surer = after / np.maximum(of_target, 1e-300)
     least = np.minimum(own, it.plan.lifecycle.least_existence)
-    existence: Array = np.maximum(own / np.where(decided, np.maximum(surer, 1.0), 1.0), least)
-    return existence
+    return np.maximum(own / np.where(decided, np.maximum(surer, 1.0), 1.0), least)
 
 
 def hypothesis_associator(it: Expected) -> HypothesisAssociator:

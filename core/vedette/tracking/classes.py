@@ -53,8 +53,7 @@ def given_classes(shares: Array, weights: Array, codes: Indices, confusion: Arra
     given = np.where(known[..., None] & (total > 0), likely / np.where(total > 0, total, 1.0), shares[..., None, :])
     of_returns = weights[..., 1:]
     left = np.maximum(1.0 - np.sum(of_returns, axis=-1, keepdims=True), 0.0)
-    after: Array = left * shares + np.sum(of_returns[..., None] * given, axis=-2)
-    return after
+    return left * shares + np.sum(of_returns[..., None] * given, axis=-2)
 
 
 def _known(codes: Indices, confusion: Array) -> Mask:

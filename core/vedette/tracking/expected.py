@@ -68,7 +68,7 @@ class Expected:
     @property
     def names(self) -> Names | None:
         """The codes that tracks, or their leaves, bear; None where no return named its object."""
-        return self.state.rows.names  # type: ignore[no-any-return]
+        return self.state.rows.names
 
     @property
     def rate(self) -> Array | None:
@@ -91,7 +91,7 @@ class Expected:
     @property
     def confirmed(self) -> Mask:
         """Whether each track, or leaf, was confirmed before the scan."""
-        return self.state.rows.confirmed  # type: ignore[no-any-return]
+        return self.state.rows.confirmed
 
     @property
     def reach(self) -> Any:

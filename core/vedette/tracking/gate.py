@@ -144,15 +144,13 @@ class Gate:
         there, evidence = existence * sensor.detects(x), detections.evidence
         odds = kernels.safe_log(there) - np.log1p(-self.probability * there) - spread
         more = 0.0 if evidence is None else np.max(evidence, initial=0.0)
-        far: Array = 2.0 * (odds + more) - gate.axes * math.log(2.0 * math.pi)
-        return far
+        return 2.0 * (odds + more) - gate.axes * math.log(2.0 * math.pi)
 
     def _limits(self, missing: Mask) -> Array:
         """Return the threshold for the components that each return has (*b, 1, k)."""
         m = missing.shape[-1]
         table = np.array([0.0] + [self.threshold(axes) for axes in range(1, m + 1)])
-        limits: Array = table[m - np.sum(missing, axis=-1)][..., None, :]
-        return limits
+        return table[m - np.sum(missing, axis=-1)][..., None, :]
 
     def _frame_scores(self, innovation: Innovation, existence: Array) -> Array:
         """Return log scores (*b, t, 2) of a miss and of the frame."""

@@ -99,5 +99,4 @@ def _among(ids: Indices, some: Indices) -> Mask:
     """Return which ids (j,) are among some others, which ascend."""
     if not len(some):
         return np.zeros(len(ids), dtype=bool)
-    there: Mask = some[np.minimum(np.searchsorted(some, ids), len(some) - 1)] == ids
-    return there
+    return some[np.minimum(np.searchsorted(some, ids), len(some) - 1)] == ids

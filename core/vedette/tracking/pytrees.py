@@ -41,7 +41,7 @@ def join(first: T, second: T, axis: int) -> T:
     if kind is Common:
         return first
     get, make = _made_of(kind)
-    return make([join(one, other, axis) for one, other in zip(get(first), get(second), strict=True)])  # type: ignore[no-any-return]
+    return make([join(one, other, axis) for one, other in zip(get(first), get(second), strict=True)])
 
 
 def in_order(trees: Sequence[T], rows: Sequence[Any] | None = None, axis: int = 0) -> T:
@@ -59,11 +59,11 @@ def mapped(function: Callable[[Any], Any], tree: T) -> T:
     """Return the same of what `function` gives for every array."""
     kind: Any = type(tree)
     if kind is np.ndarray:
-        return function(tree)  # type: ignore[no-any-return]
+        return function(tree)
     if tree is None or kind is Common:
         return tree
     get, make = _made_of(kind)
-    return make([mapped(function, part) for part in get(tree)])  # type: ignore[no-any-return]
+    return make([mapped(function, part) for part in get(tree)])
 
 
 @cache

@@ -113,8 +113,7 @@ class Offsets:
 
     def codes(self, ids: Indices, sensor: str | None = None) -> Indices:
         """Return what `State.linked` holds of tracks that took a return of a sensor; None: that were given."""
-        codes: Indices = ids * self.sets.shape[1] + (0 if sensor is None else self.slots.get(sensor, 0))
-        return codes
+        return ids * self.sets.shape[1] + (0 if sensor is None else self.slots.get(sensor, 0))
 
     def tell(self, ids: Indices, linked: Indices) -> tuple[Indices, Mask]:
         """Return the codes of `linked` that are of these tracks, and which of the tracks are linked."""

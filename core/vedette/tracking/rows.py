@@ -62,8 +62,7 @@ def judged(
 def _largest_deviation(estimate: Gaussian, state: Space) -> Array:
     """Return the largest standard deviation of each position, over the axes of `state` in m: (*b, t)."""
     position = [i for i, axis in enumerate(state.axes) if axis.unit == "m"]
-    deviation: Array = np.sqrt(np.linalg.eigvalsh(estimate.cov[..., position, :][..., position])[..., -1])
-    return deviation
+    return np.sqrt(np.linalg.eigvalsh(estimate.cov[..., position, :][..., position])[..., -1])
 
 
 def _awaited(it: Expected, mean: Array) -> Array:

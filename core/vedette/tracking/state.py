@@ -87,8 +87,7 @@ class State:
     @property
     def nis(self) -> Array:
         """The squared distance weighted over the last scan's returns (*b, t)."""
-        total: Array = np.sum(self.weights[..., 1:] * self.distances, axis=-1)
-        return total
+        return np.sum(self.weights[..., 1:] * self.distances, axis=-1)
 
     @property
     def links(self) -> Array | None:

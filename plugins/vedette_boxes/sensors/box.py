@@ -96,15 +96,13 @@ class Box(Sensor):
     def covers(self, z: Array) -> Mask:
         """Return whether a box lies in the image and has a size that the detector gives: (*b, 4) -> (*b)."""
         low, high = np.array([[0.0, self.image[0]], [0.0, self.image[1]], self.sizes, self.sizes]).T
-        inside: Mask = np.all((z >= low) & (z <= high), axis=-1)
-        return inside
+        return np.all((z >= low) & (z <= high), axis=-1)
 
     def clutter(self, z: Array) -> Array:
         """Return the density of false boxes, beyond the limits as at them: (*b, 4) -> (*b) in 1/px^4."""
         low, high = self.sizes
         sides = np.prod(np.clip(z[..., 2:], low, high), axis=-1)
-        density: Array = self.clutter_per_scan / (np.prod(self.image) * sides * math.log(high / low) ** 2)
-        return density
+        return self.clutter_per_scan / (np.prod(self.image) * sides * math.log(high / low) ** 2)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:
         """Return the box as it was found: (*b, 4) -> (*b, 4), (*b, 4, 4)."""

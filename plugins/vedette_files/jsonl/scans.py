@@ -44,10 +44,10 @@ def scan_fields(scan: Scan, sensors: Mapping[str, Space]) -> dict[str, Any]:
 def _numbers(values: Array, missing: Mask | None, valid: Mask) -> list[Any]:
     """Return the numbers of the returns that are `valid`, null for those that are missing."""
     if missing is None:
-        return values[valid].tolist()  # type: ignore[no-any-return]
+        return values[valid].tolist()
     told = values.astype(object)
     told[missing] = None
-    return told[valid].tolist()  # type: ignore[no-any-return]
+    return told[valid].tolist()
 
 
 def check_fields(given: Mapping[str, Any], known: tuple[str, ...], what: str = "") -> None:

@@ -134,8 +134,7 @@ def _values(column: Any) -> Sequence[Any]:
         column = column.cast(pa.timestamp("us", column.type.tz), safe=False)
     elif pa.types.is_time64(column.type):
         column = column.cast(pa.time64("us"), safe=False)
-    values: Sequence[Any] = column.to_pylist()
-    return values
+    return column.to_pylist()
 
 
 def cell(value: Any) -> str:

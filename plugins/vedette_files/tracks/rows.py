@@ -65,8 +65,7 @@ class Ragged:
 
     def edges(self, count: int) -> list[int]:
         """Return where the values of each of `count` rows begin, and where the last ones end."""
-        edges: list[int] = np.searchsorted(self.row, np.arange(count + 1)).tolist()
-        return edges
+        return np.searchsorted(self.row, np.arange(count + 1)).tolist()
 
 
 @frozen(eq=False)
@@ -251,5 +250,4 @@ def below(cov: Array, upper: Indices, lower: Indices) -> Ragged:
 
 def stands(weights: Array) -> Mask:
     """Return which weights are not 0; -0 is written, too."""
-    there: Mask = (weights != 0) | np.signbit(weights)
-    return there
+    return (weights != 0) | np.signbit(weights)

@@ -59,8 +59,7 @@ def velocity(speed: Array, course: Array) -> Array:
     """Return east and north (*b, 2) in m/s of speed (*b) in m/s and course (*b) in rad clockwise from north."""
     still = speed < 0.05
     angle = np.where(still & np.isnan(course), 0.0, course)
-    velocity: Array = speed[..., None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
-    return velocity
+    return speed[..., None] * np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 
 def turn_rate(rot: Array) -> Array:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from vedette import Array, Mask
 from vedette_marine.opencv import opencv
@@ -43,5 +42,4 @@ def rain(above: Bytes, side: int, share: float) -> Mask:
     """Find where more than `share` of the pixels in a square of `side` px echo: rain, or land; `above` (h, w) is 0 or 1."""
     cv2 = opencv()
     density = cv2.boxFilter(above, cv2.CV_32F, (side, side), borderType=cv2.BORDER_CONSTANT)
-    dense: NDArray[np.bool_] = density > share
-    return dense
+    return density > share

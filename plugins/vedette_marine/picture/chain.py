@@ -79,8 +79,7 @@ class Groups:
     @property
     def length(self) -> Array:
         """Greatest standard deviation in any direction (k,) in px, that of a blob being its scale."""
-        lengths: Array = np.sqrt(np.linalg.eigvalsh(self.spread)[..., -1])
-        return lengths
+        return np.sqrt(np.linalg.eigvalsh(self.spread)[..., -1])
 
 
 @frozen(eq=False)

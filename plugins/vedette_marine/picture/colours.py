@@ -76,5 +76,4 @@ def plain_grey(picture: Bytes) -> Bytes:
     if picture.ndim == 2:
         return picture
     cv2: Any = opencv()
-    grey: Bytes = cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
-    return grey
+    return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)

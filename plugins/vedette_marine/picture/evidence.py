@@ -25,8 +25,7 @@ class Excess:
 
     def ratio(self, excess: Array) -> Array:
         """Return the log-likelihood ratio: (k,) -> (k,)."""
-        ratio: Array = np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
-        return ratio
+        return np.log(self.clutter / self.ship) + excess * (1.0 / self.clutter - 1.0 / self.ship)
 
 
 @final

@@ -143,8 +143,7 @@ def annotated(geometry: PictureGeometry, scan: Scan, made: Scan, result: Result)
         picture, f"{scan.time:.1f} s", (10, picture.shape[0] - 12), cv2.FONT_HERSHEY_SIMPLEX, 0.7, RETURN, 1, cv2.LINE_AA
     )
     scale = SIDE / max(picture.shape[:2])
-    small: Bytes = cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else picture
-    return small
+    return cv2.resize(picture, None, fx=scale, fy=scale, interpolation=cv2.INTER_AREA) if scale < 1 else picture
 
 
 def coloured(frame: Frame) -> Bytes:

@@ -112,8 +112,7 @@ class Cfar(Preprocessor):
         windows = np.lib.stride_tricks.sliding_window_view(rows, half, axis=-1)
         both = np.concatenate([windows[:, :tested], windows[:, after : after + tested]], axis=-1)
         k = self.place_in_order - 1
-        level: Array = np.partition(both, k, axis=-1)[..., k]
-        return level
+        return np.partition(both, k, axis=-1)[..., k]
 
     def process(self, scans: Mapping[str, Scan]) -> Detections:
         """Map power (sweeps, cells) to (k, 2) of east and north, and their noise; none without a frame."""

@@ -135,5 +135,4 @@ def land_of(frame: Frame, geometry: PictureGeometry, pose: Pose | None) -> Mask 
     laid = cv2.warpAffine(
         land, onto, geometry.shape[::-1], flags=cv2.INTER_NEAREST | cv2.WARP_INVERSE_MAP, borderMode=cv2.BORDER_CONSTANT
     )
-    mask: Mask = laid > 0
-    return mask
+    return laid > 0

@@ -106,8 +106,7 @@ class Pieces:
     def loglik(self, tau: Array, accel: Array, part: Array, memory: float = np.inf) -> Array:
         """Return the log-likelihood (p,) at the size that makes it largest."""
         squares, logs = self.sums(tau, accel, part, memory)
-        loglik: Array = -0.5 * (self.count * (np.log(2 * np.pi * np.maximum(squares, TINY) / self.count) + 1.0) + logs)
-        return loglik
+        return -0.5 * (self.count * (np.log(2 * np.pi * np.maximum(squares, TINY) / self.count) + 1.0) + logs)
 
     def singles(self, fit: Fit) -> Array:
         """Return the log-likelihood of each return (w, s) by those before it; 0 of the first two."""

@@ -238,8 +238,7 @@ def ellipses(mean: Array, cov: Array) -> Array:
     circle = np.sqrt(ELLIPSE) * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     size, axis = np.linalg.eigh(cov)
     root = axis * np.sqrt(np.maximum(size, 0.0))[..., None, :]
-    rings: Array = mean[..., None, :] + circle @ np.swapaxes(root, -1, -2)
-    return rings
+    return mean[..., None, :] + circle @ np.swapaxes(root, -1, -2)
 
 
 def _show_platforms(axes: Axes, platforms: Sequence[Array]) -> None:

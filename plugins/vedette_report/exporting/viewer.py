@@ -115,8 +115,7 @@ def _outlines(spots: Array, cov: Array) -> Array:
     values, vectors = np.linalg.eigh(np.where(np.isfinite(cov), cov, 0.0))
     half = vectors * np.sqrt(CHI_SQUARE_95 * np.maximum(values, 0.0))[:, None, :]
     angles = np.arange(OUTLINE + 1) * 2 * np.pi / OUTLINE
-    outlines: Array = spots[:, None] + np.einsum("sij,jk->ski", half, np.stack([np.cos(angles), np.sin(angles)]))
-    return outlines
+    return spots[:, None] + np.einsum("sij,jk->ski", half, np.stack([np.cos(angles), np.sin(angles)]))
 
 
 def _flat(places: Array) -> Array:

@@ -39,8 +39,7 @@ class Cell:
 
 def squared_distances(error: Array) -> Array:
     """Return the squared distances (*b) of errors (*b, n) whose first two axes are the position."""
-    squared: Array = np.sum(error[..., :2] ** 2, axis=-1)
-    return squared
+    return np.sum(error[..., :2] ** 2, axis=-1)
 
 
 def mean_cell(values: Array, published: float | None = None, scale: float = 1.0) -> Cell:

@@ -40,8 +40,7 @@ def view(sensor: Sensor, place: tuple[float, float] | None) -> list[dict[str, An
     def sees(bearing: Array, distance: Array) -> Mask:
         x = np.zeros((*np.broadcast_shapes(bearing.shape, distance.shape), len(observes)))
         x[..., spot] = centre + np.stack([distance * np.cos(bearing), distance * np.sin(bearing)], axis=-1)
-        inside: Mask = np.broadcast_to(stands.detects(x), x.shape[:-1]) > 0
-        return inside
+        return np.broadcast_to(stands.detects(x), x.shape[:-1]) > 0
 
     bearings = np.arange(DIRECTIONS) * 2 * np.pi / DIRECTIONS
     near, far = _limits(sees, bearings)

@@ -118,8 +118,7 @@ def picture(frame: Frame, limits: tuple[float, float], every: int = 1, fine: int
 
 def _flat(frame: Frame) -> NDArray[Any]:
     """Return a frame's pixels (h, w): the mean of its channels."""
-    pixels: NDArray[Any] = frame.pixels if frame.pixels.ndim == 2 else np.mean(frame.pixels, axis=0)
-    return pixels
+    return frame.pixels if frame.pixels.ndim == 2 else np.mean(frame.pixels, axis=0)
 
 
 def _coarse(pixels: Array, fine: int) -> Array:
@@ -129,8 +128,7 @@ def _coarse(pixels: Array, fine: int) -> Array:
         return pixels
     height, width = (size // by for size in pixels.shape)
     blocks = np.asarray(pixels[: height * by, : width * by], dtype=float).reshape(height, by, width, by)
-    mean: Array = blocks.mean(axis=(1, 3))
-    return mean
+    return blocks.mean(axis=(1, 3))
 
 
 def _scans(recording: Path) -> Iterator[Any]:

@@ -80,5 +80,4 @@ def _rate(placed: Sensor, path: Trajectory, time: float) -> Array:
     (x, y), space = ((path.at(each) for each in (before, after)), placed.measurement)
     assert x is not None
     assert y is not None
-    rate: Array = space.difference(placed.measure(y[where]), placed.measure(x[where])) / max(after - before, 1e-12)
-    return rate
+    return space.difference(placed.measure(y[where]), placed.measure(x[where])) / max(after - before, 1e-12)

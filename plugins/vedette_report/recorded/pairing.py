@@ -82,5 +82,4 @@ def _followed_at(track: Track, times: Array, covers: Mask) -> Indices:
     """Return which object a track follows at each of its scans (s,), from which it covers at `times`, (t, j)."""
     scan, which = np.nonzero(covers)
     at = np.searchsorted(times[scan], track.times, side="right") - 1
-    nearest: Indices = which[np.maximum(at, 0)]
-    return nearest
+    return which[np.maximum(at, 0)]

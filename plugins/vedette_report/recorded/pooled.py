@@ -19,5 +19,4 @@ def pooled_nis(nis: Array, hit: Array, axes: Array | int, gate_probability: Arra
     inside = within_gate(nis, hit, axes, gate_probability)
     expected = np.sum(inside * hit * axes * gate_truncation(axes, gate_probability), axis=-1)
     total = np.sum(inside * nis, axis=-1)
-    ratio: Array = np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)
-    return ratio
+    return np.divide(total, expected, out=np.full(np.shape(total), np.nan), where=expected > 0)

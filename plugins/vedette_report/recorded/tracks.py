@@ -218,8 +218,7 @@ def _at(entries: Sequence[Entry], track: Track, at: Mask) -> list[Entry]:
 
 def _shared(track: Track, path: Trajectory) -> Mask:
     """Return the track's scans that lie within the object's life (s,)."""
-    shared: Mask = (track.times >= path.times[0]) & (track.times <= path.times[-1])
-    return shared
+    return (track.times >= path.times[0]) & (track.times <= path.times[-1])
 
 
 def _common(track: Track, path: Trajectory) -> Space:
@@ -239,8 +238,7 @@ def _distance(track: Track, path: Trajectory) -> Array:
     """Return the distance over the common axes in m (s,)."""
     error, _ = _errors(track, path)
     metres = [i for i, axis in enumerate(_common(track, path).axes) if axis.unit == "m"]
-    distance: Array = np.linalg.norm(error[:, metres], axis=-1)
-    return distance
+    return np.linalg.norm(error[:, metres], axis=-1)
 
 
 def _told(

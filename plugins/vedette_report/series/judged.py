@@ -86,5 +86,4 @@ def _band(count: int, axes: int) -> tuple[float, float]:
 
 def _over(total: Array, count: Indices) -> Array:
     """Return total / count, NaN where there are none."""
-    mean: Array = np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)
-    return mean
+    return np.divide(total, count, out=np.full(len(count), np.nan), where=count > 0)

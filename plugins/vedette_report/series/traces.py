@@ -55,8 +55,7 @@ class Trace:
     @property
     def covered(self) -> Mask:
         """Where a track covers it (s,)."""
-        covered: Mask = self.track != NONE
-        return covered
+        return self.track != NONE
 
 
 @frozen(eq=False)
@@ -233,8 +232,7 @@ def _joined(name: str, parts: Sequence[Trace]) -> Trace:
 
 def sigma_of(cov: Array, part: list[int]) -> Array:
     """Return the root of the trace over some axes: (q, n, n) -> (q,)."""
-    sigma: Array = np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
-    return sigma
+    return np.sqrt(np.sum(np.diagonal(cov, axis1=-2, axis2=-1)[:, part], axis=-1))
 
 
 def _normalised(rows: Sequence[Array]) -> Normalised:

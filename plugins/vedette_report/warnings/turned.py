@@ -175,5 +175,4 @@ def _place(times: Array, places: Array, time: float) -> Array | None:
     if i == 0 or i == len(times) or times[i] - times[i - 1] > LONGEST:
         return None
     part = (time - times[i - 1]) / max(times[i] - times[i - 1], 1e-12)
-    place: Array = places[i - 1] + part * (places[i] - places[i - 1])
-    return place
+    return places[i - 1] + part * (places[i] - places[i - 1])

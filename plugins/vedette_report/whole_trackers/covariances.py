@@ -32,14 +32,12 @@ def whitened(error: Array, cov: Array) -> Array:
     correlation = np.where(np.eye(cov.shape[-1], dtype=bool), 1.0, cov / spread[..., :, None] / spread[..., None, :])
     values, vectors = np.linalg.eigh(correlation)
     turned = np.swapaxes(vectors, -1, -2) @ (np.where(free, error, 0.0) / spread)[..., None]
-    white: Array = (vectors @ (turned / np.sqrt(np.maximum(values, 1e-12))[..., None]))[..., 0]
-    return white
+    return (vectors @ (turned / np.sqrt(np.maximum(values, 1e-12))[..., None]))[..., 0]
 
 
 def _stated(cov: Array, i: int, j: int) -> Array:
     """Return the stated correlation (*b) of two axes."""
-    correlation: Array = cov[..., i, j] / np.sqrt(cov[..., i, i] * cov[..., j, j])
-    return correlation
+    return cov[..., i, j] / np.sqrt(cov[..., i, i] * cov[..., j, j])
 
 
 def _found(u: Array, v: Array) -> float:

@@ -108,8 +108,7 @@ def _remembered(before: JointHypotheses, scores: LeafScores, after: Branching) -
     seen[old] = (np.bincount(before.track, looked) > 0)[before.track[after.parent[old]]]
     past = found.past.copy()
     past[seen, 1:], past[seen, 0] = found.past[seen, :-1], after.parent[seen]
-    remembered: JointHypotheses = evolve(found, past=past)
-    return remembered
+    return evolve(found, past=past)
 
 
 def _agreeing(found: JointHypotheses) -> Mask:
@@ -124,8 +123,7 @@ def _agreeing(found: JointHypotheses) -> Mask:
     count = len(found.weights)
     number = np.bincount(rows[begun], minlength=count)
     agreeing = np.bincount(rows[begun], settled[ancestor[begun]], count)
-    agrees: Mask = (number == agreeing) & (number == number[best][found.cluster])
-    return agrees
+    return (number == agreeing) & (number == number[best][found.cluster])
 
 
 def _decided(found: JointHypotheses) -> JointHypotheses:

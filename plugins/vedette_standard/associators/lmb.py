@@ -160,8 +160,7 @@ class LabelledMultiBernoulli(HypothesisAssociator):
     def existence(self, hypotheses: Mixtures, own: Array, last: Indices) -> Array:
         """Return the existence of each leaf's track."""
         total = np.bincount(hypotheses.track, hypotheses.weights * own).astype(float)
-        of_track: Array = np.minimum(total, 1.0)[hypotheses.track]
-        return of_track
+        return np.minimum(total, 1.0)[hypotheses.track]
 
     def reported(self, hypotheses: Mixtures, existence: Array) -> Indices:
         """Return the leaf of each track that is heaviest if its target exists."""
@@ -175,12 +174,10 @@ def _log_sums(owner: Indices, logs: Array, count: int) -> Array:
     np.maximum.at(top, owner, logs)
     top = np.where(np.isfinite(top), top, 0.0)
     sums: Array = np.bincount(owner, np.exp(logs - top[owner]), count).astype(float)
-    logs_of_sums: Array = kernels.safe_log(sums) + top
-    return logs_of_sums
+    return kernels.safe_log(sums) + top
 
 
 def _share(logs: Array, total: Array) -> Array:
     """Return exp(logs - total), 0 where a log is -inf."""
     some = np.isfinite(logs)
-    share: Array = np.where(some, np.exp(np.where(some, logs - np.where(some, total, 0.0), 0.0)), 0.0)
-    return share
+    return np.where(some, np.exp(np.where(some, logs - np.where(some, total, 0.0), 0.0)), 0.0)

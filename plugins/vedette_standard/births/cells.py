@@ -59,8 +59,7 @@ def counted(number: Array, places: Array, detects: Callable[[Array], Array]) -> 
     seen = np.broadcast_to(detects((cell + 0.5) / n), cell.shape[:-1])
     best = np.argmax(np.prod(1.0 - np.abs(at - around), axis=-1) * (1e-9 + seen), axis=-1)
     own = np.take_along_axis(cell, best[..., None, None], axis=-2)[..., 0, :].astype(np.intp)
-    found: Array = number[(np.arange(len(number))[:, None], *np.moveaxis(own, -1, 0))]
-    return found
+    return number[(np.arange(len(number))[:, None], *np.moveaxis(own, -1, 0))]
 
 
 def moved(number: Array, axis: int, distance: Array, faces: Callable[[Array], Array]) -> Array:

@@ -156,8 +156,7 @@ class EnsembleKalman(OverMotion[Ensemble]):
         """Return the covariance (*b, t, n, n) between the points and where they move."""
         _, now = self._moments(belief.points, self.state)
         _, then = self._moments(self.motion.move(belief.points, dt), self.state)
-        cross: Array = np.swapaxes(now, -1, -2) @ then / (self.members - 1)
-        return cross
+        return np.swapaxes(now, -1, -2) @ then / (self.members - 1)
 
     def ahead(self, belief: Ensemble, dt: float, rng: np.random.Generator) -> Gaussian:
         """Return the moments of the points where they move, the mean of their noise added: as it is, not as it is drawn."""

@@ -122,8 +122,7 @@ def _is_identity(slope: Array) -> bool:
 def _inverse(slope: Array, P: Array, where: list[int]) -> Array:
     """Return the pseudo-inverse of H (*b, t, 1|k, m, n), with axes in their standard deviations so that no unit matters."""
     size = np.sqrt(np.maximum(np.diagonal(P, axis1=-2, axis2=-1)[..., where], 1e-300))
-    inverse: Array = size[..., :, None] * np.linalg.pinv(slope * size[..., None, :])
-    return inverse
+    return size[..., :, None] * np.linalg.pinv(slope * size[..., None, :])
 
 
 def _rates(name: str) -> tuple[str, ...]:

@@ -88,8 +88,7 @@ class GaussianSum(WrappedEstimator[Modes]):
         main = main * np.where(np.sum(main, axis=-1, keepdims=True) < 0, -1.0, 1.0)
         regression = (cov[..., where] @ main[..., None])[..., 0]
         variance = np.sum(main * regression[..., where], axis=-1, keepdims=True)
-        step: Array = regression / np.sqrt(np.where(variance > 0, variance, 1.0))
-        return step
+        return regression / np.sqrt(np.where(variance > 0, variance, 1.0))
 
     def predict(self, belief: Modes, dt: float, rng: np.random.Generator) -> Modes:
         """Predict every part `dt` s."""

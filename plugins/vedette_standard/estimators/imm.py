@@ -194,8 +194,7 @@ class Imm(Estimator[Modes]):
     @_log_initial.default
     def _log_of_initial(self) -> Array:
         initial = np.ones(len(self.modes)) if self.initial is None else self.initial
-        log_prob: Array = np.log(initial / initial.sum())
-        return log_prob
+        return np.log(initial / initial.sum())
 
     @_absent.default
     def _moments_of_the_absent(self) -> Array:

@@ -83,8 +83,7 @@ def _after(rates: Array, dt: float) -> Array:
     if len(rates) != 2:
         from scipy.linalg import expm
 
-        found: Array = expm(rates * dt)
-        return found
+        return expm(rates * dt)
     total = float(rates[0, 1] + rates[1, 0])
     gone = -np.expm1(-total * dt) / total if total > 0 else dt
     return np.asarray(np.eye(2) + rates * gone)

@@ -97,5 +97,4 @@ class PolarPosition(RangingSensor, DirectSensor):
         if self.clutter_uniform_over == "area" and self.max_range is not None:
             return np.asarray(self.clutter_per_scan / (0.5 * width(self.sectors) * (self.max_range**2 - self.min_range**2)))
         r = np.hypot(*offsets(z, self._pose))
-        density: Array = per_direction(self, r, 2) / np.clip(r, self.min_range, self.max_range)
-        return density
+        return per_direction(self, r, 2) / np.clip(r, self.min_range, self.max_range)

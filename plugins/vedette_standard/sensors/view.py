@@ -34,8 +34,7 @@ def directed(sectors: Sequence[Sector], bearing: Array) -> Mask:
     """Return whether bearings (*b) lie in one of some sectors (*b); where there are none, all do."""
     if not sectors:
         return np.ones(bearing.shape, dtype=bool)
-    inside: Mask = np.any([np.mod(bearing - sector.low, CIRCLE) <= sector.high - sector.low for sector in sectors], axis=0)
-    return inside
+    return np.any([np.mod(bearing - sector.low, CIRCLE) <= sector.high - sector.low for sector in sectors], axis=0)
 
 
 def width(sectors: Sequence[Sector]) -> float:
@@ -89,8 +88,7 @@ class Detection:
 
     def at(self, r: Array, bearing: Array) -> Array:
         """Return the probability at ranges and bearings: (*b), (*b) -> (*b)."""
-        p_detect: Array = self.probability[self.cells(r, bearing)]
-        return p_detect
+        return self.probability[self.cells(r, bearing)]
 
 
 def size(

@@ -72,8 +72,7 @@ class ViewedSensor(PlacedSensor, DirectSensor):
 
     def _within(self, x: Array) -> Mask:
         low, high = self._limits()
-        inside: Mask = np.all((x >= low) & (x <= high), axis=-1)
-        return inside
+        return np.all((x >= low) & (x <= high), axis=-1)
 
     def covers(self, z: Array) -> Mask:
         """Return whether a false return may lie at z: (*b, n) -> (*b), or () if anywhere."""

@@ -67,21 +67,18 @@ class Close:
     def joint(self, pair: Indices, returns: Indices) -> Array:
         """Return the log scores (*b) of one return for both of a pair, -inf where it is too far away."""
         place = self._at(pair, returns)
-        log: Array = np.append(self.scores, -np.inf)[place]
-        return log
+        return np.append(self.scores, -np.inf)[place]
 
     def column(self, pair: Indices | int, side: Indices | int, returns: Indices) -> Indices:
         """Return the place of a return for both among those that one of a pair meets, -1: none."""
         assert self.places is not None
-        places: Indices = np.concatenate([self.places, [[-1, -1]]])[self._at(pair, returns), side]
-        return places
+        return np.concatenate([self.places, [[-1, -1]]])[self._at(pair, returns), side]
 
     def _at(self, pair: Indices | int, returns: Indices) -> Indices:
         """Return the place (*b) of a pair's return among all, q: it is none of these."""
         wanted, q = pair * self.k + returns, len(self.pair)
         place = np.searchsorted(self._codes[:-1], wanted)
-        at: Indices = np.where(self._codes[place] == wanted, place, q)
-        return at
+        return np.where(self._codes[place] == wanted, place, q)
 
     def updated(
         self, it: Expected, meeting: Meeting, at: Indices, choice: Indices, merged: Indices | None, leaves: Indices
@@ -160,20 +157,17 @@ def close_rows(
 def _log_merge(C: Array, wide: Array, d: Array) -> Array:
     """Return the log of the mean of exp(-d' C^-1 d / 2) over N(d, wide - C), (*b, m, m) and (*b, m)."""
     half = 0.5 * (_log_det(C) - _log_det(wide))
-    log: Array = half - 0.5 * _square(d, wide)
-    return log
+    return half - 0.5 * _square(d, wide)
 
 
 def _log_normal(d: Array, cov: Array) -> Array:
     """Return log N(d; 0, cov): (*b, m), (*b, m, m) -> (*b)."""
-    log: Array = -0.5 * (_square(d, cov) + _log_det(cov) + d.shape[-1] * np.log(2 * np.pi))
-    return log
+    return -0.5 * (_square(d, cov) + _log_det(cov) + d.shape[-1] * np.log(2 * np.pi))
 
 
 def _square(d: Array, cov: Array) -> Array:
     """Return d' cov^-1 d: (*b, m), (*b, m, m) -> (*b)."""
-    square: Array = np.sum(d * (_inverse(cov) @ d[..., None])[..., 0], axis=-1)
-    return square
+    return np.sum(d * (_inverse(cov) @ d[..., None])[..., 0], axis=-1)
 
 
 def _inverse(M: Array) -> Array:
@@ -190,8 +184,7 @@ def _inverse(M: Array) -> Array:
 def _log_det(M: Array) -> Array:
     """Return log |M| (*b) of positive definite M (*b, m, m)."""
     two = M.shape[-1] == 2
-    log: Array = np.log(M[..., 0, 0] * M[..., 1, 1] - M[..., 0, 1] * M[..., 1, 0]) if two else np.linalg.slogdet(M)[1]
-    return log
+    return np.log(M[..., 0, 0] * M[..., 1, 1] - M[..., 0, 1] * M[..., 1, 0]) if two else np.linalg.slogdet(M)[1]
 
 
 def _told(S: Array, R: Array, C: Array, d: Array, seen: Array, pair: Indices) -> tuple[Array, Array]:
@@ -225,5 +218,4 @@ def _apart(gain: Array, left: Array, C: Array, h: Array, z: Array, pairs: Indice
     wide = C + left[i] + left[j]
     factor = 0.5 * (_log_det(C) - _log_det(wide))[:, None, None]
     square = np.einsum("pabi,pij,pabj->pab", d, _inverse(wide), d)
-    apart: Array = np.log1p(-np.minimum(np.exp(factor - 0.5 * square), 1.0 - SURE))
-    return apart
+    return np.log1p(-np.minimum(np.exp(factor - 0.5 * square), 1.0 - SURE))

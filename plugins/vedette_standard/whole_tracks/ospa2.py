@@ -68,5 +68,4 @@ def _both(truth: Indices, track: Indices, present: Sequence[Indices], alive: Mas
     pair = np.repeat(np.arange(len(truth)), count)
     before = np.concatenate([np.zeros((1, alive.shape[1]), dtype=np.intp), np.cumsum(alive, axis=0)])
     together = before[scan[last[run]] + 1, truth[pair]] - before[scan[first[run]], truth[pair]]
-    both: Indices = np.bincount(pair, together, len(truth)).astype(np.intp)
-    return both
+    return np.bincount(pair, together, len(truth)).astype(np.intp)

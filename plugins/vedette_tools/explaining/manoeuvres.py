@@ -89,8 +89,7 @@ def _accelerations(places: Array, dt: float) -> Array:
     """Return the accelerations (s - FIT + 1,) that parabolas over FIT scans (least squares) give the positions (s, d)."""
     t = (np.arange(FIT) - FIT // 2) * dt
     weights = 2.0 * np.linalg.pinv(np.stack([np.ones(FIT), t, t**2], axis=-1))[2]
-    sizes: Array = np.linalg.norm(np.lib.stride_tricks.sliding_window_view(places, FIT, axis=0) @ weights, axis=-1)
-    return sizes
+    return np.linalg.norm(np.lib.stride_tricks.sliding_window_view(places, FIT, axis=0) @ weights, axis=-1)
 
 
 def _led(

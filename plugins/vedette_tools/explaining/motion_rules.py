@@ -234,8 +234,7 @@ def _at(it: Situation, motion: MotionModel, seen: Seen) -> Array | None:
     """Return a state of this model as it is after the first scans of a track, or None if the estimates lack an axis."""
     if seen.settled is None or any(axis not in it.state.axes for axis in motion.state.axes):
         return None
-    where: Array = seen.settled.start.mean[0, it.state.locate(motion.state)]
-    return where
+    return seen.settled.start.mean[0, it.state.locate(motion.state)]
 
 
 def _speed(it: Situation, seen: Seen) -> float:

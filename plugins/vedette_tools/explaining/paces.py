@@ -88,5 +88,4 @@ def _inverted(sensor: Sensor, scan: Scan) -> Gaussian:
 
 
 def _deviations(prior: Gaussian, axes: list[int]) -> Array:
-    deviations: Array = np.sqrt(np.diagonal(prior.cov, axis1=-2, axis2=-1)[0, axes])
-    return deviations
+    return np.sqrt(np.diagonal(prior.cov, axis1=-2, axis2=-1)[0, axes])

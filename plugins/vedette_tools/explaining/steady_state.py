@@ -55,8 +55,7 @@ class Settled:
 
     def gate_volumes(self, threshold: float) -> Array:
         """Return the volume of the gate at each scan (s,), in the measurement's units."""
-        volumes: Array = ball(self.R.shape[-1], threshold) * np.sqrt(np.maximum(np.linalg.det(self.S), 0.0))
-        return volumes
+        return ball(self.R.shape[-1], threshold) * np.sqrt(np.maximum(np.linalg.det(self.S), 0.0))
 
 
 def reach(sensor: Sensor) -> tuple[float, float]:

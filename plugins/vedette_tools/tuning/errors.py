@@ -38,8 +38,7 @@ class Curvature:
     @property
     def error(self) -> Array:
         """The standard errors of the position (p,), NaN where they are not known."""
-        error: Array = np.sqrt(np.diagonal(self.cov))
-        return error
+        return np.sqrt(np.diagonal(self.cov))
 
 
 def curvature(asked: Asker, top: Array) -> Curvature:

@@ -125,5 +125,4 @@ def even(count: int, axes: int) -> Array:
     for _ in range(40):
         ratio = (1.0 + ratio) ** (1.0 / (axes + 1))
     step = ratio ** -np.arange(1.0, axes + 1.0)
-    points: Array = np.mod(0.5 + np.outer(np.arange(count), step), 1.0)
-    return points
+    return np.mod(0.5 + np.outer(np.arange(count), step), 1.0)

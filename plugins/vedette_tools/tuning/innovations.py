@@ -48,8 +48,7 @@ class Moments:
     def normalised(self, scans: slice) -> Array:
         """Return each moment over some scans (q,), over its standard deviation."""
         total, variance = np.sum(self.sums[scans], axis=0), np.sum(self.variances[scans], axis=0)
-        over: Array = np.divide(total, np.sqrt(variance), out=np.zeros_like(total), where=variance > 0)
-        return over
+        return np.divide(total, np.sqrt(variance), out=np.zeros_like(total), where=variance > 0)
 
     def noises(self, scans: slice) -> list[Noise]:
         """Return what innovations say of Q and R by sensor and axis."""

@@ -90,8 +90,7 @@ class Predictive:
         np.add.at(likely, place, np.exp(scores - top[place, None]))
         there = np.bincount(place, associator.probability(leaves.hypotheses), len(ids))
         likely[:, 0] += np.maximum(1.0 - there, 0.0) * np.exp(np.minimum(-top, 700.0))
-        together: Array = kernels.safe_log(likely) + top[:, None]
-        return together
+        return kernels.safe_log(likely) + top[:, None]
 
     def _unseen(self, it: Expected, cover: Cover) -> float:
         """Return how many returns of undetected targets are expected."""

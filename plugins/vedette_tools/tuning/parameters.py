@@ -45,8 +45,7 @@ class Free:
     def position(self, value: Array | float) -> Array:
         """Return where values are in the range, on the scale: 0 at its lower end and 1 at its upper one."""
         low, high = self._bent(self.low), self._bent(self.high)
-        position: Array = (self._bent(value) - low) / (high - low)
-        return position
+        return (self._bent(value) - low) / (high - low)
 
     def value(self, position: Array) -> Array:
         """Return the values at positions in the range."""
@@ -54,8 +53,7 @@ class Free:
         bent = low + np.asarray(position) * (high - low)
         if self.scale == "linear":
             return bent
-        value: Array = np.exp(bent) if self.scale == "log" else 1.0 / (1.0 + np.exp(-bent))
-        return value
+        return np.exp(bent) if self.scale == "log" else 1.0 / (1.0 + np.exp(-bent))
 
     def slope(self, position: float) -> float:
         """Return by how much the value grows with its position."""

@@ -65,8 +65,7 @@ def _climbed(asked: Asker, start: Array, method: str, size: float, close: tuple[
     else:
         options = {"eps": 1e-3, "maxfun": 100 * (1 + p)}
     optimum = minimize(depth, start, method=METHODS[method], bounds=bounds, options=options)  # type: ignore[call-overload]
-    end: Array = np.clip(np.asarray(optimum.x, dtype=float), 0.0, 1.0)
-    return end
+    return np.clip(np.asarray(optimum.x, dtype=float), 0.0, 1.0)
 
 
 def _simplex(start: Array, size: float) -> Array:

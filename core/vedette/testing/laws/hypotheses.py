@@ -58,8 +58,7 @@ def first_scan(associator: HypothesisAssociator, scores: Array, begins: Mask) ->
 
 
 def _begins(drawn: Scores) -> Mask:
-    begins: Mask = drawn.returns % 2 == 0
-    return begins
+    return drawn.returns % 2 == 0
 
 
 def _table(scan: FirstScan) -> Array:

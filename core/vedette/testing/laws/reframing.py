@@ -91,8 +91,7 @@ class Gusts(MotionModel):
         return x
 
     def noise(self, x: Array, dt: float) -> Array:
-        Q: Array = 1e6 * self.density * dt * (1.0 + 0.9 * np.tanh(2.0 * x[..., None]))
-        return Q
+        return 1e6 * self.density * dt * (1.0 + 0.9 * np.tanh(2.0 * x[..., None]))
 
 
 def _over(make: Callable[[float], MotionModel], value: Any, count: list[int]) -> Any:

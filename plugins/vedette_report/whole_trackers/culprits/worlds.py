@@ -28,8 +28,7 @@ class Restless(WrappedMotion):
     factor: float = fields.quantity("1", "factor of its noise", above=0)
 
     def noise(self, x: Array, dt: float) -> Array:
-        noisier: Array = self.factor * self.of.noise(x, dt)
-        return noisier
+        return self.factor * self.of.noise(x, dt)
 
 
 @final
@@ -50,8 +49,7 @@ class Noisy(WrappedSensor):
         root = np.sqrt(self.factors)
         R = self.of.noise(x)
         spread = np.sqrt(np.diagonal(R, axis1=-2, axis2=-1))
-        noisier: Array = (R + self.twist * spread[..., :, None] * spread[..., None, :]) * (root[:, None] * root)
-        return noisier
+        return (R + self.twist * spread[..., :, None] * spread[..., None, :]) * (root[:, None] * root)
 
     def clutter(self, z: Array) -> Array:
         return np.zeros(())
