@@ -8,6 +8,7 @@ import os
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from shutil import rmtree
 from signal import SIG_DFL, SIGTERM, default_int_handler, getsignal, signal
@@ -135,6 +136,11 @@ def is_at(path: Path, file: io.FileIO) -> bool:
         return os.path.samestat(path.stat(), os.fstat(file.fileno()))
     except FileNotFoundError:
         return False
+
+
+def unused(path: Path) -> Path:
+    """Return a path where no file is: this one, or with the first number from 2 that is free."""
+    return next(free for i in count(1) if not (free := path.with_name(f"{path.name}{i if i > 1 else ''}")).exists())
 
 
 def check_no_folder(path: Path) -> None:

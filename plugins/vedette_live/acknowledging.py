@@ -26,7 +26,8 @@ class Acknowledging:
     """The numbers of messages, which rise by input and sensor: those that have come, been taken and been kept.
 
     A number that was left out may come late. `missed`: of each input and sensor the first and last of each run of these,
-    in order; `_late`: those that came since, and are not taken yet.
+    in order; `_late`: those that came since, and are not taken yet. `begins`: what is added to the numbers of each input and
+    sensor that counted anew, so that they rise.
 
     Inputs add what comes, in their threads; the thread that tracks says what is taken and kept. `replies`: of the
     connections whose messages have numbers.
@@ -35,6 +36,7 @@ class Acknowledging:
     kept: dict[str, int] = field(factory=dict)
     replies: dict[str, Callable[[bytes], None]] = field(factory=dict)
     missed: dict[str, list[Run]] = field(factory=dict)
+    begins: dict[str, int] = field(factory=dict)
     _late: set[tuple[str, int]] = field(factory=set)
     _seen: dict[str, int] = field(factory=dict)
     _waiting: deque[tuple[Number, int, str]] = field(factory=deque)
@@ -66,6 +68,14 @@ class Acknowledging:
             self._ended[stream] = {key: number for key, number in seen.items() if key.startswith(begin)}
         else:
             reply(b"")
+
+    def raised(self, stream: str, sensor: str) -> int:
+        """Return what is added to the numbers of a sensor."""
+        return self.begins.get(_key(stream, sensor), 0)
+
+    def count_anew(self, stream: str, sensor: str) -> None:
+        """Take the numbers of a sensor, from now on, as those after all that came."""
+        self.begins[_key(stream, sensor)] = self.last((stream, sensor, 0)) + 1
 
     def last(self, number: Number) -> int:
         """Return the highest number that has come of a message's input and sensor; -1 if none has."""
@@ -181,9 +191,11 @@ class Acknowledging:
     def reply(self, number: Number, refused: str = "") -> None:
         """Answer one message, if its connection is still there."""
         stream, sensor, count = number
-        answer = {"ack": count, "sensor": sensor, "refused": refused}
-        given = {name: told for name, told in answer.items() if told not in ("", -1)}
-        self._send(stream, json.dumps(given).encode() + b"\n")
+        told = max(count - self.raised(stream, sensor), -1)
+        answer = {"ack": told, "sensor": sensor, "refused": refused}
+        given = {name: value for name, value in answer.items() if value not in ("", -1)}
+        if refused or told >= 0:  # not of one that came before its sender counted anew
+            self._send(stream, json.dumps(given).encode() + b"\n")
 
     def _send(self, stream: str, data: bytes) -> None:
         try:

@@ -15,6 +15,7 @@ from vedette.space import Array, Indices
 from vedette.streams import Message
 from vedette.types import Detections, Scan
 from vedette_live.placing import Placing, missing
+from vedette_live.setback import ALIKE, BACK, Row
 
 WAYS = ("message", "turn", "sector", "interval")
 CLOCKS = ("sensor", "receiver", "offset")
@@ -22,8 +23,6 @@ MOST = 50_000
 """Messages of a scan, at most: by a clock that stands still it would never be complete."""
 COPIES = 10_000
 """Latest messages of an input of which copies are recognised: those of 10 s of a thousand plots a second."""
-ALIKE = 1.5
-"""Two times between messages are alike if neither is so many times as long: by hand."""
 UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 """In which times may be told by mistake, and how many there are in a second."""
 NEAR = 0.1
@@ -34,8 +33,6 @@ ALONE = 0.01
 """s after the one before from which a message came alone: what was stored comes faster, at any ratio to its times."""
 STILL = 60.0
 """s in which a clock has told one time after which the health tells: some tell whole minutes."""
-SET_BACK = 10
-"""Messages in a row that are late by more than a leap, from which on their clock was set back: by hand."""
 
 
 @frozen(eq=False)
@@ -79,10 +76,9 @@ class Clock:
     """The time of messages of one sensor: unwrapped, and moved by the least delay between sensor and receiver.
 
     One wrong time far ahead would make all that follow too late: it is refused, unless the next one agrees. Of a sensor that
-    sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it last leapt,
-    `behind` the first of the messages that are late by more than a leap, when it came, and how many they are. `heard`: the
-    time of the last one, and when it came; `fast`: how many in a row are as if in ms; `unit`: why the last one is surely not
-    in s, or "".
+    sends more seldom than that, the time between two messages is learnt. `latest` is the latest time since it was set back,
+    `behind`: messages that are late by more than a minute. `heard`: the time of the last one, and when it came; `fast`: how
+    many in a row are as if in ms; `unit`: why the last one is surely not in s, or "".
     """
 
     by: str
@@ -92,7 +88,7 @@ class Clock:
     doubted: float | None = None
     since: float | None = None
     latest: float | None = None
-    behind: tuple[float, float, int] | None = None
+    behind: Row = field(factory=Row)
     heard: tuple[float, float] | None = None
     fast: int = 0
     unit: str = ""
@@ -129,11 +125,12 @@ class Clock:
         if stated != self.last or self.since is None:
             self.since = arrived
         self.last = stated
-        latest = stated if self.latest is None else self.latest
-        self.latest = stated if abs(stated - latest) > self.leap else max(stated, latest)
+        self.latest = stated if self.latest is None else max(stated, self.latest)
+        if self.latest - stated <= BACK and (arrived is None or arrived - stated - self.offset <= BACK):
+            self.behind = Row()
+        elif arrived is not None and self.behind.add(stated, arrived):
+            self.latest, self.offset = stated, inf
         if self.by == "offset" and arrived is not None:
-            if self._was_set_back(stated, arrived):
-                self.offset = inf
             self.offset = min(self.offset, arrived - stated)
             stated += self.offset
         return stated
@@ -149,26 +146,13 @@ class Clock:
             self.fast = self.fast + 1 if alone else 0
         self.heard = stated, arrived
 
-    def _was_set_back(self, stated: float, arrived: float) -> bool:
-        """Return whether messages stay late by more than a leap, and come as far apart as their times are.
-
-        Those of a sender that makes up for a pause come faster, and those of a clock that stands still slower.
-        """
-        if arrived - stated - self.offset <= self.leap:
-            self.behind = None
-            return False
-        first, came, count = self.behind or (stated, arrived, 0)
-        apart, passed = stated - first, arrived - came
-        self.behind = (first, came, count + 1) if count + 1 < SET_BACK else None
-        return self.behind is None and passed / ALIKE <= apart <= ALIKE * passed
-
     def _check(self, stated: float) -> None:
         """Raise ValueError for a time that leaps, unless it is the second one to say so."""
-        if self.last is not None and stated - self.last > self.leap:
+        if self.latest is not None and stated - self.latest > self.leap:
             apart = inf if self.doubted is None else abs(stated - self.doubted)
-            if self.doubted is None or not 0 < apart <= max(self.leap, ALIKE * (self.doubted - self.last)):  # 0: a copy
+            if self.doubted is None or not 0 < apart <= max(self.leap, ALIKE * (self.doubted - self.latest)):  # 0: a copy
                 self.doubted = stated
-                told = f"{stated - self.last:.6g} s after the last one, more than scans.leap, {self.leap:g} s"
+                told = f"{stated - self.latest:.6g} s after the last one, more than scans.leap, {self.leap:g} s"
                 raise ValueError(f"time: {stated:.6f} s is {told}: it is believed once the next message agrees")
             self.leap = max(self.leap, ALIKE * apart)
         self.doubted = None

@@ -33,7 +33,7 @@ _UNSAVED = 10_000
 class Keeping:
     """Keeps what a service took; a full disk does not end the service, and is told.
 
-    `born`: the tracks begun by a state that was left out, whose ids the store holds.
+    `born`: the tracks begun by a state that was left out, or before the times of now, whose ids the store holds.
     """
 
     service: Service
@@ -68,6 +68,7 @@ class Keeping:
             known = {key: int(number) for key, number in saved.acknowledged.items()}
             runs = saved.states.get("missed", {}).items()  # the data of an older Vedette lack it
             missed = {key: [(int(first), int(last)) for first, last in of] for key, of in runs}
+            begins = {key: int(number) for key, number in saved.states.get("begins", {}).items()}
             counts = {name: int(count) for name, count in saved.counters.items() if name in self.counters.counts}
             places = [place and (place[0], dict(place[1])) for place in saved.states.get("places", [])]
             recorded, record = int(saved.states.get("recorded", -1)), saved.states.get("record")
@@ -83,7 +84,8 @@ class Keeping:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         for grouper, those in zip(self.listening.groupers, clocks, strict=False):
             grouper.clocks = those
-        self.listening.numbers.kept, self.listening.numbers.missed = known, missed
+        numbers = self.listening.numbers
+        numbers.kept, numbers.missed, numbers.begins = known, missed, begins
         for reading, place in zip(self.listening.readings, places, strict=False):
             reading.kept = place
         if self.recorder is not None and recorded >= 0 and not saved.older and record in (None, str(self.recorder.path)):
@@ -104,6 +106,7 @@ class Keeping:
         window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
         window.take(saving.formed_from(given) for given in saved.states["scans"])
         window.came |= dict.fromkeys(map(tuple, saved.states.get("came", [])))  # an older Vedette's data lack it
+        window.heard |= saved.states.get("heard", {})
         if leap := saved.states.get("leap"):
             state = saving.state_from(experiment.tracker, leap["before"], saved.states["made"]["axes"])
             window.leap = Leap(state, leap["time"], frozenset(leap["sensors"]))
@@ -161,8 +164,10 @@ class Keeping:
             "born": window.state.born,
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
             "came": window.settled_copies,
+            "heard": window.heard,
             "clocks": self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks)),
             "missed": self.listening.numbers.untaken(numbers),
+            "begins": self.listening.numbers.begins,
             "places": [reading.taken(numbers) for reading in self.listening.readings],
         }
         if (leap := window.settled_leap) is not None:
@@ -194,6 +199,11 @@ class Keeping:
             self.recorder.leave_out(*self.listening.left_out.popleft())
         if all_of_it or (len(self.recorder.waiting) >= TOGETHER and not self.recorder.moved):
             self._write_record(self.recorder)
+
+    def set_aside(self) -> None:
+        """Give the record another name, as times go back; what follows is recorded anew."""
+        if self.recorder is not None:
+            LOG.warning("the record is set aside", extra={"path": str(self.recorder.set_aside())})
 
     def _write_record(self, recorder: Recorder) -> None:
         """Write what waits of the record; a full disk does not end the service, and is told."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from math import inf
 from threading import Event, Lock, Thread
@@ -12,9 +12,9 @@ from typing import Any, final
 from attrs import define, evolve, field
 
 from vedette.errors import VedetteError
-from vedette.streams import Arrival, Message, now
+from vedette.streams import Arrival, Decoded, Message, now
 from vedette.tracking import raw_sensors
-from vedette_live.acknowledging import Acknowledging
+from vedette_live.acknowledging import Acknowledging, Number
 from vedette_live.config import Feed, Service
 from vedette_live.counters import Counters
 from vedette_live.grouping import Formed, Grouper
@@ -23,7 +23,10 @@ from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 from vedette_live.reading import Reading
 from vedette_live.rhythm import Rhythm
+from vedette_live.setback import Row
 
+HELD = 1000
+"""Messages, the latest of a row whose numbers came before, that are taken if their sender counts anew."""
 LATE = 1.0
 """s between two looks from which on we were busy ourselves, or stopped."""
 
@@ -45,6 +48,7 @@ class Listening:
     groupers: list[Grouper] = field(init=False)
     locks: list[Lock] = field(init=False)
     rhythms: dict[tuple[int, str], Rhythm] = field(factory=dict)
+    _again: dict[tuple[int, str], tuple[Row, deque[tuple[Message, Arrival]]]] = field(factory=dict)
     _busy: float = -inf
     _looked: float = field(factory=now)
     readings: list[Reading] = field(init=False)
@@ -130,12 +134,11 @@ class Listening:
     def _listen(self, i: int, feed: Feed, stop: Event) -> None:
         """Decode and group what an input brings, until it ends."""
         memories = dict[str, Any]()
-        log = self.logs[i]
         try:
             self.readings[i].begin()
             kept = self.readings[i].kept
             for arrival in feed.input.listen(stop) if kept is None else feed.input.go_on(stop, kept[0]):
-                self._arrived(i, feed, memories, arrival, log)
+                self._arrived(i, feed, memories, arrival)
         except VedetteError as error:
             self._fail(i, f"!inputs[{i}]: {error}")
             LOG.error("input failed", extra={"input": i, "why": str(error)})
@@ -146,7 +149,7 @@ class Listening:
             left = feed.format.end(memory)
             if stop.is_set():  # the rest of a message that we did not wait for is no fault of it
                 left = evolve(left, refused=())
-            self._messages(i, feed, left, Arrival(b"", now(), name), log)
+            self._messages(i, feed, left, Arrival(b"", now(), name))
         with self.locks[i]:
             rest = list(self.groupers[i].rest())
         for formed in rest:
@@ -157,7 +160,7 @@ class Listening:
         self.ails[f"input {i}"] = told
         self.counters.tell("input_well", str(i), 0.0)
 
-    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival, log: Sparing) -> None:
+    def _arrived(self, i: int, feed: Feed, memories: dict[str, Any], arrival: Arrival) -> None:
         reading = self.readings[i]
         reading.placed |= arrival.place is not None
         if arrival.lost is not None:
@@ -165,7 +168,7 @@ class Listening:
             self.counters.add("datagrams_lost_total", arrival.lost)
         if arrival.unwell:
             self._fail(i, arrival.unwell)
-            log.warn("input waits", arrival.unwell, arrival.stream)
+            self.logs[i].warn("input waits", arrival.unwell, arrival.stream)
         elif self.ails.pop(f"input {i}", None):
             self.counters.tell("input_well", str(i), 1.0)
         if arrival.unwell or not (arrival.data or arrival.ended or reading.placed or feed.input.datagrams):
@@ -174,10 +177,10 @@ class Listening:
         whole = feed.input.datagrams
         memory = feed.format.start() if whole else memories.get(arrival.stream, feed.format.start())
         decoded = feed.format.decode(memory, arrival.data)
-        self._messages(i, feed, decoded, arrival, log)
+        self._messages(i, feed, decoded, arrival)
         if whole or arrival.ended:
             memories.pop(arrival.stream, None)
-            self._messages(i, feed, feed.format.end(decoded.memory), arrival, log)
+            self._messages(i, feed, feed.format.end(decoded.memory), arrival)
         else:
             memories[arrival.stream] = decoded.memory
         if arrival.ended:
@@ -187,58 +190,101 @@ class Listening:
         if arrival.ended:
             self.numbers.end(f"{i} {arrival.stream}", arrival.reply)
 
-    def _messages(self, i: int, feed: Feed, decoded: Any, arrival: Arrival, log: Sparing) -> None:
+    def _messages(self, i: int, feed: Feed, decoded: Decoded, arrival: Arrival) -> None:
         """Group messages, and count what cannot be used."""
-        self.counters.add("messages_total", len(decoded.messages) + len(decoded.refused))
-        self.counters.tell("input_messages_total", str(i), len(decoded.messages) + len(decoded.refused), more=True)
-        stream = f"{i} {arrival.stream}"
-        placed = self.readings[i].placed
+        count = len(decoded.messages) + len(decoded.refused)
+        self.counters.add("messages_total", count)
+        self.counters.tell("input_messages_total", str(i), count, more=True)
         for message in decoded.messages:
-            if placed and self._is_known(i, message.sensor):
-                message = self.readings[i].numbered(message)
-            number = None if message.number is None else (stream, message.sensor, message.number)
-            if number is not None and arrival.reply is not None:
-                self.numbers.begin(stream, arrival.reply)
-            last = -1 if number is None or placed else self.numbers.last(number)
-            if number is not None and number[2] <= last and self._is_new(i, message):
-                told = f"n: must rise, got {number[2]} after {last}, with a later time"
-                self.ails[f"numbers of {message.sensor!r}"] = told
-                self._refuse(told, arrival, log)
-                self.numbers.refuse((stream, message.sensor, -1), told)
-                continue
-            if number is not None and (placed or not message.refused) and self.numbers.came(number):
-                self.counters.add("messages_repeated_total")
-                self.counters.add("messages_taken_total")
-                continue
-            try:
-                with self.locks[i]:
-                    done = list(self.groupers[i].add(message, arrival.time, stream))
-            except ValueError as error:
-                self._refuse(str(error), arrival, log)
-                if number is not None and placed:
-                    self.numbers.mark(number)
-                    self.numbers.note(number)
-                elif number is not None:
-                    self.numbers.refuse(number, str(error))
-                self._hear(i, message.sensor, arrival, log)
-                continue
-            if number is not None:
-                if message.marker and done:
-                    done[-1] = evolve(done[-1], acknowledge=(*done[-1].acknowledge, number))
-                elif message.marker:
-                    self.numbers.mark(number)
-                self.numbers.note(number)
-                self.ails.pop(f"numbers of {message.sensor!r}", None)
-            self._hear(i, message.sensor, arrival, log)
-            self._feel(i, message, arrival.time)
-            if message.marker:
-                self.counters.add("messages_taken_total")
-            for formed in done:
-                self.put(formed, feed)
+            self._message(i, feed, message, arrival)
         for told in decoded.refused:
-            self._refuse(told, arrival, log)
+            self._refuse(i, told, arrival)
             if arrival.reply is not None:
-                self.numbers.refuse_line(stream, told)
+                self.numbers.refuse_line(f"{i} {arrival.stream}", told)
+
+    def _message(self, i: int, feed: Feed, message: Message, arrival: Arrival) -> None:
+        """Group a message, unless it came before, and queue the scans that it completes."""
+        number = self._number(i, message, arrival)
+        if number is not None and self._came(i, feed, message, number, arrival):
+            return
+        try:
+            with self.locks[i]:
+                numbered = message if number is None else evolve(message, number=number[2])
+                done = list(self.groupers[i].add(numbered, arrival.time, f"{i} {arrival.stream}"))
+        except ValueError as error:
+            self._refuse(i, str(error), arrival)
+            if number is not None and self.readings[i].placed:
+                self.numbers.mark(number)
+                self.numbers.note(number)
+            elif number is not None:
+                self.numbers.refuse(number, str(error))
+            self._hear(i, message.sensor, arrival)
+            return
+        if number is not None:
+            if message.marker and done:
+                done[-1] = evolve(done[-1], acknowledge=(*done[-1].acknowledge, number))
+            elif message.marker:
+                self.numbers.mark(number)
+            self.numbers.note(number)
+            self.ails.pop(f"numbers of {message.sensor!r}", None)
+        self._hear(i, message.sensor, arrival)
+        self._feel(i, message, arrival.time)
+        if message.marker:
+            self.counters.add("messages_taken_total")
+        for formed in done:
+            self.put(formed, feed)
+
+    def _number(self, i: int, message: Message, arrival: Arrival) -> Number | None:
+        """Return the number of a message, by its place in a file or its sender's, which is answered; None if it has none."""
+        stream, sensor, number = f"{i} {arrival.stream}", message.sensor, message.number
+        if self.readings[i].placed and self._is_known(i, sensor):
+            number = self.readings[i].next_number(sensor)
+        elif number is not None:
+            number += self.numbers.raised(stream, sensor)
+        if number is not None and arrival.reply is not None:
+            self.numbers.begin(stream, arrival.reply)
+        return None if number is None else (stream, sensor, number)
+
+    def _came(self, i: int, feed: Feed, message: Message, number: Number, arrival: Arrival) -> bool:
+        """Return whether a message came before, by its number, or is refused, as this does not rise with its time.
+
+        A row of these that come as from a clock that was set back is of a sender that counts anew: those that counted as
+        come before are taken after all.
+        """
+        placed, last, key, told = self.readings[i].placed, self.numbers.last(number), (i, message.sensor), ""
+        if number[2] > last:
+            self._again.pop(key, None)
+            return False
+        if not placed and self._is_new(i, message):
+            told = f"n: must rise, got {message.number} after {last - self.numbers.raised(*number[:2])}, with a later time"
+            self.ails[f"numbers of {message.sensor!r}"] = told
+            self._refuse(i, told, arrival)
+            self.numbers.refuse((*number[:2], -1), told)
+        elif (placed or not message.refused) and self.numbers.came(number):
+            self.counters.add("messages_repeated_total")
+            self.counters.add("messages_taken_total")
+        else:
+            return False
+        if not placed and message.time is not None:
+            row, held = self._again.setdefault(key, (Row(), deque(maxlen=HELD)))
+            if not told:
+                held.append((message, evolve(arrival, data=b"")))
+            if row.add(message.time, arrival.time):
+                del self._again[key]
+                self._count_anew(i, feed, number, held)
+            elif not row.count:
+                held.clear()
+        return True
+
+    def _count_anew(self, i: int, feed: Feed, number: Number, held: Iterable[tuple[Message, Arrival]]) -> None:
+        """Take the messages of a sender that counts anew: its clock may be another one, too."""
+        stream, sensor, _ = number
+        LOG.warning("a sender counts anew", extra={"input": i, "sensor": sensor, "after": self.numbers.last(number)})
+        self.numbers.count_anew(stream, sensor)
+        with self.locks[i]:
+            self.groupers[i].clocks.pop(sensor, None)
+        for message, arrival in held:
+            self._messages(i, feed, Decoded(None, [message]), arrival)
 
     def _feel(self, i: int, message: Message, came: float) -> None:
         """Feel the rhythm of a sensor that names no objects."""
@@ -247,12 +293,12 @@ class Listening:
             rhythm = self.rhythms.setdefault((i, message.sensor), Rhythm())
             rhythm.hear(came if latest is None else latest, came, len(message.z))
 
-    def _hear(self, i: int, sensor: str, arrival: Arrival, log: Sparing) -> None:
+    def _hear(self, i: int, sensor: str, arrival: Arrival) -> None:
         """Let the health, and once the log, tell of a clock that stands still or is not in s."""
         clock, name = self.groupers[i].clocks.get(sensor), f"clock of {sensor!r}"
         if told := "" if clock is None else clock.ailment(arrival.time):
             if name not in self.ails:
-                log.warn("clock", f"{sensor!r}: {told}", arrival.stream)
+                self.logs[i].warn("clock", f"{sensor!r}: {told}", arrival.stream)
             self.ails[name] = told
         else:
             self.ails.pop(name, None)
@@ -270,6 +316,6 @@ class Listening:
             return False
         return message.time > clock.latest  # not the last one, which may have come late
 
-    def _refuse(self, told: str, arrival: Arrival, log: Sparing) -> None:
+    def _refuse(self, i: int, told: str, arrival: Arrival) -> None:
         self.counters.add("messages_refused_total")
-        log.warn("message refused", told, arrival.stream)
+        self.logs[i].warn("message refused", told, arrival.stream)

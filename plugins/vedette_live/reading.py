@@ -6,9 +6,8 @@ from collections import deque
 from collections.abc import Mapping
 from typing import Any, final
 
-from attrs import define, evolve, field
+from attrs import define, field
 
-from vedette.streams import Message
 from vedette_live.acknowledging import Acknowledging
 
 
@@ -35,11 +34,10 @@ class Reading:
         else:
             self.counts = {sensor: last + 1 for sensor, last in self.numbers.lasts(self.name).items()}
 
-    def numbered(self, message: Message) -> Message:
-        """Return a message with its number."""
-        count = self.counts.get(message.sensor, 0)
-        self.counts[message.sensor] = count + 1
-        return evolve(message, number=count)
+    def next_number(self, sensor: str) -> int:
+        """Count a message of a sensor; return its number."""
+        self.counts[sensor] = self.counts.get(sensor, 0) + 1
+        return self.counts[sensor] - 1
 
     def mark(self, place: Any) -> None:
         """Remember a place between two messages."""

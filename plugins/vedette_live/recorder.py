@@ -23,7 +23,7 @@ from vedette.space import Space
 from vedette.types import Recording
 from vedette_files import left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
-from vedette_files.writing import growing, is_at, open_growing
+from vedette_files.writing import growing, is_at, open_growing, unused
 from vedette_live.grouping import Formed
 from vedette_live.log import LOG
 from vedette_live.window import Taken
@@ -126,6 +126,13 @@ class Recorder:
             raise
         self.end += len(data)
         self.waiting.clear()
+
+    def set_aside(self) -> Path:
+        """Give the file another name, and return that; `flush` then begins it anew."""
+        aside = unused(self.path.with_name(f"{self.path.name}.before"))
+        if is_at(self.path, self.file):
+            self.path.rename(aside)
+        return aside
 
     def _begin_anew(self) -> None:
         file = open_growing(self.path)

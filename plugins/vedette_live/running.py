@@ -160,11 +160,14 @@ class Running:
 
     def _take(self, formed: list[Formed]) -> None:
         """Take scans, and tell what came of them."""
+        if not formed:
+            return
         if self._window is None:
             self._window = self._begun(min(one.scan.time for one in formed))
-        window, came = self._window, {id(one): one for one in formed}
-        again, late = window.again, window.late
+        window, again, late = self._window, self._window.again, self._window.late
         refused = window.take(formed)
+        formed = formed[: len(formed) - len(window.left)]
+        came = {id(one): one for one in formed}
         for one, told in refused:
             self._refuse(one, told, now=came.pop(id(one), None) is not None)
         for of, problems in window.flawed:
@@ -185,6 +188,10 @@ class Running:
             self.listening.numbers.take(one.acknowledge)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
+        if window.set_back:
+            self._begin_anew(window, formed[-1].scan.time)
+            self._take(window.left)
+            return
         if came and (behind := done - min(one.arrived for one in came.values())) > _BEHIND:
             self.ails["tracker"] = f"it is {behind:.0f} s behind"
         if not came or not window.kept:
@@ -200,6 +207,14 @@ class Running:
                 sink.put(report, partial(report_of, self.service, state), len(came))
         self._settle()
 
+    def _begin_anew(self, window: Window, time: float) -> None:
+        """Keep what there is, and go on without tracks from a time before it."""
+        LOG.warning("tracks begin anew", extra={"why": window.set_back})
+        self._settle(all_of_it=True)
+        self.kept.set_aside()
+        self.kept.born, self._lagged = window.state.born, self._lags()
+        self._window = self._begun(time)
+
     def _refuse(self, one: Formed, told: str, *, now: bool) -> None:
         """Tell of a scan that is refused, `now` or as it was stepped again, when its messages have been answered."""
         self.counters.add("scans_refused_total")
@@ -212,7 +227,7 @@ class Running:
         self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
 
     def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
-        """Let the health tell of a sensor of which no scan is taken any more, as where its clock is wrong, or all are."""
+        """Let the health tell of a sensor of which no scan is taken any more, as where its clock is wrong."""
         for one in formed:
             sensor, told = one.scan.sensor, refused.get(id(one))
             self._deaf[sensor] = 0 if told is None else self._deaf.get(sensor, 0) + 1
@@ -220,11 +235,6 @@ class Running:
                 self.ails[f"sensor {sensor}"] = f"its last {self._deaf[sensor]} scans were refused: {told}"
             else:
                 self.ails.pop(f"sensor {sensor}", None)
-        if self._deaf and all("refused: time: is" in self.ails.get(f"sensor {sensor}", "") for sensor in self._deaf):
-            away = " once service.store is moved away" if self.kept.store is not None else ""
-            self.ails["clocks"] = f"no sensor is in time: if their clocks were set back, restart{away}: tracks begin anew"
-        else:
-            self.ails.pop("clocks", None)
 
     def _opened(self, port: int) -> LivePage:
         """Return the page, at its port."""
@@ -253,6 +263,9 @@ class Running:
                 if lagged is not None:
                     self._tell_late(sink, lagged.push(taken.state))
             self.kept.take(taken)
+        for sink, lagged in zip(self._sinks, self._lagged, strict=True):
+            if all_of_it and lagged is not None:
+                self._tell_late(sink, lagged.finish())
         self.kept.record(all_of_it=all_of_it)
 
     def _tell_late(self, sink: Sending, states: list[State]) -> None:
@@ -278,8 +291,6 @@ class Running:
         self.kept.save(self._window, last=True)
         if self._window is not None and (self.kept.recorder is not None or any(self._lagged)):
             self._settle(all_of_it=True)  # after what the store knows of it: a restart cuts it off and takes it again
-        for sink, lagged in zip(self._sinks, self._lagged, strict=True):
-            self._tell_late(sink, [] if lagged is None else lagged.finish())
         self._lacks = self.kept.lacks()
         for told in self._lacks:
             LOG.error("not kept", extra={"why": told})

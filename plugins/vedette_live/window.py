@@ -16,12 +16,15 @@ from vedette.supporting import Preprocessor
 from vedette.tracking import State, Tracker, preprocess, without_bad_returns
 from vedette.types import Scan
 from vedette_live.grouping import Formed
+from vedette_live.setback import BACK, Row
 
 COPIES = 10_000
 """Latest scans of which copies are recognised: of a clock that stands still none would be forgotten."""
 
-LEAP = 60.0
-"""s between two scans from which the later one may be wrong: what leaps less cures itself within a minute."""
+LEAP = BACK
+"""s between two scans from which the later one may be wrong."""
+HEARD = 3600.0
+"""s after its last scan from which a sensor is out of service, and no clock is right by it any more: by hand."""
 AGREE = 5
 """Late scans of other times that gainsay a leap which fewer scans bear out: by hand."""
 GAINSAYING = 1000
@@ -61,6 +64,9 @@ class Window:
 
     One wrong time far ahead would make all that follow too late. So where late scans of all sensors, those of the scans
     after a leap too, are of the time that was leapt, and more than those, the latter are given up.
+
+    Where a row of late scans, of all sensors that were `heard` of late, comes as from clocks that were set back, `set_back`
+    says so: those that follow, `left`, want a window of their own. One sensor alone is late.
     """
 
     tracker: Tracker
@@ -78,7 +84,11 @@ class Window:
     ahead: str = ""
     leap: Leap | None = None
     gave_up: str = ""
+    heard: dict[str, float] = field(factory=dict)
+    set_back: str = ""
+    left: list[Formed] = field(factory=list)
     _behind: dict[tuple[float, str], None] = field(factory=dict)
+    _row: Row = field(factory=Row)
 
     def __attrs_post_init__(self) -> None:
         self.before, self.latest = self.start, self.start.time
@@ -102,10 +112,11 @@ class Window:
         self.flawed.clear()
         self.gave_up = ""
         refused, waiting = Refusals(), deque(formed)
-        while waiting:
+        while waiting and not self.set_back:
             self._step_all(self._usable(waiting, refused), refused)
             if self.leap is not None and self._gainsaid(self.leap):
                 refused += self._give_up(self.leap)
+        self.left = list(waiting)
         return refused
 
     def _usable(self, waiting: deque[Formed], refused: Refusals) -> list[Formed]:
@@ -124,7 +135,9 @@ class Window:
                 self._behind[time, sensor] = None
                 if len(self._behind) > GAINSAYING:
                     del self._behind[next(iter(self._behind))]
-                if len(self._behind) >= AGREE:
+                if latest - time > BACK and self._row.add(time, one.arrived) and self._all_late(one.arrived):
+                    self.set_back = f"the clocks of all sensors were set back, by {latest - time:.6g} s"
+                if len(self._behind) >= AGREE or self.set_back:
                     break
             elif (copy := _copy_of(one.scan)) in self.came:
                 refused.append((one, "came already, with the same returns"))
@@ -132,10 +145,15 @@ class Window:
                 if copy is not None:
                     self.came[copy] = None
                 usable.append(one)
+                self.heard[sensor], self._row = one.arrived, Row()
                 self._behind.clear()
                 self.late += time < latest
                 latest, ahead = (latest, ahead) if time < latest else (time, sensor)
         return usable
+
+    def _all_late(self, now: float) -> bool:
+        """Return whether the scans that came late in a row are of all sensors that are in service."""
+        return {name for name, came in self.heard.items() if now - came < HEARD} <= {name for _, name in self._behind}
 
     def _step_all(self, usable: list[Formed], refused: Refusals) -> None:
         """Step over scans, and anew over those after the first of them."""

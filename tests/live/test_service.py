@@ -590,20 +590,6 @@ def test_a_sensor_whose_clock_makes_all_others_late_is_told_by_their_health() ->
     assert running.ails == {}
 
 
-def test_what_to_do_is_told_where_all_clocks_were_set_back(tmp_path: Path) -> None:
-    """Each sensor was told to be late, and a restart went on from what was stored, to refuse all again."""
-    told = [{**json.loads(line), "n": None} for line in lines(60)]
-    back = [{**one, "time": one["time"] - 80.0} for one in told[30:]]
-    arrivals = [Arrival(f"{json.dumps(one)}\n".encode(), 0.0) for one in (*told, *back)]
-    path = tmp_path / "state.sqlite"
-    given = {**TRACKER, "inputs": [feed()], "service": {"store": {"kind": "sqlite", "path": str(path)}}}
-    assert "clocks" not in ran({**TRACKER, "inputs": [feed()]}, arrivals[:60]).ails
-    assert ran({**TRACKER, "inputs": [feed()]}, arrivals).ails["clocks"].endswith("restart: tracks begin anew")
-    assert "once service.store is moved away" in ran(given, arrivals).ails["clocks"]
-    path.rename(tmp_path / "moved")
-    assert ran(given, arrivals[60:]).ails == {}
-
-
 def test_a_clock_that_stands_still_is_told_by_the_health() -> None:
     """Of its turns none was complete before 50,000 messages, and all seemed well."""
 

@@ -43,8 +43,9 @@ def scans(count: int = 40, seed: int = 1) -> list[Scan]:
     return out
 
 
-def came(scans: Iterable[Scan]) -> list[Formed]:
-    return [Formed(scan, scan.time, 1) for scan in scans]
+def came(scans: Iterable[Scan], at: float | None = None) -> list[Formed]:
+    """Return scans that came as they were made, or all `at` once."""
+    return [Formed(scan, scan.time if at is None else at, 1) for scan in scans]
 
 
 def window(horizon: float, most: int = 1000) -> Window:
@@ -219,12 +220,12 @@ def test_a_leap_that_its_sensor_or_as_many_scans_bear_out_is_believed() -> None:
         one = window(3.0)
         one.take(came([*(far(k) for k in range(5)), *map(far, ahead)]))
         one.settled()
-        refused = one.take(came([far(5.0 + k, sensor) for sensor, k in behind]))
+        refused = one.take(came([far(5.0 + k, sensor) for sensor, k in behind], at=600.0))
         assert (len(refused), one.gave_up, one.state.time) == (30, "", ahead[-1])
 
 
 def test_scans_that_are_sent_again_gainsay_no_leap() -> None:
     one = window(3.0)
     one.take(came([*scans(20), far(500.0)]))
-    assert len(one.take(came(scans(20)))) == 20
+    assert len(one.take(came(scans(20), at=600.0))) == 20
     assert one.gave_up == ""

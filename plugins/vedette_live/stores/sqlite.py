@@ -9,7 +9,6 @@ from collections.abc import Sequence
 from contextlib import ExitStack, closing, suppress
 from errno import ENOSPC
 from hashlib import sha256
-from itertools import count
 from pathlib import Path
 from shutil import disk_usage
 from typing import Any, ClassVar, final
@@ -21,7 +20,7 @@ from vedette.errors import InputError
 from vedette.streams import Saved, Storage, Store, TrackReport, now
 from vedette_files import SCHEMA, keep_facts, keep_tracks
 from vedette_files.input_files import user_path
-from vedette_files.writing import growing
+from vedette_files.writing import growing, unused
 from vedette_live.log import LOG
 
 VERSION = 2
@@ -66,7 +65,7 @@ class SqliteStore(Store):
         except sqlite3.OperationalError as error:
             raise InputError(f"service.store: {path}: cannot be opened: {error}") from None
         except sqlite3.DatabaseError as error:
-            aside, before = _free(path.with_name(f"{path.name}.damaged")), _before(path)
+            aside, before = unused(path.with_name(f"{path.name}.damaged")), _before(path)
             _tell(f"{path} is damaged ({error}): it is kept as {aside.name}")
             path.replace(aside)
             for end in ("-wal", "-shm"):
@@ -91,11 +90,6 @@ class SqliteStore(Store):
 
 def _tell(why: str) -> None:
     LOG.error("store", extra={"why": why})
-
-
-def _free(path: Path) -> Path:
-    """Return a path where no file is: this one, or with the first number from 2 that is free."""
-    return next(free for i in count(1) if not (free := path.with_name(f"{path.name}{i if i > 1 else ''}")).exists())
 
 
 def _before(path: Path) -> Path:
