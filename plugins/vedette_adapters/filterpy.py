@@ -9,12 +9,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import fields
-from vedette.errors import InputError
+from vedette import Array, Detections, Frame, Gaussian, Innovation, InputError, MotionModel, Sensor, fields
 from vedette.filters import GaussianFilter, Hypotheses, embedded, make_innovation
-from vedette.roles import MotionModel, Sensor
-from vedette.space import Array
-from vedette.types import Detections, Frame, Gaussian, Innovation
 from vedette_adapters.libraries import foreign, needed
 
 KINDS = {

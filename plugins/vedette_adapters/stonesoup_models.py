@@ -12,11 +12,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import Factory, evolve, field, frozen
 
-from vedette import fields
-from vedette.errors import InputError
-from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
-from vedette.types import Gaussian, Pose
+from vedette import Array, Gaussian, InputError, MotionModel, Pose, Sensor, Space, fields
 from vedette_adapters.libraries import foreign, needed
 
 MEASURED = {

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import InputError
-from vedette.experiment import Result
+from vedette import InputError, Result
 from vedette_adapters.libraries import needed
 
 

@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette import InputError, load
-from vedette.space import Array, Indices
+from vedette import Array, Indices, InputError, load
 from vedette_boxes.calibration import confused, fitted, of_targets
 from vedette_boxes.fitting import Guess, likeliest
 from vedette_boxes.rows import BoxRows, numbers_of, overlap, read_rows

@@ -9,9 +9,8 @@ from typing import Any, final
 import numpy as np
 from attrs import field, frozen
 
-from vedette import Gaussian
+from vedette import Array, Gaussian, Indices
 from vedette.metrics import Figure
-from vedette.space import Array, Indices
 from vedette_boxes.rows import BoxRows, overlap
 from vedette_boxes.sensors.box import BOX
 from vedette_boxes.shown import shown

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from vedette import kernels
+from vedette import Array, Mask, kernels
 from vedette.metrics import chi_square_band
-from vedette.space import Array, Mask
 
 
 @frozen

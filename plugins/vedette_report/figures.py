@@ -12,11 +12,10 @@ from typing import Any, final
 import numpy as np
 from attrs import asdict, define, evolve
 
+from vedette import Experiment, Result, Rows, Trajectory
 from vedette.config import installed_figures
 from vedette.display import html_table
-from vedette.experiment import Experiment, Result
 from vedette.metrics import Block, Figure, Score
-from vedette.types import Rows, Trajectory
 from vedette.units import short
 from vedette_report.pixels import pixel_figures
 from vedette_report.registration import registered

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.types import Detections
+from vedette import Array, Detections
 
 
 def known(seen: Detections) -> Array:

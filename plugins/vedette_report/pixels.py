@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.space import Array, Space
-from vedette.types import Track, Trajectory
+from vedette import Array, Space, Track, Trajectory
 
 NEAR = 10.0
 """In px; an estimate this near to the truth is on the target."""

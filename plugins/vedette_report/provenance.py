@@ -12,9 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from vedette import kernels
-from vedette.config import Registry
-from vedette.errors import Problem
+from vedette import Problem, Registry, kernels
 
 ALWAYS = ("vedette", "vedette_standard", "vedette_files")
 """Packages that have a part in every result."""

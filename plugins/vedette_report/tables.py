@@ -8,10 +8,9 @@ from typing import Any
 import attrs
 import numpy as np
 
+from vedette import ConfigError, Result
 from vedette.config import did_you_mean
 from vedette.display import html_table
-from vedette.errors import ConfigError
-from vedette.experiment import Result
 from vedette.metrics import Score
 from vedette_files import Terms, table_of
 from vedette_files.libraries import needed

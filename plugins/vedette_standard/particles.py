@@ -8,11 +8,8 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import kernels
+from vedette import Array, Detections, Gaussian, Innovation, Mask, MotionModel, Sensor, Space, kernels
 from vedette.filters import as_slice, own_twin, prepare, without_variance
-from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Mask, Space
-from vedette.types import Detections, Gaussian, Innovation
 
 _LEAST = -230.0
 """Logarithm of the least weight that counts, 1e-100."""

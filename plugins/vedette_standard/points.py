@@ -8,11 +8,9 @@ from typing import ClassVar
 import numpy as np
 from attrs import frozen
 
-from vedette import kernels
+from vedette import Array, Detections, Frame, Gaussian, Innovation, Sensor, kernels
 from vedette.filters import GaussianFilter, gate_box, make_innovation, noise_over, predict_linearised, prepare
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.types import Detections, Frame, Gaussian, Hypotheses, Innovation
+from vedette.types import Hypotheses
 
 
 @frozen

@@ -8,22 +8,10 @@ from functools import cache
 import numpy as np
 from attrs import frozen
 
+from vedette import Array, ConfigError, Detections, Experiment, Gaussian, Mask, Recording, Scan, Space, Trajectory
 from vedette.config import installed_figures
-from vedette.errors import ConfigError
-from vedette.experiment import Experiment
-from vedette.metrics import (
-    FIGURES,
-    Figure,
-    gate_of,
-    gate_truncation,
-    judge,
-    nees,
-    positions,
-    velocities,
-)
+from vedette.metrics import FIGURES, Figure, gate_of, gate_truncation, judge, nees, positions, velocities
 from vedette.sampling import NotInLockStep
-from vedette.space import Array, Mask, Space
-from vedette.types import Detections, Gaussian, Recording, Scan, Trajectory
 from vedette_report.figures import forgiven_figures
 from vedette_standard.whole_tracks import bound_along
 from vedette_study.lockstep import run_together

@@ -13,9 +13,7 @@ from itertools import islice
 
 from attrs import evolve, frozen
 
-from vedette.errors import VedetteError
-from vedette.experiment import Experiment
-from vedette.progress import Progress
+from vedette import Experiment, Progress, VedetteError
 from vedette_report.identity import Code, check, tell
 from vedette_report.provenance import digest, identity
 from vedette_study.chunk import Chunk, run_chunk

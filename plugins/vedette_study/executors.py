@@ -12,8 +12,7 @@ from multiprocessing import get_context, parent_process
 from threading import Thread
 from typing import Any, cast
 
-from vedette.config import Registry
-from vedette.errors import ConfigError, Problem, VedetteError
+from vedette import ConfigError, Problem, Registry, VedetteError
 from vedette_report.identity import Code, differences, tell
 from vedette_report.provenance import identity, kinds_in
 from vedette_study.plan import Plan

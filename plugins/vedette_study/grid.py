@@ -11,9 +11,8 @@ from typing import Any
 import attrs
 from attrs import field, frozen
 
-from vedette.config import Registry, apply_changes, apply_overrides, load, parameters, path_of, plain, with_birth
-from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment
+from vedette import ConfigError, Experiment, Problem, Registry, load
+from vedette.config import apply_changes, apply_overrides, parameters, path_of, plain, with_birth
 
 MOST_POINTS = 10_000
 

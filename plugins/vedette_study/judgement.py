@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import ConfigError, InputError
-from vedette.space import Array
+from vedette import Array, ConfigError, InputError
 from vedette_files.writing import write_text
 from vedette_study.averages import averaged_plan
 from vedette_study.chunk import study_figures

@@ -7,9 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array, Space
-from vedette.tracking import Tracker
-from vedette.types import Gaussian, Scan
+from vedette import Array, Gaussian, Scan, Space, Tracker
 from vedette_study.seeds import RunSeeds
 
 

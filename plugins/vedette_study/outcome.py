@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from attrs import field, frozen
 
-from vedette.errors import VedetteError
-from vedette.space import Array
+from vedette import Array, VedetteError
 from vedette_report.figures import figures_html
 from vedette_study.averages import averaged, averaged_plan
 from vedette_study.chunk import SERIES, study_figures

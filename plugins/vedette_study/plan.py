@@ -11,10 +11,8 @@ from typing import Any
 import attrs
 from attrs import field, frozen
 
-from vedette.config import Registry, did_you_mean, plain, read_file, to_config
-from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette import Array, ConfigError, Experiment, Problem, Registry, to_config
+from vedette.config import did_you_mean, plain, read_file
 from vedette.units import in_unit
 from vedette_study.chunk import goes_together, recorded, study_figures
 from vedette_study.grid import Grid, Point, overridden, value_at

@@ -8,10 +8,8 @@ from typing import final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
+from vedette import Detections, Gaussian, LazyScans, Mask, Recording, Scan, Space, Trajectory, fields
 from vedette.sampling import psd_root
-from vedette.space import Mask, Space
-from vedette.types import Detections, Gaussian, LazyScans, Recording, Scan, Trajectory
 
 _RETURNS, _STARTS = 2, 3
 """Spawn keys of the draws; 0 and 1 are those of source and tracker."""

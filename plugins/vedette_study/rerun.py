@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from attrs import evolve
 
-from vedette.errors import InputError
-from vedette.experiment import Experiment, Steps
-from vedette.progress import Progress
-from vedette.types import Detections, Recording, Scan, Trajectory
+from vedette import Detections, Experiment, InputError, Progress, Recording, Scan, Trajectory
+from vedette.experiment import Steps
 from vedette_study.chunk import recorded
 from vedette_study.plan import Plan
 from vedette_study.scenes import DrawsTogether

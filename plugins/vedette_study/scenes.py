@@ -8,10 +8,8 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 from attrs import frozen
 
-from vedette.roles import Sensor
+from vedette import Array, Scan, Sensor, Space, Trajectory
 from vedette.sampling import Bounds, draw_detections
-from vedette.space import Array, Space
-from vedette.types import Scan, Trajectory
 
 
 @frozen(eq=False)

@@ -10,9 +10,8 @@ from attrs import evolve, frozen
 from numpy.random.bit_generator import ISeedSequence
 from numpy.typing import NDArray
 
-from vedette import kernels
+from vedette import Array, kernels
 from vedette.sampling import NotInLockStep
-from vedette.space import Array
 
 _POOL, _WORD = 4, 0xFFFFFFFF
 _LAW = "draws of runs in lock-step are `random` and `standard_normal` whose size leads with the runs"

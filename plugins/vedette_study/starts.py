@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from vedette.space import Space
-from vedette.types import Gaussian
+from vedette import Gaussian, Space
 
 
 def two_point(first: Gaussian, second: Gaussian, dt: float) -> Gaussian:

@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError
-from vedette.space import Array
+from vedette import Array, ConfigError
 from vedette_report.consistency import standard_error
 from vedette_study.chunk import Chunk, study_figures
 

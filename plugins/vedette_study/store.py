@@ -12,8 +12,7 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette import kernels
-from vedette.errors import ConfigError, InputError, Problem, VedetteError
+from vedette import ConfigError, InputError, Problem, VedetteError, kernels
 from vedette_files.archives import open_arrays
 from vedette_files.files_read import contents
 from vedette_files.json_values import read_table

@@ -8,9 +8,7 @@ from itertools import product
 import numpy as np
 from attrs import frozen
 
-from vedette import Reproduction
-from vedette.progress import Progress
-from vedette.space import Array
+from vedette import Array, Progress, Reproduction
 from vedette_report.findings import Findings, Keep, Place, afresh, over, remark
 
 

@@ -8,9 +8,7 @@ from pathlib import Path
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError
-from vedette.progress import Progress
-from vedette.space import Array
+from vedette import Array, ConfigError, Progress
 from vedette_report.figures import figures
 from vedette_report.page import write_page
 from vedette_report.running.files import write_files

@@ -9,8 +9,8 @@ from typing import Any, get_args, get_origin
 import attrs
 import numpy as np
 
-from vedette import Component, display
-from vedette.config import INLINE, Registry
+from vedette import Command, Component, Experiment, Registry, Tracker, display
+from vedette.config import INLINE
 from vedette.config.parameters import (
     ROLES,
     Leaf,
@@ -26,9 +26,6 @@ from vedette.config.parameters import (
     tables,
     words_of,
 )
-from vedette.experiment import Experiment
-from vedette.supporting import Command
-from vedette.tracking import Tracker
 from vedette.units import spellings
 
 _NUMBER = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?"

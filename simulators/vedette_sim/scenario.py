@@ -11,19 +11,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import Factory, frozen
 
-from vedette import (
-    Array,
-    ConfigError,
-    Mask,
-    Pose,
-    Recording,
-    Scan,
-    Sensor,
-    Source,
-    Space,
-    Trajectory,
-    fields,
-)
+from vedette import Array, ConfigError, Mask, Pose, Recording, Scan, Sensor, Source, Space, Trajectory, fields
 from vedette.sampling import common_state, draw_clutter, returns, shuffled
 from vedette_sim.convoy import Convoy
 from vedette_sim.crossing import Crossing

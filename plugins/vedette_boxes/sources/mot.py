@@ -10,8 +10,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import ConfigError, Detections, InputError, Recording, Scan, Sensor, Source, Trajectory, fields
-from vedette.types import Rows
+from vedette import ConfigError, Detections, InputError, Recording, Rows, Scan, Sensor, Source, Trajectory, fields
 from vedette_boxes.calibration import Calibration
 from vedette_boxes.rows import BoxRows, read_rows
 from vedette_boxes.sensors.box import BOX

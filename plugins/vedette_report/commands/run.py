@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from attrs import evolve
 
+from vedette import ConfigError, Experiment, LazyScans, Result, Scan, load, to_config
 from vedette.commands import DONE, INTERRUPTED, options
-from vedette.config import load, to_config
-from vedette.errors import ConfigError
-from vedette.experiment import Experiment, Result, Steps
+from vedette.experiment import Steps
 from vedette.tracking import check_smoothing
-from vedette.types import LazyScans, Scan, come_once
+from vedette.types import come_once
 from vedette_files.files_read import Inputs
 from vedette_files.results import results_in, settle, unfinished_runs
 from vedette_files.writing import check_folder, locked

@@ -8,12 +8,8 @@ from itertools import groupby
 import numpy as np
 from attrs import frozen
 
-from vedette import WrappedSensor
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.tracking import State, Tracker
-from vedette.types import Gaussian, Scan, Track
+from vedette import Array, Gaussian, ImagingSensor, Scan, Sensor, Track, Tracker, WrappedSensor
+from vedette.tracking import State
 from vedette_report.detector_errors.in_time import Compared, Path, compared
 from vedette_report.detector_errors.shape import Measured, Shape, shape_of
 from vedette_report.known import known

@@ -9,8 +9,7 @@ from typing import Any, final, get_args
 
 from attrs import evolve, frozen
 
-from vedette.config import Registry
-from vedette.experiment import Result
+from vedette import Registry, Result
 from vedette_report.drawing.canvas import Format, Look, Width, read_style, save, styled
 from vedette_report.output import can_draw
 

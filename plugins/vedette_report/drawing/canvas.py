@@ -17,8 +17,7 @@ from typing import TYPE_CHECKING, Any, Literal, final
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
-from vedette.space import Array
+from vedette import Array, ConfigError, Problem
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vedette.experiment import Experiment, Result
-from vedette.space import Array, Mask
+from vedette import Array, Experiment, Mask, Result
 from vedette_report.drawing import canvas
 from vedette_report.figures import length_unit
 from vedette_report.series.traces import Judged, Normalised, Trace, band, mode_names

@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vedette.errors import InputError
-from vedette.experiment import Experiment, Result
-from vedette.space import Array, Mask
-from vedette.types import Frame, Track, Trajectory
+from vedette import Array, Experiment, Frame, InputError, Mask, Result, Track, Trajectory
 from vedette_report.drawing import canvas
 from vedette_report.drawing.labels import Label, write
 from vedette_report.figures import count

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.space import Array
-from vedette.types import Track
+from vedette import Array, Track
 from vedette_files import geometry, write_features
 from vedette_report.exporting.run import Run, chosen
 

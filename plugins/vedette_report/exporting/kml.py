@@ -8,8 +8,7 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.types import Track
+from vedette import Array, Track
 from vedette_files.writing import whole_file
 from vedette_report.drawing import canvas
 from vedette_report.exporting.run import Run, chosen

@@ -11,9 +11,7 @@ import numpy as np
 from attrs import evolve, frozen
 from numpy.typing import NDArray
 
-from vedette.errors import ConfigError
-from vedette.space import Array, Space
-from vedette.types import Track
+from vedette import Array, ConfigError, Space, Track
 from vedette_files import Origin, Terms, Wanted, read_about, read_kept, tracks_of_run, utc
 
 CHI_SQUARE_95 = -2.0 * np.log(0.05)

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.space import Array
-from vedette.types import Track
+from vedette import Array, Track
 from vedette_files import read_series
 from vedette_files.libraries import needed
 from vedette_files.writing import whole_bytes

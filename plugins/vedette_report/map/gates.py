@@ -5,10 +5,8 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.tracking import State, Tracker
-from vedette.types import Gaussian, Scan
+from vedette import Array, Gaussian, ImagingSensor, Scan, Tracker
+from vedette.tracking import State
 from vedette_report.map.plane import Plane
 
 

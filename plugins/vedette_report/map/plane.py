@@ -9,10 +9,8 @@ from functools import cached_property
 import numpy as np
 from attrs import frozen
 
+from vedette import Array, Axis, Pose, Recording, Scan, Sensor, Space
 from vedette.filters import present_noise
-from vedette.roles import Sensor
-from vedette.space import Array, Axis, Space
-from vedette.types import Pose, Recording, Scan
 from vedette_files import NORTH_EAST
 
 

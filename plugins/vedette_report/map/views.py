@@ -7,10 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.roles import Sensor
-from vedette.space import Array, Mask
-from vedette.supporting import ImagingSensor
-from vedette.types import Pose
+from vedette import Array, ImagingSensor, Mask, Pose, Sensor
 
 DIRECTIONS = 180
 _TRIED = np.geomspace(1.0, 1e6, 121)

@@ -14,12 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from vedette.config import load
-from vedette.errors import InputError, VedetteError
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
+from vedette import Array, Frame, ImagingSensor, InputError, LazyScans, Scan, VedetteError, load
 from vedette.tracking import open_source
-from vedette.types import Frame, LazyScans, Scan
 from vedette_files import SIGNATURE, read_frame
 from vedette_files.json_values import parse
 

@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import InputError
-from vedette.space import Array
+from vedette import Array, InputError
 from vedette_files import Origin
 from vedette_files.json_values import read_table
 

@@ -8,9 +8,8 @@ from typing import Any, final
 import numpy as np
 from attrs import frozen
 
+from vedette import Array, InputError
 from vedette.display import without_passwords
-from vedette.errors import InputError
-from vedette.space import Array
 from vedette_files import Origin, Series, Terms
 from vedette_files.json_values import read_table
 from vedette_files.results import UNFINISHED

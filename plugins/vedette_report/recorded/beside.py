@@ -7,11 +7,7 @@ from collections.abc import Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Tracker
-from vedette.types import Scan, Track, Trajectory
+from vedette import Array, ImagingSensor, Scan, Sensor, Track, Tracker, Trajectory
 from vedette_report.detector_errors.in_tracks import first_of, scans_at, taken
 from vedette_report.detector_errors.off_truth import GROUPS, Beside, Returns, beside
 from vedette_report.known import known

@@ -5,11 +5,8 @@ from __future__ import annotations
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import InputError
-from vedette.experiment import Experiment, Result
+from vedette import Array, Experiment, Indices, InputError, Mask, Result, Track
 from vedette.metrics import NONE, RunningJudge, space_of
-from vedette.space import Array, Indices, Mask
-from vedette.types import Track
 from vedette_files import PLAIN, Terms
 
 

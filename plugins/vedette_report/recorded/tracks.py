@@ -10,14 +10,10 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 from attrs import evolve, field, frozen
 
+from vedette import Array, Experiment, InputError, Mask, Progress, Result, Space, Track, Tracker, Trajectory
 from vedette.config import warnings_of
-from vedette.errors import InputError
-from vedette.experiment import Experiment, Result
 from vedette.metrics import chi_square_band, free_axes, nees
-from vedette.progress import Progress, silent
-from vedette.space import Array, Mask, Space
-from vedette.tracking import Tracker
-from vedette.types import Track, Trajectory
+from vedette.progress import silent
 from vedette_report.detector_errors.in_tracks import Told, in_tracks
 from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault

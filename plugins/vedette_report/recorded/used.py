@@ -7,11 +7,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.experiment import Result
-from vedette.space import Array, Indices
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Expected, State, Tracker
-from vedette.types import Gaussian
+from vedette import Array, Gaussian, ImagingSensor, Indices, Result, Tracker
+from vedette.tracking import Expected, State
 from vedette_report.consistency import autocorrelation
 
 Entry = tuple[str, float, float, float, float, Array, Array, Array]

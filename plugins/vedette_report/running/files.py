@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from vedette.config import load_plugins, to_config
-from vedette.errors import Problem, VedetteError
-from vedette.experiment import Experiment, Result
-from vedette.types import Recording
+from vedette import Experiment, Problem, Recording, Result, VedetteError, to_config
+from vedette.config import load_plugins
 from vedette_files import Terms, write_recording
 from vedette_files.writing import whole_bytes, write_text, write_texts
 from vedette_report.running.track_files import TrackFiles

@@ -9,10 +9,9 @@ from typing import final
 import numpy as np
 from attrs import evolve
 
-from vedette.experiment import Experiment, Steps
-from vedette.space import Array
+from vedette import Array, Detections, Experiment, Gaussian, Scan, Track
+from vedette.experiment import Steps
 from vedette.tracking import State
-from vedette.types import Detections, Gaussian, Scan, Track
 from vedette_files import FrameFiles, TrackRows, recording_head, scan_line
 from vedette_files.results import Results
 from vedette_report.running.files import SERIES

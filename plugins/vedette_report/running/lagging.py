@@ -9,11 +9,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any, Self, final
 
-from vedette.errors import InputError
-from vedette.experiment import Experiment
+from vedette import Experiment, InputError, Recording, Scan, Tracker, smoothed
 from vedette.metrics import Score
-from vedette.tracking import State, Tracker, smoothed
-from vedette.types import Recording, Scan
+from vedette.tracking import State
 from vedette_files import Tables
 from vedette_report.running.track_files import TrackFiles
 from vedette_report.series.recorder import Recorder, SmoothedSteps

@@ -18,12 +18,10 @@ from typing import Any, final
 import numpy as np
 from attrs import evolve, field, frozen
 
-from vedette.config import to_config
-from vedette.errors import ConfigError, InputError, Problem
-from vedette.experiment import Experiment, Steps
-from vedette.space import Space
+from vedette import ConfigError, Experiment, InputError, Problem, Scan, Space, to_config
+from vedette.experiment import Steps
 from vedette.tracking import without_bad_returns
-from vedette.types import Scan, come_once
+from vedette.types import come_once
 from vedette_files import Tables, open_series, scan_line
 from vedette_files.input_files import lines, whole_text
 from vedette_files.json_values import parse, read_table

@@ -9,12 +9,9 @@ from typing import Any
 
 from attrs import frozen
 
-from vedette.errors import ConfigError
-from vedette.experiment import Experiment, Result
-from vedette.hypotheses import HypothesisAssociator
+from vedette import ConfigError, Experiment, HypothesisAssociator, Result, Track, smooth, smoothed
 from vedette.metrics import Score
-from vedette.tracking import from_the_start, smooth, smoothed
-from vedette.types import Track
+from vedette.tracking import from_the_start
 from vedette.units import in_unit
 from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
 from vedette_files.writing import whole_bytes

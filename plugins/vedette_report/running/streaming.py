@@ -11,13 +11,11 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import ConfigError, Problem
-from vedette.experiment import LOOKED_AT, NAMED, Experiment, Result, Steps
+from vedette import Array, ConfigError, Experiment, Gaussian, Problem, Progress, Result, Scan, Tracker
+from vedette.experiment import LOOKED_AT, NAMED, Steps
 from vedette.metrics import Score
-from vedette.progress import Progress, silent
-from vedette.space import Array
-from vedette.tracking import State, Tracker, check_again
-from vedette.types import Gaussian, Scan
+from vedette.progress import silent
+from vedette.tracking import State, check_again
 from vedette_files import Tables
 from vedette_files.files_read import NOTHING_READ, Inputs
 from vedette_files.results import Results, results_in

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette.experiment import Experiment
+from vedette import Experiment, Recording
 from vedette.metrics import positions, truth_at
-from vedette.types import Recording
 from vedette_files import units
 from vedette_report.figures import length_unit
 from vedette_report.map.plane import Plane, place_of

@@ -13,11 +13,10 @@ from typing import BinaryIO, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.experiment import Experiment, Result, Steps
+from vedette import Array, Experiment, Frame, Gaussian, Indices, Mask, Recording, Result, Scan
+from vedette.experiment import Steps
 from vedette.metrics import ENTRIES, SCANS, Block, RunningJudge
-from vedette.space import Array, Indices, Mask
 from vedette.tracking import State
-from vedette.types import Frame, Gaussian, Recording, Scan
 from vedette_files import Column, Series, SeriesFile, SeriesTracks, Tables, TrackRows, full_covariances, read_series
 from vedette_report.figures import forgiven_figures
 from vedette_report.series.about import about

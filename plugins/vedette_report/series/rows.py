@@ -6,11 +6,9 @@ from typing import final
 
 import numpy as np
 
-from vedette.experiment import Experiment
+from vedette import Array, Experiment, Gaussian, Recording, Scan
 from vedette.metrics import truth_at
-from vedette.space import Array
 from vedette.tracking import State
-from vedette.types import Gaussian, Recording, Scan
 from vedette_files import UNNAMED, WITHIN, Column, below, stands, triangles
 from vedette_report.known import known
 from vedette_report.map.gates import gates

@@ -7,10 +7,8 @@ from io import BytesIO
 
 import numpy as np
 
-from vedette.experiment import Experiment
+from vedette import Array, Experiment, Gaussian, Scan, Track, Trajectory
 from vedette.metrics import ENTRIES, SCANS, RunningJudge, Score
-from vedette.space import Array
-from vedette.types import Gaussian, Scan, Track, Trajectory
 from vedette_files import Column, Series, SeriesFile, below, full_covariances, triangles
 from vedette_report.series.judged import judged
 from vedette_report.series.tables import together

@@ -11,8 +11,8 @@ from typing import Any, final
 import numpy as np
 from attrs import Factory, define, field, frozen
 
+from vedette import Array, Experiment, Indices, Mask, Result, Trajectory
 from vedette.config import plain
-from vedette.experiment import Experiment, Result
 from vedette.metrics import (
     NONE,
     Block,
@@ -25,8 +25,6 @@ from vedette.metrics import (
     space_of,
     velocities,
 )
-from vedette.space import Array, Indices, Mask
-from vedette.types import Trajectory
 
 BAND = 0.05
 """Probability with which a correct filter's normalised squared error leaves the band that is shown."""

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from vedette.experiment import Experiment
+from vedette import Experiment, ImagingSensor
 from vedette.metrics import Score, chi_square_band
-from vedette.supporting import ImagingSensor
 from vedette_report.columns import aligned, percent, rows
 from vedette_report.figures import length_unit
 from vedette_report.series.traces import BAND, Bands, Inside, mode_names

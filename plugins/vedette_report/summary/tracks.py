@@ -7,8 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vedette.experiment import Result
-from vedette.types import Track
+from vedette import Result, Track
 from vedette_files import Terms, labels, utc
 from vedette_files.input_files import shown
 from vedette_report.columns import aligned

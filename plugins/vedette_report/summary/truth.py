@@ -6,10 +6,9 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from vedette import Experiment, Trajectory
 from vedette.config import installed_figures
-from vedette.experiment import Experiment
 from vedette.metrics import Score
-from vedette.types import Trajectory
 from vedette_report.columns import aligned, maybe, percent
 from vedette_report.figures import MANY, WHOLE, extent
 

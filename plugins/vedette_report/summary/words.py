@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from vedette.experiment import Experiment, Result
+from vedette import Experiment, ImagingSensor, Result, Tracker
 from vedette.metrics import Score
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Tracker
 from vedette.types import come_once
 from vedette.units import say
 from vedette_files import Terms, utc

@@ -7,8 +7,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from vedette.space import Array, Indices
-from vedette.types import Track
+from vedette import Array, Indices, Track
 
 NEAR, LONG, SAMPLED = 0.5, 10, 400
 """Two tracks lie on each other within this part of the smaller one's standard deviation, in at least so many scans, of so

@@ -6,8 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.types import Trajectory
+from vedette import Array, Trajectory
 from vedette.units import say
 
 WIDE, PART = 5.0, 0.05

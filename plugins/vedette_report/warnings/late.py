@@ -12,11 +12,7 @@ from itertools import combinations
 import numpy as np
 from attrs import frozen
 
-from vedette import kernels
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.tracking import Tracker
-from vedette.types import Gaussian, Scan, Track
+from vedette import Array, Gaussian, Scan, Sensor, Track, Tracker, kernels
 from vedette_report.detector_errors.in_tracks import first_of, placed_in_plane, scans_at, taken
 from vedette_standard import stands
 

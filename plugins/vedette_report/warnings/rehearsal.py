@@ -8,11 +8,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from attrs import evolve
 
-from vedette import Sensor
-from vedette.errors import VedetteError
-from vedette.supporting import ImagingSensor
-from vedette.tracking import State, Tracker
-from vedette.types import Detections, Scan
+from vedette import Detections, ImagingSensor, Scan, Sensor, Tracker, VedetteError
+from vedette.tracking import State
 
 SCANS, PLACES = 20, 10
 """Scans in which a target is played, and returns of the recording in whose places it is."""

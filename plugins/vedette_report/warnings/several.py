@@ -6,9 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.tracking import Tracker
-from vedette.types import Gaussian, Scan, Track
+from vedette import Array, Gaussian, Scan, Track, Tracker
 from vedette_report.detector_errors.in_tracks import first_of, placed_in_plane, scans_at, taken
 
 WITHIN = 9.0

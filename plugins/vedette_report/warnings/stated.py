@@ -7,11 +7,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Tracker
-from vedette.types import Scan, Track
+from vedette import Array, ImagingSensor, Scan, Sensor, Track, Tracker
 from vedette_report.columns import percent
 from vedette_report.detector_errors.in_tracks import SURELY, first_of, rows_of, scans_at
 

@@ -8,9 +8,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Sensor
-from vedette.tracking import Tracker
-from vedette.types import Scan, Trajectory
+from vedette import Array, Scan, Sensor, Tracker, Trajectory
 from vedette_report.known import known
 from vedette_standard import stands
 

@@ -12,12 +12,9 @@ from typing import Any, final
 
 import numpy as np
 
-from vedette.config import to_config
+from vedette import Array, Experiment, Frame, Gaussian, Recording, Scan, to_config
 from vedette.display import without_passwords
-from vedette.experiment import Experiment
-from vedette.space import Array
 from vedette.tracking import State
-from vedette.types import Frame, Gaussian, Recording, Scan
 from vedette_files import Tables, Terms
 from vedette_report.drawing import canvas
 from vedette_report.page.build import DRAWING

@@ -11,11 +11,9 @@ from typing import Any, final
 import numpy as np
 from attrs import frozen
 
-from vedette.experiment import Experiment
+from vedette import Array, Experiment, Gaussian, Recording, Scan
 from vedette.metrics import Block, RunningJudge
-from vedette.space import Array
 from vedette.tracking import State
-from vedette.types import Gaussian, Recording, Scan
 from vedette_files import Series, Tables
 from vedette_report.page.columns import arrays, middle
 from vedette_report.series.about import about

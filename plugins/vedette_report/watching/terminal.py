@@ -7,11 +7,9 @@ from typing import Any, final
 
 import numpy as np
 
-from vedette.errors import ConfigError
-from vedette.experiment import Experiment, Steps
-from vedette.space import Array
+from vedette import Array, ConfigError, Experiment, Gaussian, Scan
+from vedette.experiment import Steps
 from vedette.tracking import State
-from vedette.types import Gaussian, Scan
 from vedette_files import Tables
 from vedette_report.map.plane import Plane, positions_of
 from vedette_report.watching.real_time import Pace

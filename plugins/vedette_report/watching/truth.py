@@ -7,8 +7,7 @@ from typing import final
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.types import Recording
+from vedette import Array, Recording
 from vedette_files import Column
 from vedette_report.map.plane import Plane
 

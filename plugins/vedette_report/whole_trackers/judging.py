@@ -11,14 +11,11 @@ import attrs
 import numpy as np
 from attrs import frozen
 
-from vedette.config import build
+from vedette import Array, Experiment, Tracker, build
 from vedette.display import html_table
-from vedette.experiment import Experiment
 from vedette.fields import ABSURD
 from vedette.metrics import chi_square_band, free_axes, nees
-from vedette.space import Array
 from vedette.testing import Misuse
-from vedette.tracking import Tracker
 from vedette_report.consistency import Verdict
 from vedette_report.drawing.brought import drawing
 from vedette_report.whole_trackers.covariances import (

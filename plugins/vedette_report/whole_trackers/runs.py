@@ -8,14 +8,12 @@ from typing import Any, final
 import numpy as np
 from attrs import define, evolve, field, fields_dict, frozen
 
+from vedette import Array, Detections, Gaussian, Mask, Recording, Scan, Sensor, Tracker
 from vedette.filters import expected_return
-from vedette.roles import Sensor
 from vedette.sampling import densities, returns, thinned
-from vedette.space import Array, Mask
 from vedette.testing import Misuse
 from vedette.testing.truth import draw_moded, motion_of
-from vedette.tracking import State, Tracker
-from vedette.types import Detections, Gaussian, Recording, Scan
+from vedette.tracking import State
 from vedette_report.whole_trackers.world import World, world_of
 from vedette_standard import SingleTarget
 

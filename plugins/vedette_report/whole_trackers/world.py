@@ -9,11 +9,8 @@ from typing import Any
 import numpy as np
 from attrs import field, frozen
 
-from vedette.roles import Estimator, Sensor
-from vedette.space import Array
+from vedette import Array, Estimator, Gaussian, Recording, Sensor, Tracker
 from vedette.testing import Misuse
-from vedette.tracking import Tracker
-from vedette.types import Gaussian, Recording
 
 WILD = 5.0
 """Size of a wild error, in those of the others."""

@@ -9,8 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 from attrs import astuple, frozen
 
-from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Mask, Newborn, Sensor, Space, fields
-from vedette.errors import ScanRefused
+from vedette import Array, Birth, Detections, Estimator, Gaussian, Indices, Mask, Newborn, ScanRefused, Sensor, Space, fields
 from vedette_standard.births.one_point import unclaimed, within
 from vedette_standard.regions import Polygon
 

@@ -8,13 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Detections, Frame, Gaussian, Innovation, MotionModel, Sensor, Traits, fields
-from vedette.filters import (
-    GaussianFilter,
-    evaluate_linearised,
-    extent_linearised,
-    predict_linearised,
-    scan_step_linearised,
-)
+from vedette.filters import GaussianFilter, evaluate_linearised, extent_linearised, predict_linearised, scan_step_linearised
 from vedette.roles import GatedScan
 
 

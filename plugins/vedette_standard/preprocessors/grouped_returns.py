@@ -8,8 +8,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import frozen
 
-from vedette import Array, Detections, Mask, Preprocessor, Scan, Sensor, Space, fields
-from vedette.space import Indices
+from vedette import Array, Detections, Indices, Mask, Preprocessor, Scan, Sensor, Space, fields
 from vedette.tracking import take
 from vedette_standard.grouping import Labels, grouped, linked
 

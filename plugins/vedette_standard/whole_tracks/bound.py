@@ -13,11 +13,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from vedette import Array, Indices, Scan, Sensor, Space, Trajectory
 from vedette.kernels import numerical_jacobian, propagate, symmetric
 from vedette.metrics import Bound, positions, truth_at
-from vedette.roles import Sensor
-from vedette.space import Array, Indices, Space
-from vedette.types import Scan, Trajectory
 
 ENUMERATED = 12
 """Scans that may miss, from the first, over which sequences of detections are enumerated: 2^12 of them."""

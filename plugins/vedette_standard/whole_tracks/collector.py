@@ -8,10 +8,8 @@ from typing import Any, final
 import numpy as np
 from attrs import asdict, frozen
 
-from vedette.metrics import NONE, Judge, Match, Near, positions, velocities
-from vedette.roles import Sensor
-from vedette.space import Array, Indices, Mask
-from vedette.types import Scan, Trajectory
+from vedette import Array, Indices, Judge, Mask, Scan, Sensor, Trajectory
+from vedette.metrics import NONE, Match, Near, positions, velocities
 from vedette_standard.whole_tracks.bound import position_bound
 from vedette_standard.whole_tracks.clear import clear_mot
 from vedette_standard.whole_tracks.hota import hota

@@ -8,9 +8,8 @@ from typing import Any, cast
 import numpy as np
 from attrs import frozen
 
-from vedette import Indices, kernels
+from vedette import Array, Indices, Mask, kernels
 from vedette.metrics import Near
-from vedette.space import Array, Mask
 from vedette_standard.whole_tracks.near_in_scans import near_in_scans
 
 

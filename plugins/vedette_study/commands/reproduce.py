@@ -9,10 +9,8 @@ from importlib.metadata import version
 from pathlib import Path
 from time import process_time
 
-from vedette import Reproduction
+from vedette import ConfigError, Registry, Reproduction
 from vedette.commands import options
-from vedette.config import Registry
-from vedette.errors import ConfigError
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked, write_texts
 from vedette_report.drawing.brought import drawing

@@ -16,11 +16,10 @@ from typing import Any
 
 import attrs
 
-from vedette import Component
+from vedette import Component, ConfigError, PluginError, Problem, Registry, load
 from vedette.commands import DONE, FAILED, UNTRIED, complain
-from vedette.config import Registry, described, did_you_mean, load
+from vedette.config import described, did_you_mean
 from vedette.config.parameters import role_of
-from vedette.errors import ConfigError, PluginError, Problem
 
 FORMATS = (".toml", ".yaml", ".yml", ".json")
 MOST_WARNINGS = 3

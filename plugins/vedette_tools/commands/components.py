@@ -8,12 +8,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from textwrap import shorten, wrap
 from typing import Any
 
-from vedette import display
-from vedette.config import Installed, Registry, did_you_mean, which_kind
+from vedette import ConfigError, Experiment, Problem, Registry, Tracker, display
+from vedette.config import Installed, did_you_mean, which_kind
 from vedette.config.parameters import APART, ROLES, Parameter, Table, parameters, tables
-from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment
-from vedette.tracking import Tracker
 
 _WIDTH = 120
 _NOT_CHOSEN = "not to be chosen: they only show what a paper prints"

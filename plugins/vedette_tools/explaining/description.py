@@ -10,10 +10,9 @@ from typing import Any
 import attrs
 import numpy as np
 
-from vedette import display
+from vedette import ImagingSensor, display
 from vedette.config import Maybe, holds_parts, parameters
 from vedette.display import shown
-from vedette.supporting import ImagingSensor
 from vedette.tracking import parts
 from vedette.units import say
 from vedette_tools.explaining.situation import Seen, Situation, deviation, fused, positions

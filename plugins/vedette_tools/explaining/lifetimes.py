@@ -6,9 +6,7 @@ import numpy as np
 from attrs import frozen
 from scipy.special import gammaincinv
 
-from vedette.space import Array
-from vedette.supporting import Lifecycle
-from vedette.types import Review
+from vedette import Array, Lifecycle, Review
 from vedette_tools.explaining.steady_state import Settled
 
 TRACKS, LOOKS, MOST = 1000, 40, 60

@@ -7,11 +7,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.experiment import Experiment
+from vedette import Array, Axis, Detections, Experiment, Gaussian, Pose, Sensor, Space, Trajectory
 from vedette.filters import expected_return, predicted
-from vedette.roles import Sensor
-from vedette.space import Array, Axis, Space
-from vedette.types import Detections, Gaussian, Pose, Trajectory
 from vedette_tools.explaining.steady_state import Settled
 
 BEFORE, AFTER = 50, 20

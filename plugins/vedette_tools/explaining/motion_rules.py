@@ -7,8 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from vedette.roles import Estimator, MotionModel
-from vedette.space import Array, Axis
+from vedette import Array, Axis, Estimator, MotionModel
 from vedette.tracking import parts
 from vedette.units import say
 from vedette_files import Terms

@@ -7,10 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from attrs import frozen
 
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.tracking import Tracker
-from vedette.types import Gaussian, Scan
+from vedette import Array, Gaussian, Scan, Sensor, Tracker
 from vedette_tools.drafting.chains import LEAST, chains, spacing
 from vedette_tools.explaining.situation import Seen
 from vedette_tools.explaining.steady_state import begun_at

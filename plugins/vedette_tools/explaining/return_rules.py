@@ -7,10 +7,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from vedette import Array, ImagingSensor, Pose, Trajectory
 from vedette.metrics import nees
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.types import Pose, Trajectory
 from vedette.units import say
 from vedette_standard import stands
 from vedette_tools.explaining.finding import Finding

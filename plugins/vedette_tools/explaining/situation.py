@@ -7,12 +7,8 @@ from functools import partial
 import numpy as np
 from attrs import frozen
 
-from vedette.experiment import Experiment
-from vedette.roles import MotionModel, Sensor
-from vedette.space import Array, Space
-from vedette.supporting import ImagingSensor
+from vedette import Array, Experiment, ImagingSensor, MotionModel, Recording, Sensor, Space
 from vedette.tracking import check_again, parts
-from vedette.types import Recording
 from vedette_tools.explaining.lifetimes import Lives, lives
 from vedette_tools.explaining.source import Came, Opened, opened
 from vedette_tools.explaining.steady_state import FAR, Settled, reach, settle, together

@@ -9,11 +9,9 @@ from typing import Any
 import numpy as np
 from attrs import Factory, frozen
 
-from vedette.errors import VedetteError
-from vedette.experiment import Experiment
-from vedette.space import Array, Mask
+from vedette import Array, Experiment, Mask, Pose, Recording, Scan, VedetteError
 from vedette.tracking import open_source, preprocess
-from vedette.types import Pose, Recording, Scan, come_once
+from vedette.types import come_once
 
 MOST_SCANS, MOST_FRAMES, MOST_PREPROCESSED = 200, 3, 20
 """Scans at the beginning of the source that are looked at, of frames, and for preprocessors, which take their time."""

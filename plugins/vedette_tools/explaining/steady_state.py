@@ -9,12 +9,8 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
+from vedette import Array, Detections, Gaussian, ImagingSensor, Indices, Mask, Pose, Recording, Sensor, Tracker
 from vedette.filters import expected_return, predicted
-from vedette.roles import Sensor
-from vedette.space import Array, Indices, Mask
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Tracker
-from vedette.types import Detections, Gaussian, Pose, Recording
 from vedette_standard import stands
 
 SCANS = 60

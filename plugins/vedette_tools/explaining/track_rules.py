@@ -6,8 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from vedette.space import Array
-from vedette.types import Detections, LazyScans
+from vedette import Array, Detections, LazyScans
 from vedette.units import say
 from vedette_report.figures import MANY, WHOLE, extent
 from vedette_report.warnings.rehearsal import rehearsed, silenced

@@ -10,10 +10,8 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, frozen
 
-from vedette.config import Registry, apply_overrides, load, path_of, read_file, with_birth
-from vedette.errors import ConfigError
-from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette import Array, ConfigError, Experiment, Registry, load
+from vedette.config import apply_overrides, path_of, read_file, with_birth
 from vedette_standard import Detection, PlacedSensor
 from vedette_study.plan import whole
 from vedette_tools.tuning.cells import Cells

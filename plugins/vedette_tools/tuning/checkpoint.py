@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import ConfigError, VedetteError
-from vedette.space import Array
+from vedette import Array, ConfigError, VedetteError
 from vedette_files.writing import write_text
 
 ABOUT, EVALUATIONS = "tuning.json", "evaluations.jsonl"

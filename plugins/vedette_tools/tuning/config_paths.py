@@ -10,10 +10,8 @@ import attrs
 import numpy as np
 from attrs import field, frozen
 
+from vedette import Component, Experiment, Tracker
 from vedette.config import KeyPath, Parameter, below, did_you_mean, parameters, path_of
-from vedette.experiment import Experiment
-from vedette.roles import Component
-from vedette.tracking import Tracker
 
 TUNED = ("estimator", "sensors", "associator", "birth", "lifecycle", "gate")
 """The parts of a config that hold what can be tuned."""

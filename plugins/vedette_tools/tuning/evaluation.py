@@ -9,15 +9,12 @@ from itertools import islice
 import numpy as np
 from attrs import evolve, frozen
 
+from vedette import Array, ConfigError, Experiment, ImagingSensor, Recording, Scan, Sensor, VedetteError
 from vedette.config import warnings_of
-from vedette.errors import ConfigError, VedetteError
-from vedette.experiment import Experiment, Steps
+from vedette.experiment import Steps
 from vedette.progress import silent
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
 from vedette.tracking import Expected, State, open_source
-from vedette.types import Recording, Scan, come_once
+from vedette.types import come_once
 from vedette_report.detector_errors.in_tracks import Told, in_tracks
 from vedette_report.warnings.words import left_out
 from vedette_tools.tuning.field_of_view import Cover, View, views

@@ -10,8 +10,7 @@ from typing import Literal, final
 
 import numpy as np
 
-from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette import Array, Experiment
 from vedette_study.executors import processes, worked_elsewhere
 from vedette_tools.tuning.checkpoint import Kept
 from vedette_tools.tuning.evaluation import Data, evaluate, moments, open_data

@@ -8,10 +8,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from attrs import field, frozen
 
-from vedette.roles import Sensor
-from vedette.space import Array, Mask
-from vedette.supporting import ImagingSensor
-from vedette.types import Pose, Scan
+from vedette import Array, ImagingSensor, Mask, Pose, Scan, Sensor
 
 POINTS = 256
 """Points at which densities are averaged over a view."""

@@ -8,12 +8,9 @@ from typing import Any
 import numpy as np
 from attrs import define, field, frozen
 
+from vedette import Array, Gaussian, ImagingSensor, Sensor, Tracker
 from vedette.metrics import gate_truncation
-from vedette.roles import Sensor
-from vedette.space import Array
-from vedette.supporting import ImagingSensor
-from vedette.tracking import Expected, State, Tracker
-from vedette.types import Gaussian
+from vedette.tracking import Expected, State
 from vedette_report.noises import at_fault
 
 LAGS = 2

@@ -7,11 +7,8 @@ import math
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import kernels
-from vedette.hypotheses import HypothesisAssociator
-from vedette.space import Array
-from vedette.tracking import Expected, State, Tracker, weighed
-from vedette.types import Detections, Frame
+from vedette import Array, Detections, Frame, HypothesisAssociator, Tracker, kernels
+from vedette.tracking import Expected, State, weighed
 from vedette_tools.tuning.field_of_view import Cover
 
 NEGLIGIBLE = 40.0

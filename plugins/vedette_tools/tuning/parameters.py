@@ -8,9 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
-from vedette.experiment import Experiment
-from vedette.space import Array
+from vedette import Array, ConfigError, Experiment, Problem
 from vedette.units import in_unit, say, spellings
 from vedette_tools.tuning.config_paths import Place, changed, find, whole
 

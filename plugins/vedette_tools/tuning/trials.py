@@ -7,9 +7,8 @@ from collections.abc import Iterable
 import numpy as np
 from attrs import define, field, frozen
 
-from vedette.space import Array, Indices, Mask
-from vedette.tracking import State, Tracker
-from vedette.types import Scan
+from vedette import Array, Indices, Mask, Scan, Tracker
+from vedette.tracking import State
 from vedette_standard import Detection, PlacedSensor
 
 

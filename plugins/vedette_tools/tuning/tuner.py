@@ -12,9 +12,8 @@ from typing import Any, get_args
 import numpy as np
 from attrs import field, frozen
 
-from vedette.config import Registry, apply_overrides, below, load, read_file, to_config, with_birth
-from vedette.errors import ConfigError
-from vedette.space import Array
+from vedette import Array, ConfigError, Registry, load, to_config
+from vedette.config import apply_overrides, below, read_file, with_birth
 from vedette_files.files_read import contents
 from vedette_report.detector_errors.in_tracks import Told
 from vedette_study.plan import whole as whole_number

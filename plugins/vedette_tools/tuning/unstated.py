@@ -7,9 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 import numpy as np
 from attrs import field, frozen
 
-from vedette.space import Mask
-from vedette.tracking import State, Tracker
-from vedette.types import Scan
+from vedette import Mask, Scan, Tracker
+from vedette.tracking import State
 from vedette_tools.tuning.field_of_view import View, views
 from vedette_tools.tuning.unthresholded import has_initial
 

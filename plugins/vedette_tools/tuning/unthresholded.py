@@ -7,8 +7,7 @@ from typing import Any
 
 from attrs import evolve
 
-from vedette.supporting import Birth
-from vedette.tracking import Tracker
+from vedette import Birth, Tracker
 from vedette_standard import Existence
 
 GIVEN_UP = 0.01

@@ -8,10 +8,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import VedetteError
-from vedette.space import Array
-from vedette.tracking import Tracker
-from vedette.types import Gaussian
+from vedette import Array, Gaussian, Tracker, VedetteError
 from vedette_report.whole_trackers.culprits.moments import Fit
 from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of, turned
 from vedette_report.whole_trackers.runs import play

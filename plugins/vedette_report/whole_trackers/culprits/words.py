@@ -5,10 +5,7 @@ from __future__ import annotations
 import numpy as np
 from attrs import evolve
 
-from vedette.errors import VedetteError
-from vedette.space import Array
-from vedette.tracking import Tracker
-from vedette.types import Gaussian
+from vedette import Array, Gaussian, Tracker, VedetteError
 from vedette_report.detector_errors.off_truth import Returns, beside
 from vedette_report.whole_trackers.covariances import modes_verdict
 from vedette_report.whole_trackers.culprits.moments import count

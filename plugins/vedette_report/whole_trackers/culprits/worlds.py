@@ -9,11 +9,8 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import WrappedMotion, WrappedSensor, fields
-from vedette.roles import Estimator, MotionModel, Sensor
-from vedette.space import Array
+from vedette import Array, Estimator, Gaussian, MotionModel, Sensor, WrappedMotion, WrappedSensor, fields
 from vedette.testing.truth import modes_of, motion_of
-from vedette.types import Gaussian
 from vedette_report.whole_trackers.world import World
 
 
