@@ -46,15 +46,12 @@ class WrappedMotion(MotionModel):
         return self.of.zero_variance
 
     def move(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n)"""
         return self.of.move(x, dt)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
         return self.of.jacobian(x, dt)
 
     def noise(self, x: Array, dt: float) -> Array:
-        """(*b, n) -> (*b, n, n) or (n, n)"""
         return self.of.noise(x, dt)
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
@@ -102,15 +99,12 @@ class WrappedSensor(Sensor):
         return self.of.optional
 
     def measure(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m)"""
         return self.of.measure(x)
 
     def jacobian(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, n) or (m, n)"""
         return self.of.jacobian(x)
 
     def noise(self, x: Array) -> Array:
-        """(*b, n) -> (*b, m, m) or (m, m)"""
         return self.of.noise(x)
 
     def mean_noise(self, x: Array, cov: Array) -> Array:
@@ -119,15 +113,12 @@ class WrappedSensor(Sensor):
         return self.noise(x) if overridden else self.of.mean_noise(x, cov)
 
     def detects(self, x: Array) -> Array:
-        """(*b, n) -> (*b) or ()"""
         return self.of.detects(x)
 
     def clutter(self, z: Array) -> Array:
-        """(*b, k, m) -> (*b, k) or ()"""
         return self.of.clutter(z)
 
     def covers(self, z: Array) -> Mask:
-        """(*b, k, m) -> (*b, k) or ()"""
         return self.of.covers(z)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:

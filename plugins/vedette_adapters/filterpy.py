@@ -109,7 +109,6 @@ class FilterPyEstimator(GaussianFilter):
         return "it is not linear: use an ExtendedKalmanFilter or UnscentedKalmanFilter with it" if bent else None
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         mean, cov = np.empty(belief.mean.shape), np.empty(belief.cov.shape)

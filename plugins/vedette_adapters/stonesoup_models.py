@@ -67,7 +67,6 @@ class StoneSoupMotion(MotionModel):
         return _linear(self.model)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         moved = _called(self.model.function, x, time_interval=timedelta(seconds=dt), noise=False)
         return self.state.canonical(moved) if dt > 0 else x
 
@@ -79,7 +78,6 @@ class StoneSoupMotion(MotionModel):
         return super().jacobian(x, dt) if stated is None else stated
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (n, n)."""
         n = len(self.state)
         return np.asarray(self.model.covar(time_interval=timedelta(seconds=dt)), dtype=float) if dt > 0 else np.zeros((n, n))
 
@@ -187,7 +185,6 @@ class StoneSoupSensor(Sensor):
         return whole
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, n) -> (*b, m)."""
         return self.measurement.canonical(_called(self.model.function, self._whole(x), noise=False))
 
     def jacobian(self, x: Array) -> Array:
@@ -199,15 +196,12 @@ class StoneSoupSensor(Sensor):
         return super().jacobian(x) if stated is None else stated[..., where]
 
     def noise(self, x: Array) -> Array:
-        """Return R (m, m)."""
         return np.asarray(self.model.covar(), dtype=float)
 
     def detects(self, x: Array) -> Array:
-        """Return the detection probability ()."""
         return np.asarray(self.detection_probability)
 
     def clutter(self, z: Array) -> Array:
-        """Return the clutter density ()."""
         return np.asarray(self.clutter_density)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:

@@ -42,7 +42,6 @@ class ParallelKalmanPrinted(GaussianFilter):
     motion: MotionModel = fields.part("how the target moves")
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:

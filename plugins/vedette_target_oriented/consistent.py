@@ -77,7 +77,6 @@ class TargetOriented(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 4) -> (*b, 4, 4)."""
         v, speed, angle = self._turn(x, dt)
         mean, slope = chord(angle)
         turn = np.exp(1j * angle)
@@ -92,7 +91,6 @@ class TargetOriented(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q: (*b, 4) -> (*b, 4, 4)."""
         return self._held(x, np.ones(x.shape[:-1]), dt)
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:

@@ -47,7 +47,6 @@ class ResettingMotion(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 7) -> (*b, 7, 7)."""
         F = np.zeros((*x.shape, 7))
         F[..., range(7), range(7)] = 1.0
         F[..., :2, 2:4] = dt * basis(x[..., 4])
@@ -56,7 +55,6 @@ class ResettingMotion(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q: (*b, 7) -> (*b, 7, 7)."""
         B, sigma = basis(x[..., 4]), np.array([self.sigma_forward, self.sigma_side])
         variance, gained = sigma**2, B * sigma * (dt**2 / 2)
         Q = np.zeros((*x.shape, 7))

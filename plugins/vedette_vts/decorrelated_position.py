@@ -59,11 +59,9 @@ class DecorrelatedPosition(DirectSensor):
         return self._pose
 
     def noise(self, x: Array) -> Array:
-        """Return R: (*b, 2) -> (*b, 2, 2)."""
         return self.mean_noise(x, np.zeros((2, 2)))
 
     def mean_noise(self, x: Array, cov: Array) -> Array:
-        """Return the mean of R over a belief: (*b, 2), (*b, 2, 2) -> (*b, 2, 2)."""
         place = self._pose.position
         d = x - place.reshape(*place.shape[:-1], *(1,) * (x.ndim - place.ndim), 2)
         M = d[..., :, None] * d[..., None, :] + cov + 0.5 * _NEAR * np.eye(2)

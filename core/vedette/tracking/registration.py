@@ -71,11 +71,9 @@ class Agreed(Sensor):
         return self.observes
 
     def measure(self, x: Array) -> Array:
-        """(*b, q) -> (*b, q)"""
         return x
 
     def jacobian(self, x: Array) -> Array:
-        """Return H (q, q)."""
         return np.eye(len(self.observes))
 
     def noise(self, x: Array) -> Array:
@@ -83,11 +81,9 @@ class Agreed(Sensor):
         return np.eye(len(self.observes))
 
     def detects(self, x: Array) -> Array:
-        """()"""
         return np.ones(())
 
     def clutter(self, z: Array) -> Array:
-        """()"""
         return np.zeros(())
 
 

@@ -51,13 +51,11 @@ class BoxVelocity(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (6, 6)."""
         F = np.eye(6)
         F[0, 2] = F[1, 3] = dt
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q: (*b, 6) -> (*b, 6, 6)."""
         return self._of_squares(np.maximum(x[..., 4:], LEAST) ** 2, dt)
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:

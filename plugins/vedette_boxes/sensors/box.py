@@ -75,7 +75,6 @@ class Box(Sensor):
         return np.eye(4)
 
     def noise(self, x: Array) -> Array:
-        """Return R: (*b, 4) -> (*b, 4, 4)."""
         return self._of_squares(np.maximum(x[..., 2:], LEAST) ** 2)
 
     def mean_noise(self, x: Array, cov: Array) -> Array:
@@ -90,7 +89,6 @@ class Box(Sensor):
         return R
 
     def detects(self, x: Array) -> Array:
-        """Return the detection probability: (*b, 4) -> (*b)."""
         return np.where(self.covers(x), self.detection_probability, 0.0)
 
     def covers(self, z: Array) -> Mask:

@@ -10,17 +10,7 @@ from types import TracebackType
 from typing import Self, TextIO, final
 
 from vedette.space import Space
-from vedette_files import (
-    PARQUET,
-    Terms,
-    TrackRows,
-    Write,
-    chunks,
-    csv_head,
-    geojson_pieces,
-    jsonl_head,
-    parquet_pieces,
-)
+from vedette_files import PARQUET, Terms, TrackRows, Write, chunks, csv_head, geojson_pieces, jsonl_head, parquet_pieces
 from vedette_files.writing import whole_file
 
 

@@ -73,11 +73,9 @@ class Growing(HypothesisAssociator):
         return (_decided(hypotheses) if self.past else hypotheses).kept(alive, self.least)
 
     def probability(self, hypotheses: JointHypotheses) -> Array:
-        """Return the probability of each leaf."""
         return hypotheses.probability
 
     def existence(self, hypotheses: JointHypotheses, own: Array, last: Indices) -> Array:
-        """Return the existence of each leaf's target over all hypotheses."""
         return hypotheses.existence(own, last)
 
     def shown_with(self, hypotheses: JointHypotheses, existence: Array, leaves: Indices) -> Indices:

@@ -86,7 +86,6 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         return Mixtures(np.arange(tracks), np.ones(tracks))
 
     def branch(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask) -> Branching:
-        """Return the leaves after a scan."""
         return self._branch(hypotheses, scores, begins, None)
 
     def branch_close(self, hypotheses: Mixtures, scores: LeafScores, begins: Mask, close: Close) -> Branching:
@@ -154,7 +153,6 @@ class LabelledMultiBernoulli(HypothesisAssociator):
         return Mixtures(left, weights[rows] * scale), rows
 
     def probability(self, hypotheses: Mixtures) -> Array:
-        """Return the probability of each leaf."""
         return hypotheses.weights
 
     def existence(self, hypotheses: Mixtures, own: Array, last: Indices) -> Array:

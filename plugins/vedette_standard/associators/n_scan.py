@@ -53,5 +53,4 @@ class NScan(Growing):
 
     @property
     def past(self) -> int:
-        """Of how many scans that could see its track the ancestors of each leaf are kept."""
         return self.scans

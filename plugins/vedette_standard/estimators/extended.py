@@ -46,7 +46,6 @@ class ExtendedKalman(GaussianFilter):
     motion: MotionModel = fields.part("how the target moves")
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -58,5 +57,4 @@ class ExtendedKalman(GaussianFilter):
         return scan_step_linearised(belief, self.motion, scan, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)

@@ -48,7 +48,6 @@ class FadingMemory(GaussianFilter):
     step: float = fields.quantity("s", "time in which they grow by alpha", default=1.0, above=0)
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         return predict_linearised(new_gaussian(belief.mean, self._faded(belief, dt)), self.motion, dt, self._memo)
@@ -58,7 +57,6 @@ class FadingMemory(GaussianFilter):
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
 
     def cross_covariance(self, belief: Gaussian, dt: float) -> Array:

@@ -79,7 +79,6 @@ class GH(GaussianFilter):
             raise ValueError(f"h: must be < 4 - 2 g = {4 - 2 * self.g:g}, or errors grow, got {self.h:g}")
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         return belief if dt == 0 else predict_linearised(belief, self.motion, dt, self._memo)
 
     def evaluate(self, belief: Gaussian, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -101,7 +100,6 @@ class GH(GaussianFilter):
         )
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
 
     def _gains(self, where: list[int]) -> Array:

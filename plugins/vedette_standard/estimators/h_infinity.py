@@ -73,7 +73,6 @@ class HInfinity(GaussianFilter):
         return evaluate_linearised(belief, self.state, sensor, observed, p_gate, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(belief, self.state, sensor, detections, limit, self._memo)
 
 

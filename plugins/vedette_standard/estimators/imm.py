@@ -271,7 +271,6 @@ class Imm(Estimator[Modes]):
         return mixed
 
     def mode_prob(self, belief: Modes) -> Array:
-        """Return the mode probabilities: (*b, t, r)."""
         return np.exp(belief.log_prob)
 
     def merge(self, belief: Modes, mixtures: Mixtures) -> Modes:

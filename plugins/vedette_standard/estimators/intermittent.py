@@ -107,7 +107,6 @@ class Intermittent(WrappedEstimator[InSight]):
         return evolve(made, loglik=loglik, detail=Seen(made.detail, missed))
 
     def extent(self, belief: InSight, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return self.of.extent(belief.belief, sensor, detections, limit)
 
     def update(self, belief: InSight, innovation: Innovation, weights: Array) -> InSight:

@@ -70,7 +70,6 @@ class Kalman(GaussianFilter):
         return None if sensor.linear else f"it is not linear: use the estimator 'ekf' or 'ukf' with {sensor.kind!r}"
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
-        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         x, memo = belief.mean, self._memo
@@ -87,5 +86,4 @@ class Kalman(GaussianFilter):
         return scan_step_linearised(belief, self.motion, scan, self._memo)
 
     def extent(self, belief: Gaussian, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(belief, self.motion.state, sensor, detections, limit, self._memo)

@@ -86,7 +86,6 @@ class LeastSquares(OverMotion[Root]):
         return self._roots.start(prior, axes, rng)
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
-        """Return the belief `dt` s later."""
         return self._roots.predict(self._faded(belief, dt), dt, rng)
 
     def evaluate(self, belief: Root, sensor: Sensor, observed: Detections | Frame, p_gate: float) -> Innovation:
@@ -98,7 +97,6 @@ class LeastSquares(OverMotion[Root]):
         return self._roots.update(belief, innovation, weights)
 
     def moments(self, belief: Root) -> Gaussian:
-        """Return mean and covariance."""
         return self._roots.moments(belief)
 
     def cross_covariance(self, belief: Root, dt: float) -> Array:

@@ -90,7 +90,6 @@ class SquareRootKalman(OverMotion[Root]):
         return Root(reframed.mean, kernels.root(without_variance(reframed.cov, self.state.locate(self.zero_variance))))
 
     def predict(self, belief: Root, dt: float, rng: np.random.Generator) -> Root:
-        """Return the belief `dt` s later."""
         if dt == 0:
             return belief
         x = belief.mean
@@ -143,7 +142,6 @@ class SquareRootKalman(OverMotion[Root]):
         return make_innovation(sensor, x, p_gate, loglik, distance, log_volume, detail)
 
     def extent(self, belief: Root, sensor: Sensor, detections: Detections, limit: Array | float) -> tuple[Array, Array]:
-        """Return the box around each track's gate."""
         return extent_linearised(self.moments(belief), self.state, sensor, detections, limit, self._memo)
 
     def update(self, belief: Root, innovation: Innovation, weights: Array) -> Root:

@@ -76,13 +76,10 @@ class PerAxis(MotionModel):
         """Return Q over one axis' position and derivatives (p, p)."""
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (n, n)."""
         return kernels.over_axes(self.transition(dt), len(self.axes))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (n, n)."""
         return kernels.over_axes(self.covariance(dt), len(self.axes))

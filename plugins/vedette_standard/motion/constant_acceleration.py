@@ -40,9 +40,7 @@ class ConstantAcceleration(PerAxis):
     sigma_jerk: float = fields.quantity("m/s^2.5", "standard deviation of the acceleration gained in 1 s, per axis", above=0)
 
     def transition(self, dt: float) -> Block:
-        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Block:
-        """Return Q (3, 3)."""
         return white_jerk(self.sigma_jerk, dt)

@@ -35,10 +35,8 @@ class ConstantAccelerationPiecewise(PerAxis):
     sigma_jerk: float = fields.quantity("m/s^3", "standard deviation of the jerk held in a step, per axis", above=0)
 
     def transition(self, dt: float) -> Block:
-        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Block:
-        """Return Q (3, 3)."""
         gain = self.sigma_jerk * np.array([dt**3 / 6, dt**2 / 2, dt])
         return np.outer(gain, gain)

@@ -39,9 +39,7 @@ class ConstantVelocity(PerAxis):
     sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
 
     def transition(self, dt: float) -> Block:
-        """Return F (2, 2)."""
         return free_flight(2, dt)
 
     def covariance(self, dt: float) -> Block:
-        """Return Q (2, 2)."""
         return white_acceleration(self.sigma_accel, dt)

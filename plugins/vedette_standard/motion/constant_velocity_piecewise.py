@@ -36,10 +36,8 @@ class ConstantVelocityPiecewise(PerAxis):
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration held in a step, per axis", above=0)
 
     def transition(self, dt: float) -> Block:
-        """Return F (2, 2)."""
         return free_flight(2, dt)
 
     def covariance(self, dt: float) -> Block:
-        """Return Q (2, 2)."""
         gain = self.sigma_accel * np.array([dt**2 / 2, dt])
         return np.outer(gain, gain)

@@ -52,11 +52,9 @@ class CoordinatedTurn(MotionModel):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_rate)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, 5) -> (*b, 5)."""
         turn = Turn.by(x[..., 4] * dt)
         ux, uy = turn.halfway(x[..., 2], x[..., 3])
         chord = dt * turn.sinc
@@ -67,7 +65,6 @@ class CoordinatedTurn(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 5) -> (*b, 5, 5)."""
         turn = Turn.by(x[..., 4] * dt)
         ux, uy = turn.halfway(x[..., 2], x[..., 3])
         vx, vy = turn.halfway(ux, uy)
@@ -87,7 +84,6 @@ class CoordinatedTurn(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (5, 5)."""
         Q = np.zeros((5, 5))
         Q[:4, :4] = kernels.over_axes(white_acceleration(self.sigma_accel, dt), 2)
         Q[4, 4] = self.sigma_turn_rate**2 * dt

@@ -83,11 +83,9 @@ class CoordinatedTurn3d(MotionModel):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_rate)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, 9) -> (*b, 9)."""
         w, v = x[..., 6:] * dt, x[..., 3:6]
         a, b, c = _shares(np.sum(w * w, axis=-1))[..., None]
         once = np.cross(w, v)
@@ -98,7 +96,6 @@ class CoordinatedTurn3d(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 9) -> (*b, 9, 9)."""
         w, v = x[..., 6:] * dt, x[..., 3:6]
         square = np.sum(w * w, axis=-1)
         shares = _shares(square)
@@ -117,7 +114,6 @@ class CoordinatedTurn3d(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (9, 9)."""
         Q = np.zeros((9, 9))
         Q[:6, :6] = kernels.over_axes(white_acceleration(self.sigma_accel, dt), 3)
         Q[6:, 6:] = self.sigma_turn_rate**2 * dt * np.eye(3)

@@ -51,19 +51,15 @@ class CoordinatedTurnPiecewise(MotionModel):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return compiled.twin(self.kind, self.sigma_accel, self.sigma_turn_accel)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, 5) -> (*b, 5)."""
         return self._turn.move(x, dt)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 5) -> (*b, 5, 5)."""
         return self._turn.jacobian(x, dt)
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (5, 5)."""
         gain = self.sigma_accel * np.array([dt**2 / 2, dt])
         Q = np.zeros((5, 5))
         Q[:4, :4] = kernels.over_axes(np.outer(gain, gain), 2)

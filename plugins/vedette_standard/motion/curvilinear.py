@@ -102,11 +102,9 @@ class Curvilinear(MotionModel):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return compiled.twin(self.kind, self.sigma_tangential, self.sigma_normal)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, 6) -> (*b, 6)."""
         p = _Path(x, dt)
         moved = x.copy()
         moved[..., :2] += _real(p.v * p.reach * p.chord)
@@ -114,7 +112,6 @@ class Curvilinear(MotionModel):
         return moved
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F: (*b, 6) -> (*b, 6, 6)."""
         p = _Path(x, dt)
         F = np.zeros((*x.shape, 6))
         F[..., range(6), range(6)] = 1.0
@@ -133,7 +130,6 @@ class Curvilinear(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q: (*b, 6) -> (*b, 6, 6)."""
         course = np.arctan2(x[..., 3], x[..., 2])
         frame = np.stack([np.cos(course), -np.sin(course), np.sin(course), np.cos(course)], axis=-1)
         turn = np.zeros((*course.shape, 6, 6))

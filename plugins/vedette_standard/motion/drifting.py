@@ -40,9 +40,7 @@ class Wandering(MotionModel):
         """Return the axes."""
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (n, n)."""
         return kernels.over_axes(((1.0,),), len(self.state))

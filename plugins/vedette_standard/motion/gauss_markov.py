@@ -41,13 +41,10 @@ class GaussMarkov(MotionModel):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return x * math.exp(-dt / self.tau)
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (n, n)."""
         return kernels.over_axes(((math.exp(-dt / self.tau),),), len(self.axes))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (n, n)."""
         return kernels.over_axes(((-(self.sigma**2) * math.expm1(-2 * dt / self.tau),),), len(self.axes))

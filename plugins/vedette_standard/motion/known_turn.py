@@ -43,11 +43,9 @@ class KnownTurn(MotionModel):
     sigma_accel: float = fields.quantity("m/s^1.5", "standard deviation of the velocity gained in 1 s, per axis", above=0)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, 4) -> (*b, 4)."""
         return x @ self.jacobian(x, dt).T
 
     def jacobian(self, x: Array, dt: float) -> Array:
-        """Return F (4, 4)."""
         turn = Turn.by(self.turn_rate * dt)
         F = np.eye(4)
         F[0, 2] = F[1, 3] = dt * turn.along
@@ -59,7 +57,6 @@ class KnownTurn(MotionModel):
         return F
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (4, 4)."""
         angle = self.turn_rate * dt
         turn = Turn.by(angle)
         q = self.sigma_accel**2

@@ -69,7 +69,6 @@ class Linear(MotionModel):
         return not self.control.size
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         n = len(self.state)
         F = self._over(dt)[0]
         return x @ F[:n, :n].T + F[:n, n]

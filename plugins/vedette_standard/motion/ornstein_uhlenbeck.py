@@ -43,12 +43,10 @@ class OrnsteinUhlenbeck(PerAxis):
     sigma_speed: float = fields.quantity("m/s", "standard deviation of the velocity, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """Return F (2, 2)."""
         u = dt / self.tau
         return np.array([[1.0, dt * shares(u)[0]], [0.0, math.exp(-u)]])
 
     def covariance(self, dt: float) -> Array:
-        """Return Q (2, 2)."""
         u = dt / self.tau
         a, _, c, velocity, *_ = shares(u)
         q = 2 * self.sigma_speed**2 * u

@@ -84,7 +84,6 @@ class Product(MotionModel):
         return None if self.linear or not all(own or model.linear for model, own in parts) else compiled.product(parts)
 
     def move(self, x: Array, dt: float) -> Array:
-        """Return the state `dt` s later: (*b, n) -> (*b, n)."""
         return np.concatenate([model.move(x[..., axes], dt) for model, axes in self._parts], axis=-1)
 
     def jacobian(self, x: Array, dt: float) -> Array:
@@ -96,7 +95,6 @@ class Product(MotionModel):
         return block_diagonal(*[model.noise(x[..., axes], dt) for model, axes in self._parts])
 
     def mean_noise(self, x: Array, cov: Array, dt: float) -> Array:
-        """Return the mean of Q over a belief: (*b, n), (*b, n, n) -> (*b, n, n) or (n, n)."""
         return block_diagonal(*[model.mean_noise(x[..., axes], cov[..., axes, axes], dt) for model, axes in self._parts])
 
 

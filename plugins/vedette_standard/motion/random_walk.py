@@ -33,5 +33,4 @@ class RandomWalk(Wandering):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (n, n)."""
         return kernels.over_axes(((self.sigma**2 * dt,),), len(self.axes))

@@ -33,5 +33,4 @@ class RandomWalkPiecewise(Wandering):
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def noise(self, x: Array, dt: float) -> Array:
-        """Return Q (n, n)."""
         return (self.sigma * dt) ** 2 * np.eye(len(self.state))

@@ -43,13 +43,11 @@ class Singer(PerAxis):
     sigma_accel: float = fields.quantity("m/s^2", "standard deviation of the acceleration, per axis", above=0)
 
     def transition(self, dt: float) -> Array:
-        """Return F (3, 3)."""
         u = dt / self.tau
         a, b, *_ = shares(u)
         return np.array([[1.0, dt, dt**2 * b], [0.0, 1.0, dt * a], [0.0, 0.0, math.exp(-u)]])
 
     def covariance(self, dt: float) -> Array:
-        """Return Q (3, 3)."""
         u = dt / self.tau
         a, b, c, velocity, mixed, position = shares(u)
         q = 2 * self.sigma_accel**2 * u

@@ -40,10 +40,8 @@ class WienerAccelerationPiecewise(PerAxis):
     )
 
     def transition(self, dt: float) -> Block:
-        """Return F (3, 3)."""
         return free_flight(3, dt)
 
     def covariance(self, dt: float) -> Block:
-        """Return Q (3, 3)."""
         gain = self.sigma_change * np.array([dt**2 / 2, dt, float(dt > 0)])
         return np.outer(gain, gain)

@@ -47,19 +47,15 @@ class BearingOnly(PlacedSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return self._twin(self.sigma_bearing**2)
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, 2) -> (*b, 1)."""
         return _BEARING.canonical(ranges_and_bearings(x, self._pose)[..., 1:])
 
     def jacobian(self, x: Array) -> Array:
-        """Return H: (*b, 2) -> (*b, 1, 2)."""
         return polar_slope(x, self._pose)[..., 1:, :]
 
     def noise(self, x: Array) -> Array:
-        """Return R (1, 1)."""
         return np.array([[self.sigma_bearing**2]])
 
     def clutter(self, z: Array) -> Array:

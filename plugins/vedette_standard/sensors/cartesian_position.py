@@ -44,5 +44,4 @@ class CartesianPosition(ViewedSensor):
     clutter_density: float = fields.quantity("1/m^2", "false returns per scan and area", default=0.0, at_least=0)
 
     def noise(self, x: Array) -> Array:
-        """Return R (2, 2)."""
         return self.sigma**2 * np.eye(2)

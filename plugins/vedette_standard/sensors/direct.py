@@ -32,19 +32,15 @@ class DirectSensor(Sensor):
         return self.observes
 
     def measure(self, x: Array) -> Array:
-        """(*b, n) -> (*b, n)"""
         return x
 
     def jacobian(self, x: Array) -> Array:
-        """(n, n)"""
         return np.eye(len(self.observes))
 
     def detects(self, x: Array) -> Array:
-        """()"""
         return np.asarray(self.detection_probability)
 
     def clutter(self, z: Array) -> Array:
-        """()"""
         return np.asarray(self.clutter_density)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:

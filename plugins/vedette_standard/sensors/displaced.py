@@ -58,7 +58,6 @@ class Displaced(WrappedSensor):
 
     @property
     def linear(self) -> bool:
-        """Whether `of` is linear."""
         return self.of.linear
 
     def _with_errors(self, x: Array) -> Array:

@@ -87,7 +87,6 @@ class LinearSensor(Sensor):
         return not self.H.size or np.array_equal(self._matrix, np.eye(len(self.observes)))
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, n) -> (*b, m)."""
         return x @ self._matrix.T
 
     def jacobian(self, x: Array) -> Array:
@@ -95,15 +94,12 @@ class LinearSensor(Sensor):
         return self._matrix
 
     def noise(self, x: Array) -> Array:
-        """Return R (m, m)."""
         return self.R
 
     def detects(self, x: Array) -> Array:
-        """Return the detection probability ()."""
         return np.asarray(self.detection_probability)
 
     def clutter(self, z: Array) -> Array:
-        """Return the clutter density ()."""
         return np.asarray(self.clutter_density)
 
     def invert(self, z: Array, noise: Array | None = None) -> Gaussian:

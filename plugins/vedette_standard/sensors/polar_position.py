@@ -71,11 +71,9 @@ class PolarPosition(RangingSensor, DirectSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def noise(self, x: Array) -> Array:
-        """Return R: (*b, 2) -> (*b, 2, 2)."""
         dx, dy = offsets(x, self._pose)
         xx, yy, square = dx * dx + 0.5 * _NEAR**2, dy * dy + 0.5 * _NEAR**2, dx * dx + dy * dy + _NEAR**2
         radial = self.sigma_range**2

@@ -45,5 +45,4 @@ class PositionVelocity(ViewedSensor):
     )
 
     def noise(self, x: Array) -> Array:
-        """Return R (4, 4)."""
         return np.diag([self.sigma**2, self.sigma**2, self.sigma_speed**2, self.sigma_speed**2])

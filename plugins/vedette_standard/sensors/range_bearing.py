@@ -75,11 +75,9 @@ class RangeBearing(RangingSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_extent**2)
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, 2) -> (*b, 2)."""
         return _POLAR.canonical(ranges_and_bearings(x, self._pose))
 
     def jacobian(self, x: Array) -> Array:

@@ -85,11 +85,9 @@ class RangeBearingElevation(RangingSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2, self._height(0))
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, 3) -> (*b, 3)."""
         dx, dy, dz, flat, r = self._offsets(x)
         z = np.stack([r, np.arctan2(dy, dx) - leading(self._pose.heading, dx.ndim), np.arctan2(dz, flat)], axis=-1)
         return _SPHERICAL.canonical(z)
@@ -107,7 +105,6 @@ class RangeBearingElevation(RangingSensor):
         return H
 
     def noise(self, x: Array) -> Array:
-        """Return R (3, 3)."""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_elevation**2])
 
     def detects(self, x: Array) -> Array:

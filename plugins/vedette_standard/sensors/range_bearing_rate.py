@@ -88,13 +88,11 @@ class RangeBearingRate(RangingSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         velocity = self._pose.velocity
         vx, vy = (0.0, 0.0) if velocity is None else (velocity[..., 0], velocity[..., 1])
         return self._twin(self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2, vx, vy)
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, 4) -> (*b, 3)."""
         to_target, _, v = self._approach(x)
         z = np.empty((*x.shape[:-1], 3))
         z[..., :2] = ranges_and_bearings(x[..., :2], self._pose)
@@ -113,7 +111,6 @@ class RangeBearingRate(RangingSensor):
         return H
 
     def noise(self, x: Array) -> Array:
-        """Return R (3, 3)."""
         return np.diag([self.sigma_range**2, self.sigma_bearing**2, self.sigma_rate**2])
 
     def clutter(self, z: Array) -> Array:

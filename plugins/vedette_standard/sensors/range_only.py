@@ -55,19 +55,15 @@ class RangeOnly(RangingSensor):
 
     @property
     def twin(self) -> Twin | None:
-        """Its compiled twin."""
         return self._twin(self.sigma_range**2)
 
     def measure(self, x: Array) -> Array:
-        """Return the expected measurement: (*b, 2) -> (*b, 1)."""
         return ranges_and_bearings(x, self._pose)[..., :1]
 
     def jacobian(self, x: Array) -> Array:
-        """Return H: (*b, 2) -> (*b, 1, 2)."""
         return polar_slope(x, self._pose)[..., :1, :]
 
     def noise(self, x: Array) -> Array:
-        """Return R (1, 1)."""
         return np.array([[self.sigma_range**2]])
 
     def clutter(self, z: Array) -> Array:

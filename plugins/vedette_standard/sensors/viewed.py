@@ -75,7 +75,6 @@ class ViewedSensor(PlacedSensor, DirectSensor):
         return np.all((x >= low) & (x <= high), axis=-1)
 
     def covers(self, z: Array) -> Mask:
-        """Return whether a false return may lie at z: (*b, n) -> (*b), or () if anywhere."""
         around = super().covers(z)
         return around if not self.view else around & self._within(z)
 

@@ -14,17 +14,7 @@ from vedette.roles import Estimator, GatedScan
 from vedette.space import Array, Axis, Space
 from vedette.testing.comparisons import Closed, closed_if, demand, frozen_copy, same
 from vedette.testing.law import Law
-from vedette.testing.laws import (
-    credibility,
-    draws,
-    exact,
-    frames,
-    gaps,
-    mixture,
-    reframing,
-    sharp_beliefs,
-    twins,
-)
+from vedette.testing.laws import credibility, draws, exact, frames, gaps, mixture, reframing, sharp_beliefs, twins
 from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import P_GATE, Scene, alike, innovation_of
 from vedette.testing.sensors import Watch
