@@ -23,15 +23,6 @@ def ct_pdaf(sigma: float, sigma_turn: float) -> dict[str, Any]:
     return {"kind": "ekf", "motion": {"kind": "coordinated_turn", "sigma_accel": sigma, "sigma_turn_rate": sigma_turn}}
 
 
-def imm_printed(cv: tuple[float, float], ct: tuple[float, float], stay: float) -> dict[str, Any]:
-    """Return IMM-PDAF with the paper's five axes in both modes: sigmas of acceleration and turn rate; `stay` per scan.
-
-    The constant-velocity mode carries a turn rate that it cannot observe. With little noise it keeps an old one and hands it
-    to the other mode at each mixing, and boats that begin to turn at 3 to 5 deg/s are lost.
-    """
-    return {"kind": "imm", "transition": _switching(stay), "modes": [cv_pdaf(*cv), ct_pdaf(*ct)]}
-
-
 def imm_pdaf(cv: float, ct: tuple[float, float], stay: float, turn: float = 0.05) -> dict[str, Any]:
     """Return IMM-PDAF whose constant-velocity mode has no turn rate; a turn is taken to begin at 0 +- `turn` rad/s.
 

@@ -8,8 +8,9 @@ from typing import final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import Detections, Gaussian, LazyScans, Mask, Recording, Scan, Space, Trajectory, fields
+from vedette import Gaussian, LazyScans, Recording, Scan, Space, Trajectory, fields
 from vedette.sampling import psd_root
+from vedette.tracking import take
 
 _RETURNS, _STARTS = 2, 3
 """Spawn keys of the draws; 0 and 1 are those of source and tracker."""
@@ -48,7 +49,7 @@ class Redraw:
                 left += [scan] if rng.random() >= self.drop else []
             else:
                 keep = rng.random(len(scan.detections.valid)) >= self.drop
-                left.append(evolve(scan, detections=_those(scan.detections, keep)))
+                left.append(evolve(scan, detections=take(scan.detections, keep, 0)))
         return left
 
     def start(
@@ -67,9 +68,3 @@ class Redraw:
 def _stream(seeds: np.random.SeedSequence, key: int, name: str = "") -> np.random.Generator:
     """Return the generator of one part of a run's draws."""
     return np.random.default_rng(np.random.SeedSequence(seeds.entropy, spawn_key=(*seeds.spawn_key, key, *name.encode())))
-
-
-def _those(detections: Detections, keep: Mask) -> Detections:
-    """Return the returns (k,) that are kept."""
-    parts = (detections.evidence, detections.noise, detections.missing, detections.identity, detections.time)
-    return Detections(detections.z[keep], detections.valid[keep], *(None if part is None else part[keep] for part in parts))

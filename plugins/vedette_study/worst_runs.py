@@ -6,17 +6,21 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
-from attrs import frozen
+from attrs import evolve, frozen
 
-from vedette import Array, ConfigError, Progress
+from vedette import Array, ConfigError, Experiment, InputError, Progress, Recording, Scan, Trajectory
+from vedette.experiment import Steps
+from vedette.tracking import take
 from vedette_report.figures import figures
 from vedette_report.page import write_page
 from vedette_report.running.files import write_files
 from vedette_report.series.recorder import recorded_run
 from vedette_report.summary.words import summary
-from vedette_study.chunk import study_figures
+from vedette_study.chunk import recorded, study_figures
 from vedette_study.outcome import Outcome
-from vedette_study.rerun import open_again
+from vedette_study.plan import Plan
+from vedette_study.scenes import DrawsTogether
+from vedette_study.seeds import RunSeeds, sequence
 
 JUDGED_BY = ("gospa", "position_rmse")
 """The figures that say which run is worse, the first that a study has: GOSPA counts what is missed, too."""
@@ -82,11 +86,42 @@ def run_anew(folder: Path, outcome: Outcome, runs: Sequence[Bad], progress: Prog
     plan = whole(outcome).plan
     for bad in runs:
         experiment = plan.points[bad.point].experiment
-        recorded = recorded_run(experiment, open_again(plan, bad.point, bad.run, progress))
-        result, score, target = recorded.result, recorded.judged.score, folder / FOLDER / bad.name
+        made = recorded_run(experiment, open_again(plan, bad.point, bad.run, progress))
+        result, score, target = made.result, made.judged.score, folder / FOLDER / bad.name
         if result.interrupted:
             raise KeyboardInterrupt
-        told = summary(experiment, result, score, recorded.judged.bands)
+        told = summary(experiment, result, score, made.judged.bands)
         words = f"Run {bad.run} of point {bad.point}: {plan.points[bad.point].name}\n\n{told}"
-        write_files(target, experiment, recorded, figures(experiment, result, score), words)
+        write_files(target, experiment, made, figures(experiment, result, score), words)
         write_page(target, target / "report.html")
+
+
+def open_again(plan: Plan, point: int, run: int, progress: Progress) -> Steps:
+    """Open a run at a point of the grid; its steps give what it gave in the study, in lock-step or not."""
+    experiment = plan.points[point].experiment
+    if not plan.together:
+        redraw = plan.redraw if recorded(experiment) else None
+        return experiment.steps(seeds=sequence(plan.seed, run), redraw=redraw, named=np.inf, progress=progress)
+    recording = _scene(experiment, RunSeeds(plan.seed, (run,)))
+    given = experiment.tracker.given(recording)
+    seeds = sequence(plan.seed, run, (1,))
+    return Steps(experiment, recording, given, seeds, strict=False, progress=progress, named=np.inf)
+
+
+def _scene(experiment: Experiment, seeds: RunSeeds) -> Recording:
+    """Return the scene that one run in lock-step has, as a recording."""
+    source = experiment.source
+    scenes = (
+        source.open_together(experiment.tracker.sensors, seeds.generators()) if isinstance(source, DrawsTogether) else None
+    )
+    if scenes is None:
+        raise InputError("the study: its scenes are no longer drawn in lock-step; run it anew")
+    times, first = np.unique([scan.time for scan in scenes.scans], return_index=True)
+    truth = Trajectory("target", scenes.space, times, scenes.states[0, first])
+    return Recording(tuple(_alone(scan) for scan in scenes.scans), (truth,))
+
+
+def _alone(scan: Scan) -> Scan:
+    """Return the scan of the first run, without what pads it."""
+    first = take(scan.detections, 0, 0)
+    return evolve(scan, detections=take(first, first.valid, 0))

@@ -20,8 +20,8 @@ from vedette_study.starts import over_axes, two_point
 from vedette_target_oriented import accelerations, outcome, processes, verdicts
 from vedette_target_oriented.configs import FILTERS, filters
 from vedette_target_oriented.elements import ELEMENTS
-from vedette_target_oriented.frames import cartesian, in_frame
 from vedette_target_oriented.outcome import Record, Scene
+from vedette_target_oriented.resets import cartesian, in_frame
 
 PLANE = Space.of(x="m", y="m", vx="m/s", vy="m/s")
 REST = {"ax": (0.0, 10.0), "ay": (0.0, 10.0)}

@@ -63,7 +63,8 @@ def test_the_modes_separate_when_tuned_and_do_not_with_one_q(boats):
 def test_a_turn_rate_in_the_straight_mode_loses_boats():
     """The paper's five axes in both modes, with a straight mode that is sharp: its old turn rate is handed back."""
     points = draw(scenes.manoeuvres(), 8, study.CLUTTER, np.random.default_rng([15, 0]))
-    printed = configs.imm_printed((0.05, 1e-3), (0.2, 1e-2), 0.95)
+    modes = [configs.cv_pdaf(0.05, 1e-3), configs.ct_pdaf(0.2, 1e-2)]
+    printed = {"kind": "imm", "transition": [[0.95, 0.05], [0.05, 0.95]], "modes": modes}
     lost = [record("MANV-like", points, target, printed, 6.0).lost.mean() for target in (0, 1)]
     assert np.mean(lost) > 0.5
     kept = [record("MANV-like", points, target, configs.TUNED_BOATS["IMM-PDAF"], 6.0).lost.any() for target in (0, 1)]

@@ -10,7 +10,7 @@ from vedette.sampling import draw_gaussian, draw_jump_markov, draw_states
 from vedette_study.lockstep import run_together
 from vedette_target_oriented.configs import FILTERS
 from vedette_target_oriented.consistent import TargetOriented
-from vedette_target_oriented.frames import cartesian, in_frame
+from vedette_target_oriented.resets import cartesian, in_frame
 
 
 # Consistency on the truth of the models.

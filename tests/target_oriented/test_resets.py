@@ -6,8 +6,8 @@ import pytest
 from vedette import Gaussian
 from vedette_target_oriented.certain import TargetOrientedCertain
 from vedette_target_oriented.consistent import TargetOriented
-from vedette_target_oriented.frames import cartesian, in_frame
 from vedette_target_oriented.literal import TargetOrientedLiteral
+from vedette_target_oriented.resets import cartesian, in_frame
 from vedette_target_oriented.smoothed import TargetOrientedSmoothed
 
 RESETTING = (TargetOrientedLiteral, TargetOrientedCertain)

@@ -283,3 +283,37 @@ def _blamed(name: str) -> Iterator[None]:
         yield
     except Exception as error:
         raise PluginError(f"figure {name!r} failed: {type(error).__name__}: {error}") from error
+
+
+def judge(
+    tracks: Sequence[Track],
+    truth: Sequence[Trajectory],
+    scans: Sequence[Scan],
+    options: Judge,
+    gate_probability: float = 1.0,
+    sensors: Mapping[str, Sensor] | None = None,
+    figures: Sequence[Figure] = (),
+    nobody: bool = False,
+) -> Score:
+    """Judge the tracks of one run against the truth, at the scans that the tracker took.
+
+    Scans before any true object is recorded, or after the last one, say nothing about the tracks and are not judged.
+
+    Parameters
+    ----------
+    tracks, truth, scans : of the run
+    options, gate_probability, sensors, figures, nobody : as for RunningJudge, to which this gives the run
+
+    Raises
+    ------
+    InputError : truth and tracks have no position axis in common, or a track has an entry when there is no scan
+    """
+    given = truth, space_of(tracks), options, gate_probability
+    judging = RunningJudge(*given, sensors=sensors, figures=figures, keep=np.inf, nobody=nobody)
+    judging.take(tracks, scans)
+    return judging.score()
+
+
+def space_of(tracks: Sequence[Track]) -> Space | None:
+    """Return the axes of tracks; None if none was ever confirmed."""
+    return next((track.space for track in tracks if track.confirmed.any()), None)

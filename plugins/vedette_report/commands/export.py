@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import sys
 from argparse import Namespace
 from collections.abc import Callable
@@ -13,17 +14,28 @@ from attrs import evolve
 from vedette.commands import DONE, options
 from vedette.errors import ConfigError
 from vedette.units import in_unit
-from vedette_files import Wanted, is_database, read_series
+from vedette_files import Wanted, is_database, read_series, write_tracks_csv, write_tracks_parquet
 from vedette_files.files_read import Inputs
 from vedette_files.results import finished
 from vedette_report.exporting.geojson import write_geojson
 from vedette_report.exporting.kml import write_kml
 from vedette_report.exporting.run import Run, read_epoch
-from vedette_report.exporting.tables import write_csv, write_parquet
 from vedette_report.exporting.viewer import write_rerun
 from vedette_report.page.geography import read_origin
 from vedette_report.running.files import NAMES
 from vedette_report.running.resuming import not_ended
+
+
+def write_csv(path: Path, run: Run, ellipses: int) -> None:
+    """Write a row for each track and scan, as `tracks.csv`, with dates and latitudes where they are known."""
+    write_tracks_csv(path, run.tracks, run.space, run.terms)
+
+
+def write_parquet(path: Path, run: Run, ellipses: int) -> None:
+    """Write the same rows by columns."""
+    notes = {"title": run.title, "axes": json.dumps(run.about["axes"]), "notes": json.dumps(run.about["notes"])}
+    write_tracks_parquet(path, run.tracks, run.space, run.terms, notes)
+
 
 FORMATS: dict[str, Callable[[Path, Run, int], None]] = {
     ".kml": write_kml,

@@ -10,6 +10,5 @@ from vedette_report.findings.cells import (
     share_cell,
     squared_distances,
 )
-from vedette_report.findings.resuming import Keep, afresh
-from vedette_report.findings.study import Chart, Curve, Element, Findings, Panel, Table
+from vedette_report.findings.study import Chart, Curve, Element, Findings, Keep, Panel, Table, afresh
 from vedette_report.findings.verdicts import Claim, Condition, Place, Verdict, judged, over, remark

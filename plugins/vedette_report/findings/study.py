@@ -5,7 +5,8 @@ Plain values; `vedette_study.reproduction` prints and draws them.
 
 from __future__ import annotations
 
-from typing import Literal
+from collections.abc import Callable
+from typing import Literal, Protocol, TypeVar
 
 from attrs import frozen
 
@@ -106,3 +107,20 @@ class Element:
     where: str
     made_of: tuple[str, ...]
     verified: tuple[str, ...]
+
+
+R = TypeVar("R")
+
+
+class Keep(Protocol):
+    """Returns the part of a study that is kept under a name, or makes and keeps it.
+
+    `kind` is the part's class, an attrs class whose fields are arrays, or None where there is none.
+    """
+
+    def __call__(self, name: str, kind: type[R], make: Callable[[], R], /) -> R: ...
+
+
+def afresh(name: str, kind: type[R], make: Callable[[], R], /) -> R:
+    """Make the part and keep nothing."""
+    return make()

@@ -3,20 +3,45 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from attrs import frozen
 
-from vedette import ConfigError, Experiment, HypothesisAssociator, Result, Track, smooth, smoothed
-from vedette.metrics import Score
+from vedette import (
+    Array,
+    ConfigError,
+    Experiment,
+    Gaussian,
+    HypothesisAssociator,
+    Result,
+    Scan,
+    Track,
+    Trajectory,
+    smooth,
+    smoothed,
+)
+from vedette.metrics import ENTRIES, SCANS, RunningJudge, Score
 from vedette.tracking import from_the_start
 from vedette.units import in_unit
-from vedette_files import Terms, write_tracks_csv, write_tracks_jsonl
+from vedette_files import (
+    Column,
+    Series,
+    SeriesFile,
+    Terms,
+    below,
+    full_covariances,
+    triangles,
+    write_tracks_csv,
+    write_tracks_jsonl,
+)
 from vedette_files.writing import whole_bytes
+from vedette_report.series.judged import judged
 from vedette_report.series.recorder import Recorded, Recorder, SmoothedSteps
-from vedette_report.series.smoothed import smoothed_series
+from vedette_report.series.tables import together
 
 _COMPARED = (
     ("position RMSE [{unit}]", "position_rmse_m"),
@@ -104,3 +129,50 @@ def smoothed_summary(filtered: Score, smoothed: Score, lag: float, unit: str) ->
         told = "".join(f"{'-' if value is None else format(value, '.3g'):>10}" for value in values)
         lines.append(f"  {title.format(unit=unit):<22}{told}")
     return "\n".join(lines) + "\n"
+
+
+def smoothed_series(
+    filtered: Series, experiment: Experiment, scans: Sequence[Scan], truth: Sequence[Trajectory], tracks: Sequence[Track]
+) -> tuple[Score, bytes]:
+    """Return the smoothed tracks' score, and `series.npz` of the run with their estimates.
+
+    Returns, weights, gates, NIS and tentative tracks stay the filter's. `tracks` have the filter's scans.
+    """
+    tables: dict[str, dict[str, Column]] = {table: {**columns} for table, columns in filtered.tables.items()}
+    n = len(experiment.tracker.state)
+    entries, back = tables["entries"], tables["below"]
+    mean, cov = entries["mean"].copy(), full_covariances(entries["cov"], back["entry"], back["place"], back["value"])
+    for track in tracks:
+        rows = np.flatnonzero(entries["track"] == track.id)
+        mean[rows], cov[rows] = track.mean, track.cov
+    flat = cov.reshape(-1, n * n)
+    halves = below(flat, *triangles(n))
+    entries |= {"mean": mean, "cov": flat[:, triangles(n)[0]]}
+    tables["below"] = {"entry": halves.row, "place": halves.key.astype(np.int32), "value": halves.value}
+    score, told = _judged(entries, cov, experiment, scans, truth)
+    for table, columns in told.items():
+        tables[table] |= columns
+    packed = BytesIO()
+    file = SeriesFile(packed, filtered.about)
+    file.add(tables)
+    file.flush()
+    return score, packed.getvalue()
+
+
+def _judged(
+    entries: Mapping[str, Column], cov: Array, experiment: Experiment, scans: Sequence[Scan], truth: Sequence[Trajectory]
+) -> tuple[Score, dict[str, dict[str, Column]]]:
+    """Return the score of the estimates, and what the judge says of all scans, block by block."""
+    tracker = experiment.tracker
+    judge = RunningJudge(truth, tracker.state, experiment.judge, tracker.gate.probability)
+    modes = entries["modes"] if entries["modes"].shape[1] else None
+    first, parts, begin = np.searchsorted(entries["scan"], np.arange(len(scans) + 1)).tolist(), [], 0
+    for i, scan in enumerate(scans):
+        rows = slice(first[i], first[i + 1])
+        estimate = Gaussian(entries["mean"][rows], cov[rows])
+        figures = (entries["nis"][rows], entries["hit"][rows], None if modes is None else modes[rows])
+        judge.add(scan, entries["track"][rows], entries["confirmed"][rows], estimate, *figures)
+        if i + 1 - begin >= SCANS or first[i + 1] - first[begin] >= ENTRIES or i + 1 == len(scans):
+            parts.append(judged(judge.finish_block(), i + 1 - begin, entries["confirmed"][first[begin] : first[i + 1]]))
+            begin = i + 1
+    return judge.score(), together(parts or [judged(None, 0, entries["confirmed"])])
