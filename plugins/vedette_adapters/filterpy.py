@@ -91,9 +91,9 @@ class FilterPyEstimator(GaussianFilter):
     filter: Any = foreign("the filter of FilterPy's")
 
     def __attrs_post_init__(self) -> None:
-        name = type(self.filter).__name__
+        name = _name(self.filter)
         if name not in UPDATES:
-            raise ValueError(f"filter: must be a {' or '.join(UPDATES)}, got {name}")
+            raise ValueError(f"filter: must be a {' or '.join(UPDATES)}, or derive from one, got {name}")
         if np.size(self.filter.x) != len(self.state):
             raise ValueError(f"filter: must have {len(self.state)} axes, as the motion has, got {np.size(self.filter.x)}")
         if self.state.periods:
@@ -105,7 +105,7 @@ class FilterPyEstimator(GaussianFilter):
         """Refuse sensors that are not linear where the filter is, and those whose returns lack components."""
         if sensor.optional:
             return "its returns may lack components, and FilterPy takes whole ones"
-        bent = not sensor.linear and UPDATES[type(self.filter).__name__] is _update_linear
+        bent = not sensor.linear and UPDATES[_name(self.filter)] is _update_linear
         return "it is not linear: use an ExtendedKalmanFilter or UnscentedKalmanFilter with it" if bent else None
 
     def predict(self, belief: Gaussian, dt: float, rng: np.random.Generator) -> Gaussian:
@@ -139,7 +139,7 @@ class FilterPyEstimator(GaussianFilter):
             track, row = i[:-1], (*i[:-2], i[-1])
             one = self._at(belief.mean[track], belief.cov[track])
             one.R = R[track] if observed.noise is None else observed.noise[row]
-            y, S = UPDATES[type(one).__name__](one, sensor, where, z[row])
+            y, S = UPDATES[_name(one)](one, sensor, where, z[row])
             distance[i], volume[i] = float(y @ np.linalg.solve(S, y)), 0.5 * np.linalg.slogdet(S)[1]
             loglik[i] = -0.5 * (distance[i] + len(y) * np.log(2 * np.pi)) - volume[i]
             shift[i] = self.state.difference(np.ravel(one.x), belief.mean[track])
@@ -149,9 +149,15 @@ class FilterPyEstimator(GaussianFilter):
     def _at(self, x: Array, P: Array) -> Any:
         """Return a copy of the filter that believes x (n,) and P (n, n)."""
         one = copy.copy(self.filter)
-        column = np.ndim(one.x) > 1 or type(one).__name__ == "CubatureKalmanFilter"
+        column = np.ndim(one.x) > 1 or _name(one) == "CubatureKalmanFilter"
         one.x, one.P = (x[:, None] if column else x).copy(), np.array(P)
         return one
+
+
+def _name(one: Any) -> str:
+    """Return the name of FilterPy's class that a filter is of, or derives from; of another one, its own."""
+    names = [cls.__name__ for cls in type(one).__mro__]
+    return next((name for name in names if name in UPDATES), names[0])
 
 
 def _update_linear(one: Any, sensor: Sensor, where: list[int], z: Array) -> tuple[Array, Array]:
@@ -161,7 +167,7 @@ def _update_linear(one: Any, sensor: Sensor, where: list[int], z: Array) -> tupl
     expected = one.H @ np.ravel(one.x)
     y = sensor.measurement.difference(z, expected)
     one.dim_z, whole = len(z), expected + y  # the return without a turn too many
-    if type(one).__name__ == "SquareRootKalmanFilter":
+    if _name(one) == "SquareRootKalmanFilter":
         one.M = np.zeros((len(z) + one.dim_x, len(z) + one.dim_x))
     one.update(whole if np.ndim(one.x) == 1 else whole[:, None])
     return y, S

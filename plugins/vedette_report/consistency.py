@@ -56,6 +56,8 @@ def autocorrelation(innovation: Array, cov: Array, lags: int, valid: Mask | None
     if not 0 < lags < u.shape[-2]:
         raise ValueError(f"lags: must be > 0 and < {u.shape[-2]}, the number of scans, got {lags}")
     known = np.ones(u.shape[:-1], dtype=bool) if valid is None else np.broadcast_to(valid, u.shape[:-1])
+    if bad := np.count_nonzero(known & ~np.all(np.isfinite(u), axis=-1)):
+        raise ValueError(f"innovation: must be finite where `valid` says that there is a return, got {bad} that are not")
     rho, count = np.empty(lags), np.empty(lags)
     for lag in range(1, lags + 1):
         pair = (known[..., :-lag] & known[..., lag:])[..., None]
@@ -97,6 +99,8 @@ def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: floa
     values = np.asarray(values, dtype=float)
     if not values.size or not np.all(np.isfinite(values)):
         raise ValueError(f"values: must be finite numbers, got {values.size} with {_bad(values)} not finite")
+    if np.any(values < 0):
+        raise ValueError(f"values: must be >= 0, as squares are, got {np.min(values):.3g}")
     total = float(np.sum(np.broadcast_to(dof, values.shape)))
     low, high = chi_square_band(total, alpha)
     figure = float(np.sum(values)) / total
@@ -110,6 +114,8 @@ def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: f
     probability alpha at most (the mean over runs is taken as normal: use 100 runs or more where alpha is small). It ends
     at `least`, below which no value can be: 0 for a NEES, a NIS or a square.
     """
+    if not low <= high:
+        raise ValueError(f"low: must be <= high, got {low:g} and {high:g}")
     mean, reach = _mean_and_reach(values, alpha)
     below, above = max(low - reach, least), high + reach
     made = f"({low:g} to {high:g} and {reach:.2g} for chance, standard error {mean.error:.2g})"
@@ -137,6 +143,8 @@ def bias_verdict(error: Array, cov: Array, axes: tuple[str, ...], alpha: float) 
 
     Judged by Student's t with the errors' own spread, so a covariance of the wrong size alone raises no alarm here.
     """
+    if len(axes) != error.shape[-1]:
+        raise ValueError(f"axes: must name the {error.shape[-1]} axes of the error, got {', '.join(axes)}")
     free = np.flatnonzero(np.any(np.diagonal(cov, axis1=-2, axis2=-1) > 0, axis=tuple(range(cov.ndim - 2))))
     if not len(free):
         raise ValueError("cov: no axis has variance")

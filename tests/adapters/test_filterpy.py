@@ -93,6 +93,17 @@ def test_what_it_cannot_do_is_said():
         FilterPyEstimator(CoordinatedTurn(0.5, 0.01), KalmanFilter(5, 2))
 
 
+def test_a_filter_may_derive_from_one_of_filterpys():
+    class Mine(SquareRootKalmanFilter):
+        pass
+
+    sensor, scan = CartesianPosition(5.0), vedette.Detections.of([[103.0, 52.0]])
+    belief = vedette.Gaussian(np.array([[100.0, 50.0, 1.0, 0.0]]), np.diag([25.0, 25.0, 4.0, 4.0])[None])
+    own, theirs = (FilterPyEstimator(MOTION, cls(4, 2)) for cls in (Mine, SquareRootKalmanFilter))
+    found, wanted = (one.evaluate(belief, sensor, scan, 1.0).detail.post for one in (own, theirs))
+    np.testing.assert_array_equal(found, wanted)
+
+
 @pytest.mark.parametrize(
     ("make", "u"),
     [

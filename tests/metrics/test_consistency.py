@@ -56,7 +56,10 @@ def test_arguments_are_left_as_they_were():
     assert np.array_equal(c.nees(error, cov), np.ones(3))
 
 
-@pytest.mark.parametrize("cov", [[[1.0, 2.0], [2.0, 1.0]], [[-1.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]]])
+NO_COVARIANCES = ([[1.0, 2.0], [2.0, 1.0]], [[-1.0, 0.0], [0.0, 1.0]], [[np.nan, 0.0], [0.0, 1.0]], [[2.0, 1.5], [0.0, 2.0]])
+
+
+@pytest.mark.parametrize("cov", NO_COVARIANCES)
 def test_what_is_no_covariance_is_refused(cov):
     with pytest.raises(ValueError, match=r"^cov: "):
         c.nees(np.ones(2), np.array(cov))
@@ -186,6 +189,15 @@ def test_verdicts_refuse_what_they_cannot_judge():
         verdicts.whiteness_verdict(np.ones((5, 1)), np.eye(1), 1, 0.05, np.array([True, False, True, False, True]))
     with pytest.raises(ValueError, match=r"^cov: no axis has variance"):
         verdicts.bias_verdict(np.ones((3, 1)), np.zeros((1, 1)), ("x",), 0.05)
+    for value in (np.nan, np.inf):  # as of a scan without a return, which `valid` must say: it is no innovation of 0
+        with pytest.raises(ValueError, match=r"^innovation: .*got 1 "):
+            verdicts.whiteness_verdict(np.array([[1.0], [value], [2.0], [1.0]]), np.eye(1), 1, 0.05)
+    with pytest.raises(ValueError, match=r"^values: .*got -2"):
+        verdicts.chi_square_verdict("NEES", np.array([1.0, -2.0]), 2, 0.05)
+    with pytest.raises(ValueError, match=r"^low: .*got 1.1"):
+        verdicts.run_mean_verdict("NEES", np.array([1.0, 2.0]), 1.1, 0.9, 0.05)
+    with pytest.raises(ValueError, match=r"^axes: .*got x$"):
+        verdicts.bias_verdict(np.ones((3, 2)), np.eye(2), ("x",), 0.05)
     with pytest.raises(ValueError, match=r"^error: needs more runs than axes"):
         noncredibility(np.ones((2, 2)), np.eye(2))
 

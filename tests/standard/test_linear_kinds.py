@@ -7,8 +7,12 @@ from hypothesis import strategies as st
 
 import vedette
 from vedette.config import to_config
+from vedette_standard.motion.constant_acceleration import ConstantAcceleration
 from vedette_standard.motion.constant_velocity import ConstantVelocity
+from vedette_standard.motion.constant_velocity_piecewise import ConstantVelocityPiecewise
+from vedette_standard.motion.known_turn import KnownTurn
 from vedette_standard.motion.linear import Linear
+from vedette_standard.motion.singer import Singer
 from vedette_standard.sensors.linear import LinearSensor
 
 F = np.array([[1.0, 0.5], [0.0, 0.9]])
@@ -30,10 +34,53 @@ def test_whole_steps_are_the_recursion(steps, step, seed):
     np.testing.assert_allclose(model.jacobian(x, steps * step), np.linalg.matrix_power(F, steps), atol=1e-12)
 
 
-def test_a_part_of_a_step_lies_between():
-    model, x = Linear(("p", "q"), F, Q, 2.0), np.array([1.0, -1.0])
-    np.testing.assert_allclose(model.move(x, 0.5), 0.75 * x + 0.25 * (F @ x))
+FLOWS = [
+    ConstantVelocity(0.7),
+    ConstantAcceleration(0.3, axes=("x",)),
+    Singer(sigma_accel=2.0, tau=3.0, axes=("x",)),
+    Singer(sigma_accel=2.0, tau=0.1, axes=("x",)),  # forgets 30 times within the step
+    KnownTurn(sigma_accel=0.4, turn_rate=0.9),
+]
+
+
+@settings(max_examples=60, deadline=None)
+@given(flow=st.sampled_from(FLOWS), dt=st.floats(1e-3, 20.0))
+def test_between_its_steps_it_is_the_flow_that_makes_them(flow, dt):
+    step, x = 3.0, np.linspace(-5.0, 8.0, len(flow.state))
+    model = Linear(flow.state.names, flow.jacobian(x, step), flow.noise(x, step), step)
+    F, Q = (np.broadcast_to(one, (len(x), len(x))) for one in (flow.jacobian(x, dt), flow.noise(x, dt)))
+    # What is forgotten by e^-30 is rounded in F; just after a step that is seen.
+    some = 1e-5 if dt < 0.1 * step else 1e-8
+    np.testing.assert_allclose(model.jacobian(x, dt), F, rtol=some, atol=some)
+    np.testing.assert_allclose(model.noise(x, dt), Q, rtol=some, atol=some * np.max(Q))
+    assert model.divisible
+
+
+@settings(max_examples=40, deadline=None)
+@given(first=st.floats(0.01, 5.0), then=st.floats(0.01, 5.0), seed=st.integers(0, 99))
+def test_with_a_control_two_moves_make_one(first, then, seed):
+    model, x = Linear(("p", "q"), F, Q, 2.0, B, U), np.random.default_rng(seed).standard_normal((3, 2))
+    after, later = model.move(x, first), model.jacobian(x, then)
+    np.testing.assert_allclose(model.move(after, then), model.move(x, first + then), rtol=1e-9, atol=1e-9)
+    both = later @ model.noise(x, first) @ later.T + model.noise(x, then)
+    np.testing.assert_allclose(both, model.noise(x, first + then), rtol=1e-9, atol=1e-9)
+
+
+def test_of_a_noise_that_is_held_through_a_step_a_part_is_near():
+    held, x = ConstantVelocityPiecewise(1.0, axes=("x",)), np.zeros(2)
+    model = Linear(held.state.names, held.jacobian(x, 1.0), held.noise(x, 1.0))
+    assert not model.divisible
+    white = ConstantVelocity(1.0, axes=("x",))  # of as much velocity in a step
+    np.testing.assert_allclose(model.noise(x, 0.5), white.noise(x, 0.5), atol=1e-12)
+    np.testing.assert_allclose(model.noise(x, 1.0), held.noise(x, 1.0), atol=1e-12)
+
+
+@pytest.mark.parametrize("sudden", [-0.5, 0.0])
+def test_a_part_of_what_happens_at_once_lies_between(sudden):
+    model, x = Linear(("p", "q"), np.diag([1.0, sudden]), Q, 2.0), np.array([1.0, -1.0])
+    np.testing.assert_allclose(model.move(x, 0.5), [1.0, -0.75 - 0.25 * sudden])
     np.testing.assert_allclose(model.noise(x, 0.5), 0.25 * Q)
+    assert not model.divisible
 
 
 def test_it_is_linear_without_a_control_alone():

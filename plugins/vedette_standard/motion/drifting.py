@@ -23,7 +23,7 @@ class _Drifting(Protocol):
 
 
 def drifting(model: _Drifting) -> Space:
-    """Return the state of a model with `axes` in one `unit`. An angle does not wrap: it is a small difference."""
+    """Return the state of a model with `axes` in one `unit`. An angle in rad does not wrap: it is a small difference."""
     check_names("axes", model.axes)
     return Space.of(**dict.fromkeys(model.axes, model.unit))
 

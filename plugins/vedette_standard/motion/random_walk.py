@@ -22,6 +22,8 @@ class RandomWalk(Wandering):
     >>> model = RandomWalk(0.3, axes=("bias", "other"), unit="rad")
     >>> model.move(np.array([0.1, -0.2]), 4.0).tolist(), model.noise(np.zeros(2), 4.0).round(9).tolist(), str(model.state)
     ([0.1, -0.2], [[0.36, 0.0], [0.0, 0.36]], '(bias [rad], other [rad])')
+    >>> len(RandomWalk(0.1, axes=("heading",), unit="rad mod 2pi").state.periods)  # of how many axes
+    1
     """
 
     kind: ClassVar[str] = "random_walk"
@@ -29,7 +31,7 @@ class RandomWalk(Wandering):
 
     sigma: float = fields.quantity("1", "standard deviation gained in 1 s, per axis, in the axes' unit / s^0.5", at_least=0)
     axes: tuple[str, ...] = fields.words("the axes that wander", default=("x", "y"))
-    unit: str = fields.choice("the axes' unit", UNITS, default="m")
+    unit: str = fields.choice("the axes' unit; a heading wraps: rad mod 2pi", (*UNITS, "rad mod 2pi"), default="m")
     state: Space = field(init=False, repr=False, eq=False, default=Factory(drifting, takes_self=True))
 
     def noise(self, x: Array, dt: float) -> Array:
