@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Iterator
 from hashlib import blake2b
 from math import floor, inf
@@ -22,7 +23,8 @@ CLOCKS = ("sensor", "receiver", "offset")
 MOST = 50_000
 """Messages of a scan, at most: by a clock that stands still it would never be complete."""
 COPIES = 10_000
-"""Latest messages of an input of which copies are recognised: those of 10 s of a thousand plots a second."""
+"""Latest messages of which copies are recognised: those of 10 s of a thousand plots a second."""
+CAME = "came already, with the same returns"
 UNITS = {"ms": 1e3, "us": 1e6, "ns": 1e9}
 """In which times may be told by mistake, and how many there are in a second."""
 NEAR = 0.1
@@ -39,13 +41,14 @@ STILL = 60.0
 class Formed:
     """A scan, when its last message came, the number of messages that it holds, and what acknowledges them.
 
-    `acknowledge`: (stream, sensor in the stream, number) of the numbered ones.
+    `acknowledge`: (stream, sensor in the stream, number) of the numbered ones; `copies`: what copies of them have in common.
     """
 
     scan: Scan
     arrived: float
     messages: int
     acknowledge: tuple[tuple[str, str, int], ...] = ()
+    copies: tuple[str, ...] = ()
 
 
 @final
@@ -158,8 +161,15 @@ class Clock:
         self.doubted = None
 
 
-_Piece = tuple[Message, Array, float, str]
-"""A message, its returns over the sensor's axes, its time, and the stream it came by."""
+@frozen(eq=False)
+class _Piece:
+    """A message, its returns over the sensor's axes, its time, the stream it came by, and what a copy has in common."""
+
+    message: Message
+    z: Array
+    time: float
+    stream: str
+    copy: str
 
 
 @define(eq=False)
@@ -179,14 +189,14 @@ class Grouper:
     """Forms the scans of one input: `add` takes a message, `due` gives what silence completes, `rest` the last ones.
 
     A copy of a message, as a second path of a network brings it, is refused: in a scan of several it would be a second
-    target, and after it a scan of its own. Where each message is a scan, whoever takes scans refuses copies of them.
+    target, and after it a scan of its own. Where each message is a scan, whoever takes scans refuses it, by any input.
     """
 
     grouping: Grouping
     placing: Placing
     clocks: dict[str, Clock] = field(factory=dict)
     opened: dict[str, _Open] = field(factory=dict)
-    came: dict[tuple[str, float, bytes], None] = field(factory=dict)
+    came: OrderedDict[str, None] = field(factory=OrderedDict)
 
     def add(self, message: Message, arrived: float | None, stream: str = "") -> Iterator[Formed]:
         """Yield the scans that a message completes; ValueError, and no change, if it cannot be used."""
@@ -198,11 +208,19 @@ class Grouper:
         clock = self.clocks.setdefault(message.sensor, Clock(self.grouping.clock, self.grouping.leap))
         time = clock.time(message.time, message.period, arrived)
         came = time if arrived is None else arrived
-        if self.grouping.by == "message":
+        alone = self.grouping.by == "message"
+        copy = _copy(message, name, z, time if alone else clock.stated(message.time, message.period))
+        piece = _Piece(message, z, time, stream, copy)
+        if alone:
             if not message.marker:
-                yield self._formed(name, [(message, z, time, stream)], came)
+                yield self._formed(name, [piece], came)
             return
-        self._check_new(message, name, z, clock)
+        if copy in self.came:
+            raise ValueError(CAME)
+        if copy:
+            self.came[copy] = None
+        if len(self.came) > COPIES:
+            self.came.popitem(last=False)
         now_open = self.opened.get(name)
         slot = floor(time / self.grouping.length) if self.grouping.by == "interval" else 0.0
         boundary = message.marker == "north" or (message.marker == "sector" and self.grouping.by == "sector")
@@ -214,23 +232,8 @@ class Grouper:
         if name not in self.opened and (boundary or not message.marker):
             self.opened[name] = _Open(name, time, came, slot)
         if not message.marker:
-            self.opened[name].pieces.append((message, z, time, stream))
+            self.opened[name].pieces.append(piece)
             self.opened[name].arrived = came
-
-    def _check_new(self, message: Message, name: str, z: Array, clock: Clock) -> None:
-        """Raise ValueError for a copy: of the same sensor and time, with the same values. One without a time is none."""
-        stated = clock.stated(message.time, message.period)
-        if stated is None or not (len(z) or message.marker):
-            return
-        held = blake2b(f"{message.marker} {message.angle}".encode(), digest_size=16)
-        for part in (z, message.times, message.evidence, message.noise, message.identity):
-            held.update(b"" if part is None else np.ascontiguousarray(part).tobytes())
-        copy = name, stated, held.digest()
-        if copy in self.came:
-            raise ValueError("came already, with the same returns")
-        self.came[copy] = None
-        if len(self.came) > COPIES:
-            del self.came[next(iter(self.came))]
 
     def due(self, now: float) -> Iterator[Formed]:
         """Yield the scans to which nothing has come for a while."""
@@ -254,8 +257,8 @@ class Grouper:
         return Formed(scan, one.arrived, 0)
 
     def _formed(self, name: str, pieces: list[_Piece], arrived: float) -> Formed:
-        messages = [message for message, *_ in pieces]
-        z = np.concatenate([z for _, z, _, _ in pieces])
+        messages = [piece.message for piece in pieces]
+        z = np.concatenate([piece.z for piece in pieces])
         detections = Detections(
             z,
             np.ones(len(z), dtype=bool),
@@ -266,12 +269,24 @@ class Grouper:
             time=_times(pieces, own=self.grouping.own_times),
         )
         pose = next((message.pose for message in reversed(messages) if message.pose is not None), self.placing.pose(name))
-        numbered = tuple((by, message.sensor, message.number) for message, _, _, by in pieces if message.number is not None)
-        last = max(time for _, _, time, _ in pieces)
+        numbered = tuple(
+            (piece.stream, of.sensor, of.number) for piece in pieces if (of := piece.message).number is not None
+        )
+        last = max(piece.time for piece in pieces)
         if detections.time is not None:
             last = float(np.max(detections.time, initial=last))
         scan = Scan(last, name, detections, pose)
-        return Formed(scan, arrived, len(messages), numbered)
+        return Formed(scan, arrived, len(messages), numbered, tuple(piece.copy for piece in pieces if piece.copy))
+
+
+def _copy(message: Message, name: str, z: Array, time: float | None) -> str:
+    """Return what copies of a message have in common: its sensor, time and values. "" of one without a time, or empty."""
+    if time is None or not (len(z) or message.marker):
+        return ""
+    held = blake2b(f"{name} {time} {message.marker} {message.angle}".encode(), digest_size=8)
+    for part in (z, message.times, message.evidence, message.noise, message.identity):
+        held.update(b"" if part is None else np.ascontiguousarray(part).tobytes())
+    return held.hexdigest()
 
 
 def _check_times(message: Message, length: float) -> None:
@@ -289,12 +304,12 @@ def _times(pieces: list[_Piece], *, own: bool) -> Array | None:
 
     own: whether the time of a message is that of its returns where it tells no other.
     """
-    known = [message.times is not None and message.time is not None for message, *_ in pieces]
-    if not any(known) and not (own and len({time for _, _, time, _ in pieces}) > 1):
+    known = [piece.message.times is not None and piece.message.time is not None for piece in pieces]
+    if not any(known) and not (own and len({piece.time for piece in pieces}) > 1):
         return None
     times = [
-        message.times + (time - message.time) if told else np.full(len(z), time)  # type: ignore[operator]
-        for (message, z, time, _), told in zip(pieces, known, strict=True)
+        piece.message.times + (piece.time - piece.message.time) if told else np.full(len(piece.z), piece.time)  # type: ignore[operator]
+        for piece, told in zip(pieces, known, strict=True)
     ]
     return np.concatenate(times)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Mapping
 from typing import Any, final
 
@@ -83,7 +83,7 @@ class Keeping:
         if code:
             LOG.warning("the saved state was made by other code, and is used, as it fits", extra={"changed": code[:20]})
         for grouper, those in zip(self.listening.groupers, clocks, strict=False):
-            grouper.clocks = those
+            grouper.clocks, grouper.came = those, OrderedDict.fromkeys(window.came)
         numbers = self.listening.numbers
         numbers.kept, numbers.missed, numbers.begins = known, missed, begins
         for reading, place in zip(self.listening.readings, places, strict=False):
@@ -105,7 +105,7 @@ class Keeping:
         before = saving.state_from(experiment.tracker, saved.states["before"], saved.states["made"]["axes"])
         window = Window(experiment.tracker, before, conduct.horizon, conduct.window, experiment.preprocessors)
         window.take(saving.formed_from(given) for given in saved.states["scans"])
-        window.came |= dict.fromkeys(map(tuple, saved.states.get("came", [])))  # an older Vedette's data lack it
+        window.came |= saved.states.get("copies", {})  # an older Vedette's data lack these
         window.heard |= saved.states.get("heard", {})
         if leap := saved.states.get("leap"):
             state = saving.state_from(experiment.tracker, leap["before"], saved.states["made"]["axes"])
@@ -163,7 +163,7 @@ class Keeping:
             "before": window.before.to_data(),
             "born": window.state.born,
             "scans": [saving.formed_data(one) for taken in window.kept for one in taken.formed],
-            "came": window.settled_copies,
+            "copies": window.came,
             "heard": window.heard,
             "clocks": self.listening.of_groupers(lambda grouper: saving.clocks_data(grouper.clocks)),
             "missed": self.listening.numbers.untaken(numbers),

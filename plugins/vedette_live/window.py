@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bisect import bisect_left, bisect_right
-from collections import deque
+from collections import OrderedDict, deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from hashlib import blake2b
 from itertools import groupby
 from typing import final
 
@@ -15,12 +14,11 @@ from vedette.errors import Problem, ScanRefused
 from vedette.supporting import Preprocessor
 from vedette.tracking import State, Tracker, preprocess, without_bad_returns
 from vedette.types import Scan
-from vedette_live.grouping import Formed
+from vedette_live.grouping import CAME, COPIES, Formed
 from vedette_live.setback import BACK, Row
 
-COPIES = 10_000
-"""Latest scans of which copies are recognised: of a clock that stands still none would be forgotten."""
-
+LATER = 10.0
+"""s by which a copy of a message may come later than its scan may: in scans of several, it would be in the next one."""
 LEAP = BACK
 """s between two scans from which the later one may be wrong."""
 HEARD = 3600.0
@@ -29,8 +27,6 @@ AGREE = 5
 """Late scans of other times that gainsay a leap which fewer scans bear out: by hand."""
 GAINSAYING = 1000
 """Late scans, the latest, that are laid against a leap."""
-Copy = tuple[float, str, str]
-"""What two copies of a scan have in common: time, sensor, and the hash of its returns."""
 Refusals = list[tuple[Formed, str]]
 """Scans that cannot be taken, each with the reason."""
 
@@ -58,9 +54,10 @@ class Leap:
 class Window:
     """Takes scans in order of time, whatever the order in which they come, if none is later than `horizon` s.
 
-    It keeps the states within the horizon, at most `most`: a scan that is late by more is refused, and one that comes again
-    with the same returns. What has left the horizon is settled: `settled` hands it out, in order, once. Equal times are in
-    the order of the sensors' names. A preprocessor gets all scans of one time together, however late one of them came.
+    It keeps the states within the horizon, at most `most`: a scan that is late by more is refused, and one of messages that
+    all `came`; that tells their scans' times. What has left the horizon is settled: `settled` hands it out, in order, once.
+    Equal times are in the order of the sensors' names. A preprocessor gets all scans of one time together, however late one
+    of them came.
 
     One wrong time far ahead would make all that follow too late. So where late scans of all sensors, those of the scans
     after a leap too, are of the time that was leapt, and more than those, the latter are given up.
@@ -77,7 +74,7 @@ class Window:
     kept: list[Taken] = field(factory=list)
     before: State = field(init=False)
     latest: float = field(init=False)
-    came: dict[Copy, None] = field(factory=dict)
+    came: OrderedDict[str, float] = field(factory=OrderedDict)
     flawed: list[tuple[tuple[Formed, ...], list[Problem]]] = field(factory=list)
     again: int = 0
     late: int = 0
@@ -92,11 +89,6 @@ class Window:
 
     def __attrs_post_init__(self) -> None:
         self.before, self.latest = self.start, self.start.time
-
-    @property
-    def settled_copies(self) -> list[Copy]:
-        """What a restart needs, beside the scans it keeps, to recognise those that may just be late enough to come again."""
-        return [copy for copy in self.came if copy[0] <= self.before.time]
 
     @property
     def state(self) -> State:
@@ -139,11 +131,10 @@ class Window:
                     self.set_back = f"the clocks of all sensors were set back, by {latest - time:.6g} s"
                 if len(self._behind) >= AGREE or self.set_back:
                     break
-            elif (copy := _copy_of(one.scan)) in self.came:
-                refused.append((one, "came already, with the same returns"))
+            elif one.copies and all(copy in self.came for copy in one.copies):
+                refused.append((one, CAME))
             else:
-                if copy is not None:
-                    self.came[copy] = None
+                self.came |= dict.fromkeys(one.copies, time)
                 usable.append(one)
                 self.heard[sensor], self._row = one.arrived, Row()
                 self._behind.clear()
@@ -205,7 +196,7 @@ class Window:
         if self.before.time >= leap.time:
             self.before = leap.before
         self.latest, self.leap = leap.before.time, None
-        self.came = {copy: None for copy in self.came if copy[0] < leap.time}
+        self.came = OrderedDict((copy, time) for copy, time in self.came.items() if time < leap.time)
         self._behind.clear()
         return given_up
 
@@ -256,15 +247,9 @@ class Window:
         done, self.kept = self.kept[:end], self.kept[end:]
         if done:
             self.before = done[-1].state
-            came = [copy for copy in self.came if copy[0] >= self.before.time]
-            self.came = dict.fromkeys(came[-COPIES:])
+        while self.came and (len(self.came) > COPIES or next(iter(self.came.values())) < self.before.time - LATER):
+            self.came.popitem(last=False)
         return done
-
-
-def _copy_of(scan: Scan) -> Copy | None:
-    """Return what two copies of a scan have in common; None of one without returns, which may well be like another."""
-    z = scan.detections.z
-    return (scan.time, scan.sensor, blake2b(z.tobytes(), digest_size=16).hexdigest()) if len(z) else None
 
 
 def _order(one: Formed) -> tuple[float, str]:

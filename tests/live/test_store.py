@@ -170,6 +170,23 @@ def test_what_is_sent_again_after_a_restart_is_not_taken_twice(tmp_path: Path, h
 
 
 @pytest.mark.parametrize("horizon", ["0 s", "4 s"])
+def test_a_copy_of_a_message_of_a_turn_is_recognised_after_a_restart(tmp_path: Path, horizon: str) -> None:
+    """It was a return of the turn that was open: copies of messages were forgotten."""
+    places = np.random.default_rng(4).uniform(-900, 900, (40, 2)).tolist()
+    told = [json.dumps({"time": 0.5 * k, "sensor": "north", "z": [z]}).encode() for k, z in enumerate(places)]
+    given = {**config(tmp_path, 1, horizon=horizon), "inputs": [feed(scans={"by": "interval", "length": 2.0})]}
+
+    def sent(*which: int) -> list[Arrival]:
+        return [Arrival(told[k], 1e6 + 0.5 * k) for k in which]
+
+    ran(given, sent(*range(20)))
+    again = ran(given, sent(20, 13, 21, 19, *range(22, 40)))
+    assert counted(again)[:3] == (10, 0, 2)
+    whole = ran({**given, "service": {}}, sent(*range(40)))
+    assert as_json(again.state) == as_json(whole.state)
+
+
+@pytest.mark.parametrize("horizon", ["0 s", "4 s"])
 def test_a_wrong_time_far_ahead_is_given_up_after_a_restart_too(
     tmp_path: Path, horizon: str, caplog: pytest.LogCaptureFixture
 ) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Sequence
 
 import numpy as np
 import pytest
@@ -43,9 +43,11 @@ def scans(count: int = 40, seed: int = 1) -> list[Scan]:
     return out
 
 
-def came(scans: Iterable[Scan], at: float | None = None) -> list[Formed]:
+def came(scans: Sequence[Scan], at: float | None = None) -> list[Formed]:
     """Return scans that came as they were made, or all `at` once."""
-    return [Formed(scan, scan.time if at is None else at, 1) for scan in scans]
+    copies = [tuple(f"{scan.time} {scan.sensor} {z}" for z in scan.detections.z.tolist()) for scan in scans]
+    arrived = [scan.time if at is None else at for scan in scans]
+    return [Formed(*each, copies=of) for *each, of in zip(scans, arrived, [1] * len(scans), copies, strict=True)]
 
 
 def window(horizon: float, most: int = 1000) -> Window:
@@ -69,6 +71,14 @@ def test_scans_that_come_twice_are_taken_once(again: list[int], later: int, hori
     assert all("came already, with the same returns" in why for _, why in refused)
     np.testing.assert_array_equal(one.state.belief.mean, other.state.belief.mean)
     assert one.state.steps == other.state.steps
+
+
+def test_a_turn_by_a_second_path_that_lost_a_message_is_a_copy() -> None:
+    """Each target had a second return: only one of the same returns was."""
+    one, turn = window(3.0), scans(1)[0]
+    first, second, third = (Formed(turn, 0.0, len(of), copies=tuple(of)) for of in ("abc", "ac", "acd"))
+    assert one.take([first]) == []
+    assert [formed for formed, _ in one.take([second, third])] == [second]
 
 
 def test_a_clock_that_stands_still_does_not_fill_the_memory(monkeypatch: pytest.MonkeyPatch) -> None:
