@@ -174,7 +174,7 @@ def test_a_copy_of_a_message_of_a_turn_is_recognised_after_a_restart(tmp_path: P
     """It was a return of the turn that was open: copies of messages were forgotten."""
     places = np.random.default_rng(4).uniform(-900, 900, (40, 2)).tolist()
     told = [json.dumps({"time": 0.5 * k, "sensor": "north", "z": [z]}).encode() for k, z in enumerate(places)]
-    given = {**config(tmp_path, 1, horizon=horizon), "inputs": [feed(scans={"by": "interval", "length": 2.0})]}
+    given = {**config(tmp_path, 1, horizon=horizon), "inputs": [feed(scans={"by": "interval", "length": 2.0, "wait": 1e12})]}
 
     def sent(*which: int) -> list[Arrival]:
         return [Arrival(told[k], 1e6 + 0.5 * k) for k in which]
