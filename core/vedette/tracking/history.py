@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any, final
 
@@ -9,11 +10,11 @@ import numpy as np
 from attrs import evolve
 
 from vedette.space import Array
-from vedette.tracking.state import State
+from vedette.tracking.state import State, weighted_distance
 from vedette.tracking.tracker import Tracker
 from vedette.types import Gaussian, Track
 
-_COLUMNS = ("ids", "times", "mean", "cov", "confirmed", "existence", "nis", "hit")
+_COLUMNS = ("mean", "cov", "confirmed", "existence")
 
 
 @final
@@ -33,17 +34,17 @@ class History:
         self._rows.append(
             {
                 "ids": state.ids,
-                "times": np.full(len(state.ids), state.time),
+                "time": state.time,
                 "mean": estimate.mean,
                 "cov": estimate.cov,
                 "confirmed": state.confirmed,
                 "existence": state.existence,
                 "mode_prob": modes,
-                "nis": state.nis,
-                "hit": state.hit,
                 "identity": state.identity,
                 "link": state.links,
-                **_associations(state),
+                "weights": state.weights,
+                "distances": state.distances,
+                "returns": state.returns,
             }
         )
         if self._merged:
@@ -64,12 +65,13 @@ class History:
         order = np.argsort(ids, kind="stable")
         order = order[np.isin(ids[order], ids[self._column("confirmed")])]
         edges = [*np.flatnonzero(np.diff(ids[order], prepend=-1)), len(order)]
-        columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS[1:]}
+        columns: dict[str, Any] = {name: self._column(name)[order] for name in _COLUMNS}
+        columns["times"] = np.repeat([row["time"] for row in self._rows], [len(row["ids"]) for row in self._rows])[order]
+        columns["nis"], columns["hit"] = (column[order] for column in _detected(self._rows))
         columns |= {name: self._column(name)[order] for name in ("mode_prob", "link") if self._rows[0][name] is not None}
         if any(row["identity"] is not None for row in self._rows):
             columns["identity"] = np.concatenate([_codes(row) for row in self._rows])[order]
-        weights = [row for rows in self._rows for row in rows["weights"]]
-        returns = [row for rows in self._rows for row in rows["returns"]]
+        weights, returns = _associations(self._rows)
         tracks = []
         for i, j in pairwise(edges):
             number, rows = int(ids[order[i]]), order[i:j].tolist()
@@ -96,13 +98,31 @@ def _codes(row: dict[str, Any]) -> Any:
     return np.full(len(row["ids"]), -1) if row["identity"] is None else row["identity"]
 
 
-def _associations(state: State) -> dict[str, list[Any]]:
+def _detected(rows: Sequence[dict[str, Any]]) -> tuple[Array, Array]:
+    """Return the NIS and the probability of having been detected of all tracks of all scans, by scans of as many returns."""
+    sizes = np.array([row["weights"].shape[-1] for row in rows])
+    of_track = np.repeat(sizes, [len(row["ids"]) for row in rows])
+    nis, hit = np.empty(len(of_track)), np.empty(len(of_track))
+    for size in np.unique(sizes):
+        some = np.flatnonzero(sizes == size).tolist()
+        weights, distances = (np.concatenate([rows[i][name] for i in some]) for name in ("weights", "distances"))
+        nis[of_track == size], hit[of_track == size] = weighted_distance(weights, distances), 1.0 - weights[:, 0]
+    return nis, hit
+
+
+def _associations(rows: Sequence[dict[str, Any]]) -> tuple[list[Array], list[Array | None]]:
     """Return each track's weights, and the returns that they are of, if those are not all of the scan's."""
-    if state.returns is None:
-        return {"weights": list(state.weights), "returns": [None] * len(state.ids)}
-    sizes = np.count_nonzero(state.returns >= 0, axis=-1).tolist()
-    weights = [row[: 1 + size].copy() for row, size in zip(state.weights, sizes, strict=True)]
-    return {"weights": weights, "returns": [row[:size].copy() for row, size in zip(state.returns, sizes, strict=True)]}
+    weights: list[Array] = []
+    returns: list[Array | None] = []
+    for row in rows:
+        if row["returns"] is None:
+            weights.extend(row["weights"])
+            returns += [None] * len(row["ids"])
+        else:
+            sizes = np.count_nonzero(row["returns"] >= 0, axis=-1).tolist()
+            weights += [own[: 1 + size] for own, size in zip(row["weights"], sizes, strict=True)]
+            returns += [own[:size].copy() for own, size in zip(row["returns"], sizes, strict=True)]
+    return weights, returns
 
 
 def from_the_start(track: Track) -> Track:

@@ -87,7 +87,7 @@ class State:
     @property
     def nis(self) -> Array:
         """The squared distance weighted over the last scan's returns (*b, t)."""
-        return np.sum(self.weights[..., 1:] * self.distances, axis=-1)
+        return weighted_distance(self.weights, self.distances)
 
     @property
     def links(self) -> Array | None:
@@ -105,6 +105,11 @@ class State:
     def lineage(self) -> Lineage | None:
         """The tracks that split and merged in the last scan; None if none did."""
         return None if self.gates is None else lineage(self.gates, self.ids, self.born, self.weights, self.returns)
+
+
+def weighted_distance(weights: Array, distances: Array) -> Array:
+    """Return the squared distances (*b, t, k) of returns, weighted by all of `weights` (*b, t, 1+k) but a miss's."""
+    return np.sum(weights[..., 1:] * distances, axis=-1)
 
 
 next_state = evolver(State)
