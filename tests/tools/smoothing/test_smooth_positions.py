@@ -54,6 +54,19 @@ def test_gross_positions_of_what_turns_about_are_marked():
     assert np.flatnonzero(smooth[GROSS]).tolist() == wrong.tolist()
 
 
+def test_no_clean_position_is_gross_whatever_the_waits():
+    """Where waits are unlike, the curve through those beside one magnifies their errors: 3.8 % were called gross."""
+    rng = np.random.default_rng(5)
+    t = np.cumsum(rng.exponential(2.0, 200))
+    spots = t[:, None, None] * rng.normal(0.0, 5.0, (20, 2)) + rng.normal(0.0, 5.0, (200, 20, 2))
+    wrong = np.zeros((200, 20), dtype=bool)
+    wrong[rng.integers(20, 180, 20), np.arange(20)] = True
+    spots[wrong, 0] += 500.0
+    x, y = spots.reshape(-1, 2).T
+    smooth = vedette.smooth_positions({"time": np.repeat(t, 20), "id": np.tile(np.arange(20), 200), "x": x, "y": y}, by="id")
+    assert np.flatnonzero(smooth[GROSS]).tolist() == np.flatnonzero(wrong).tolist()
+
+
 @pytest.mark.costly
 def test_an_object_is_smoothed_by_its_own_reports_alone():
     frame, _ = reports_frame(seed=3)
