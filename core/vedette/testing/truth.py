@@ -47,19 +47,15 @@ def initial_of(mixture: Estimator[Any]) -> Array:
     return np.full(len(modes), 1.0 / len(modes)) if initial is None else initial / initial.sum()
 
 
-def draw_truth(estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np.random.Generator, runs: int) -> Array:
-    """Draw trajectories (runs, s, n) over `estimator.state` from the prior mean (n,), cov (n, n) at times[0].
-
-    A mixture's truth jumps between its modes' models by the mixture's own chain; an axis that a mode lacks has the value
-    that the mixture assumes. Misuse if the estimator does not show what it holds as `motion`, or `modes` and `transition`.
-    """
-    return draw_moded(estimator, prior, times, rng, runs)[0]
-
-
 def draw_moded(
     estimator: Estimator[Any], prior: Gaussian, times: Array, rng: np.random.Generator, runs: int
 ) -> tuple[Array, Modes | None]:
-    """Return what `draw_truth` does, and which mode is active at each time (runs, s), of a mixture."""
+    """Draw trajectories (runs, s, n) over `estimator.state` from the prior mean (n,), cov (n, n) at times[0].
+
+    A mixture's truth jumps between its modes' models by the mixture's own chain, and which mode is active at each time
+    (runs, s) is returned, too; an axis that a mode lacks has the value that the mixture assumes. Misuse if the estimator
+    does not show what it holds as `motion`, or `modes` and `transition`.
+    """
     start = estimator.state.canonical(draw_gaussian(prior.mean, prior.cov, rng, (runs,)))
     motion = motion_of(estimator)
     if motion is not None:

@@ -18,7 +18,7 @@ from vedette.testing.laws import estimator_cases as cases
 from vedette.testing.laws.estimator_cases import Scene
 from vedette.testing.sensors import Watch
 from vedette.testing.states import without_variance
-from vedette.testing.truth import draw_truth, modes_of, motion_of
+from vedette.testing.truth import draw_moded, modes_of, motion_of
 from vedette.types import Detections, Gaussian
 
 EQUIVALENCE = (0.85, 1.15)
@@ -88,7 +88,7 @@ def nees_and_nis_fit_matched_truth(estimator: Estimator[Any], drawn: Scene) -> N
     times = interval * np.arange(scans + 1)
     prior = Gaussian(mean, 0.04 * cov)
     with closed_by(Misuse, "{}"):
-        truth = draw_truth(estimator, prior, times, rng, runs)
+        truth, _ = draw_moded(estimator, prior, times, rng, runs)
     n, m = len(state) - len(estimator.zero_variance), len(drawn.watch.R)
     where = state.locate(drawn.watch.observes)
     watch = evolve(drawn.watch, R=0.04 * drawn.watch.R, probability=1.0)
