@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from argparse import ArgumentParser, Namespace
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -251,7 +251,7 @@ class Reproduction(Component):
     """Number of runs of `--full`, which may take as long as it needs."""
     elements: ClassVar[tuple[Any, ...]] = ()
     """All that the paper has, each an `Element`: its equations, tables, figures and statements."""
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {}
+    unsaid: ClassVar[Mapping[str, Collection[str]]] = {}
     """What the paper leaves open, and the values, as said, over whose grid the claims can be judged; none: no grid."""
     grid_runs: ClassVar[int] = 0
     """Default number of runs at each point of the grid."""

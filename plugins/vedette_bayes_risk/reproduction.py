@@ -28,12 +28,6 @@ REST = {"ax": (0.0, 2.0), "ay": (0.0, 2.0)}
 REACH, DENSE_REACH, ALL = 1000.0, 300.0, 3976.0
 """In m; clutter is drawn this far around the target on each axis: farther returns reach no gate. Without one, over
 63 km^2, as much as the scene's clutter has."""
-UNSAID: Mapping[str, Mapping[str, float]] = {
-    "sigma": {"5 m": 5.0, "6.7 m": 6.7, "9 m": 9.0},
-    "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
-    "threshold": {"3 sigma": 3.0, "4 sigma": 4.0, "5 sigma": 5.0},
-}
-"""What the paper leaves open: its words to what they are here."""
 
 
 @final
@@ -49,7 +43,11 @@ class BayesRiskReproduction(Reproduction):
     default_runs: ClassVar[int] = 500
     full_runs: ClassVar[int] = 5000
     grid_runs: ClassVar[int] = 150
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    unsaid: ClassVar[Mapping[str, Mapping[str, float]]] = {
+        "sigma": {"5 m": 5.0, "6.7 m": 6.7, "9 m": 9.0},
+        "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
+        "threshold": {"3 sigma": 3.0, "4 sigma": 4.0, "5 sigma": 5.0},
+    }
     elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
@@ -81,7 +79,7 @@ class BayesRiskReproduction(Reproduction):
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""
-        sigma, noise, reach = (values[point[name]] for name, values in UNSAID.items())
+        sigma, noise, reach = (values[point[name]] for name, values in self.unsaid.items())
         choice = Choice(sigma, reach, noise)
         first, second = np.random.default_rng(seed).spawn(2)
         clear, crowded = choice.filters(), choice.contested()

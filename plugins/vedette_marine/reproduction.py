@@ -42,13 +42,6 @@ SIGMA = {"MANV-like": 6.0, "DARC-like": 20.0}
 TUNED: dict[str, dict[str, Any]] = {"MANV-like": configs.TUNED_BOATS, "DARC-like": configs.TUNED_SHIP}
 
 
-UNSAID: Mapping[str, Mapping[str, float]] = {
-    "clutter": {"1e-7 /m^2": 1e-7, "1e-6 /m^2": 1e-6, "1e-5 /m^2": 1e-5},
-    "first return": {"at once": 0.0, "after 30 s": 30.0, "after 90 s": 90.0},
-}
-"""What the paper leaves open: its words to what they are here."""
-
-
 @final
 @frozen
 class MarineReproduction(Reproduction):
@@ -64,7 +57,10 @@ class MarineReproduction(Reproduction):
     default_runs: ClassVar[int] = 28
     full_runs: ClassVar[int] = 280
     grid_runs: ClassVar[int] = 20
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    unsaid: ClassVar[Mapping[str, Mapping[str, float]]] = {
+        "clutter": {"1e-7 /m^2": 1e-7, "1e-6 /m^2": 1e-6, "1e-5 /m^2": 1e-5},
+        "first return": {"at once": 0.0, "after 30 s": 30.0, "after 90 s": 90.0},
+    }
     elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
@@ -111,7 +107,7 @@ class MarineReproduction(Reproduction):
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""
-        clutter, gap = (values[point[name]] for name, values in UNSAID.items())
+        clutter, gap = (values[point[name]] for name, values in self.unsaid.items())
         records: dict[tuple[str, str], dict[str, Record]] = {}
         numbered: dict[tuple[str, str], dict[str, Record]] = {}
         late: dict[tuple[str, str], dict[str, Record]] = {}

@@ -32,14 +32,6 @@ RUNS_PER_TRAJECTORY = 15
 """Monte Carlo runs of section 4.3 per trajectory of section 4.1, whose paper has one."""
 
 
-UNSAID: Mapping[str, Mapping[str, float]] = {
-    "s of acceleration": {"5 s": 5.0, "10 s": 10.0, "20 s": 20.0},
-    "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
-    "P_D": {"P_D 1": 1.0, "P_D .98": 0.98, "P_D .95": 0.95},
-}
-"""What the paper leaves open: its words to what they are here."""
-
-
 @final
 @frozen
 class TargetOrientedReproduction(Reproduction):
@@ -53,7 +45,11 @@ class TargetOrientedReproduction(Reproduction):
     default_runs: ClassVar[int] = 1200
     full_runs: ClassVar[int] = 12000
     grid_runs: ClassVar[int] = 1200
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    unsaid: ClassVar[Mapping[str, Mapping[str, float]]] = {
+        "s of acceleration": {"5 s": 5.0, "10 s": 10.0, "20 s": 20.0},
+        "process noises": {"half": 0.5, "as chosen": 1.0, "double": 2.0},
+        "P_D": {"P_D 1": 1.0, "P_D .98": 0.98, "P_D .95": 0.95},
+    }
     elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
@@ -69,7 +65,7 @@ class TargetOrientedReproduction(Reproduction):
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""
-        seconds, noise, detection = (values[point[name]] for name, values in UNSAID.items())
+        seconds, noise, detection = (values[point[name]] for name, values in self.unsaid.items())
         return (*_tracking(noise, detection, runs, seed), *_moving(seconds, max(2, runs // RUNS_PER_TRAJECTORY), seed))
 
 

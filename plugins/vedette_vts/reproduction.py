@@ -30,14 +30,6 @@ LOST = 200.0
 """In m; a run whose last error is larger has lost its target."""
 
 
-UNSAID: Mapping[str, Mapping[str, float]] = {
-    "speeding up and slowing down": SURGES,
-    "q of all filters": NOISES,
-    "IMM": STAYS,
-}
-"""What the paper leaves open: its words to what they are here."""
-
-
 @final
 @frozen
 class VtsReproduction(Reproduction):
@@ -51,7 +43,11 @@ class VtsReproduction(Reproduction):
     default_runs: ClassVar[int] = 500
     full_runs: ClassVar[int] = 5000
     grid_runs: ClassVar[int] = 200
-    unsaid: ClassVar[Mapping[str, tuple[str, ...]]] = {name: tuple(values) for name, values in UNSAID.items()}
+    unsaid: ClassVar[Mapping[str, Mapping[str, float]]] = {
+        "speeding up and slowing down": SURGES,
+        "q of all filters": NOISES,
+        "IMM": STAYS,
+    }
     elements: ClassVar[tuple[Element, ...]] = ELEMENTS
 
     def run(self, runs: int, seed: int, progress: Progress, keep: Keep = afresh) -> Findings:
@@ -63,7 +59,7 @@ class VtsReproduction(Reproduction):
 
     def claims_at(self, point: Mapping[str, str], runs: int, seed: int) -> tuple[Claim, ...]:
         """Return the claims with their verdicts at one point of the grid."""
-        surges, noise, stay = (values[point[name]] for name, values in UNSAID.items())
+        surges, noise, stay = (values[point[name]] for name, values in self.unsaid.items())
         _, records = _records(filters(int(surges), noise, stay), runs, seed, silent)
         return verdicts.claims(verdicts.figures(records), runs)
 
