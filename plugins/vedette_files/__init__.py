@@ -2,8 +2,7 @@
 
 from collections.abc import Iterable
 
-from vedette.config import plugin
-from vedette.roles import Component
+from vedette import Component, plugin
 from vedette_files.apart import Apart as Apart
 from vedette_files.apart import ApartOpenCV as ApartOpenCV
 from vedette_files.autoferry.source import AutoferrySource as AutoferrySource

@@ -17,8 +17,7 @@ import numpy as np
 from attrs import frozen
 from numpy.typing import NDArray
 
-from vedette import fields
-from vedette.errors import InputError
+from vedette import InputError, fields
 
 LONGEST = 2**29
 """Bytes of one answer; a frame of 64 million pixels in three colours of 16 bit has less."""

@@ -8,12 +8,11 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import fields
-from vedette.space import Array, Axis, Mask, Space
+from vedette import Array, Axis, Mask, Space, fields
 from vedette_files.libraries import needed
 from vedette_files.readers import NORTH_EAST, east_north
 
-GEODETIC = Space.of(latitude="deg", longitude="deg", altitude="m")
+GEODETIC: Space = Space.of(latitude="deg", longitude="deg", altitude="m")
 """Above the ellipsoid WGS 84."""
 
 COURSE = Space.of(speed="m/s", course="rad mod 2pi")

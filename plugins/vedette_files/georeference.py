@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array, Space
-from vedette.types import Track
+from vedette import Array, Space, Track
 from vedette_files.codes import labels
 from vedette_files.geodesy import Origin
 from vedette_files.readers import NORTH_EAST, east_north
@@ -84,7 +83,7 @@ class Terms:
 NAMED = "identity"
 """The note of a recording whose returns name their objects: by which column."""
 
-PLAIN = Terms()
+PLAIN: Terms = Terms()
 """Of a recording that says nothing of the earth or the date."""
 
 

@@ -7,9 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.roles import Sensor
-from vedette.space import Array, Axis, Indices, Space
-from vedette.types import Scan
+from vedette import Array, Axis, Indices, Scan, Sensor, Space
 from vedette_files.readers import Sample
 
 LEAST, FAR_BEYOND = 10, 5.0

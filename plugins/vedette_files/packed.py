@@ -10,8 +10,7 @@ from typing import Any, final
 import numpy as np
 from attrs import define, field
 
-from vedette.space import Indices
-from vedette.types import Detections, Pose, Scan
+from vedette import Detections, Indices, Pose, Scan
 
 _OPTIONAL = ("evidence", "noise", "missing", "identity", "time")
 _CODES = {"identity": "q", "missing": "b"}

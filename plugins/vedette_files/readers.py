@@ -11,9 +11,8 @@ from typing import Generic, TypeVar
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import LATE, ConfigError, InputError, Problem
-from vedette.space import Array, Axis, Space
-from vedette.types import Detections
+from vedette import Array, Axis, ConfigError, Detections, InputError, Problem, Space
+from vedette.errors import LATE
 from vedette.units import in_unit
 from vedette_files.input_files import inside, shown, user_path
 
@@ -24,7 +23,7 @@ NOT_OF_SCAN, BEYOND_PLANE = "not of its scan", "beyond the plane"
 OFFER = "`sort = true` in the source sorts them"
 
 NORTH_EAST = "x north, y east"
-FRAMES = ("x east, y north", NORTH_EAST)
+FRAMES: tuple[str, str] = ("x east, y north", NORTH_EAST)
 """Where the axes of the plane may point. A recording's note `frame` states it unless it is the first: maps follow it."""
 
 

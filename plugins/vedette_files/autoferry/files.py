@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import InputError, Problem
-from vedette.space import Space
-from vedette.types import Rows, Trajectory
+from vedette import InputError, Problem, Rows, Space, Trajectory
 from vedette_files.input_files import whole_text
 from vedette_files.json_values import number, parse, short, vector
 

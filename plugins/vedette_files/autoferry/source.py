@@ -8,12 +8,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
-from vedette.errors import ConfigError, InputError, Problem
-from vedette.roles import Sensor
-from vedette.space import Space
-from vedette.supporting import Source
-from vedette.types import Pose, Recording, Rows, Scan
+from vedette import ConfigError, InputError, Pose, Problem, Recording, Rows, Scan, Sensor, Source, Space, fields
 from vedette_files.autoferry.files import PUBLISHER, bearings, entries, returns, truth
 from vedette_files.json_values import number, short, vector
 from vedette_files.oddities import replaced

@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 from attrs import define, field, frozen
 
-from vedette.errors import InputError, Problem
-from vedette.space import Space, SpaceError
-from vedette.types import Recording, Rows, Scan, Trajectory
+from vedette import InputError, Problem, Recording, Rows, Scan, Space, SpaceError, Trajectory
 from vedette_files.input_files import lines
 from vedette_files.json_values import number, parse, short, vector
 from vedette_files.jsonl.frames import FrameFiles

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.space import Array, Mask, Space
-from vedette.types import Detections, Pose, Scan
+from vedette import Array, Detections, Mask, Pose, Scan, Space
 from vedette_files.codes import code, label
 from vedette_files.input_files import shown
 from vedette_files.json_values import number, short, vector

@@ -9,12 +9,7 @@ from typing import ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
-from vedette.errors import InputError
-from vedette.roles import Sensor
-from vedette.space import Space
-from vedette.supporting import ImagingSensor, Source
-from vedette.types import Recording, Scan
+from vedette import ImagingSensor, InputError, Recording, Scan, Sensor, Source, Space, fields
 from vedette_files.input_files import shown
 from vedette_files.jsonl.recording import read_recording
 from vedette_files.oddities import odd_returns, replaced

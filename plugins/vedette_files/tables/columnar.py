@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from datetime import date, time, timedelta
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from attrs import frozen
 
@@ -36,7 +36,7 @@ class FrameTable:
         return self.name
 
 
-TablePath = Path | FrameTable | ApartTable
+TablePath: TypeAlias = Path | FrameTable | ApartTable
 """Where a table is: a file, a data frame, or a file that another process decodes."""
 
 

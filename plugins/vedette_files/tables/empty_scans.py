@@ -6,8 +6,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from vedette.space import Array, Space
-from vedette.types import Detections, Pose, Scan
+from vedette import Array, Detections, Pose, Scan, Space
 
 TOLERANCE = 0.1
 """Greatest deviation of the filled scans' spacing from the period, as a fraction of it."""

@@ -8,8 +8,7 @@ from typing import Protocol
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
-from vedette.space import Axis, Space
+from vedette import Axis, ConfigError, Problem, Space
 from vedette_files.geodesy import COURSE, GEODETIC, Origin, axes_read
 from vedette_files.readers import FRAMES
 from vedette_files.tables.columnar import TablePath

@@ -8,8 +8,7 @@ from collections.abc import Collection, Mapping
 import numpy as np
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
-from vedette.space import Array, Space
+from vedette import Array, ConfigError, Problem, Space
 from vedette_files.input_files import shown
 from vedette_files.tables.numbers import Number, Row, numbers
 

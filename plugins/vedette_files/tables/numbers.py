@@ -8,9 +8,8 @@ from collections.abc import Mapping
 
 from attrs import frozen
 
-from vedette.errors import ConfigError, Problem
+from vedette import Axis, ConfigError, Problem, Space
 from vedette.fields import ABSURD
-from vedette.space import Axis, Space
 from vedette.units import in_unit
 from vedette_files.input_files import shown
 

@@ -8,10 +8,7 @@ from typing import final
 import numpy as np
 from attrs import Factory, evolve, field, frozen
 
-from vedette import fields
-from vedette.errors import ConfigError, Problem
-from vedette.space import Space
-from vedette.types import Pose, Trajectory
+from vedette import ConfigError, Pose, Problem, Space, Trajectory, fields
 from vedette_files.geodesy import check_place, complaint, into_plane, is_geodetic, made
 from vedette_files.input_files import shown
 from vedette_files.readers import Sample, in_time_order

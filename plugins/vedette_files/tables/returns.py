@@ -10,10 +10,7 @@ from typing import final
 
 from attrs import evolve, frozen
 
-from vedette import fields
-from vedette.errors import ConfigError, Problem
-from vedette.roles import Sensor
-from vedette.space import Space, SpaceError
+from vedette import ConfigError, Problem, Sensor, Space, SpaceError, fields
 from vedette_files.codes import code_of_cell
 from vedette_files.geodesy import MADE, BeyondPlane, axes_read, check_place, complaint, into_plane, made
 from vedette_files.oddities import set_back

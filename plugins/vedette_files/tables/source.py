@@ -9,11 +9,7 @@ from typing import Any, ClassVar, final
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette import fields
-from vedette.errors import InputError, Problem
-from vedette.roles import Sensor
-from vedette.supporting import Source
-from vedette.types import Recording, Rows, Scan, Trajectory
+from vedette import InputError, Problem, Recording, Rows, Scan, Sensor, Source, Trajectory, fields
 from vedette_files.apart import Apart, ApartTable
 from vedette_files.geodesy import FAR, RADIUS, Origin, off_by
 from vedette_files.georeference import NAMED

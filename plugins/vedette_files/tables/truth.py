@@ -8,10 +8,7 @@ from typing import final
 import numpy as np
 from attrs import frozen
 
-from vedette import fields
-from vedette.errors import Problem
-from vedette.space import Space
-from vedette.types import Trajectory
+from vedette import Problem, Space, Trajectory, fields
 from vedette_files.geodesy import check_place, complaint, into_plane, made
 from vedette_files.readers import Sample, in_time_order
 from vedette_files.tables.layout import Layout, chosen

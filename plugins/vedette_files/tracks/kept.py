@@ -13,9 +13,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, frozen
 
-from vedette.errors import InputError
-from vedette.space import Array, Space, SpaceError
-from vedette.types import Track
+from vedette import Array, InputError, Space, SpaceError, Track
 from vedette_files.georeference import Terms
 
 MAGIC = b"SQLite format 3\x00"

@@ -10,8 +10,7 @@ from typing import Any, final
 import numpy as np
 from attrs import evolve
 
-from vedette.space import Indices, Space
-from vedette.types import Track
+from vedette import Indices, Space, Track
 from vedette_files.codes import code, label
 from vedette_files.series import Tables, open_series
 from vedette_files.tracks.rows import Ragged, TrackRows

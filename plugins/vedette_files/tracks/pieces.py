@@ -8,8 +8,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from vedette.space import Space
-from vedette.types import Track
+from vedette import Space, Track
 from vedette_files.georeference import Terms, geometry, points_of, properties_of
 from vedette_files.tables.columnar import pyarrow
 from vedette_files.tracks.table import arrow_table, table_of

@@ -11,9 +11,7 @@ from typing import Any
 import numpy as np
 from attrs import evolve, field, frozen
 
-from vedette import kernels
-from vedette.space import Array, Indices, Mask, Space
-from vedette.types import Track
+from vedette import Array, Indices, Mask, Space, Track, kernels
 
 WITHIN = -1
 """In place of a number of weights: those of the returns within the track's gate, and the row names these."""

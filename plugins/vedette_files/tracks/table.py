@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.space import Array, Space
-from vedette.types import Track
+from vedette import Array, Space, Track
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.tables.columnar import pyarrow
 from vedette_files.tracks.rows import EXTRA, mode_count

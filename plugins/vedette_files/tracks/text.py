@@ -8,9 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from vedette.errors import InputError
-from vedette.space import Array, Indices, Space
-from vedette.types import Track
+from vedette import Array, Indices, InputError, Space, Track
 from vedette_files.georeference import PLAIN, Terms
 from vedette_files.input_files import lines, shown
 from vedette_files.json_values import number, parse, short

@@ -46,7 +46,7 @@ from vedette_tools.drafting.titles import SPOTS, Meaning, chosen, meaning, words
 from vedette_tools.drafting.untimed import untimed
 from vedette_tools.drafting.wishes import Wishes
 
-NO_WISHES = Wishes()
+NO_WISHES: Wishes = Wishes()
 
 BEARERS = {"own", "ownship", "platform", "ego", "self"}
 """Words of titles that say where a sensor is carried; vessel_lat may be what is seen."""
