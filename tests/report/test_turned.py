@@ -15,8 +15,8 @@ RADAR = {"kind": "range_bearing", "sigma_range": 10.0, "sigma_bearing": "0.5 deg
 IN_PLANE, SHIP = {**RADAR, "kind": "polar_position"}, np.array([900.0, -400.0])
 
 
-def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False, plane=False):
-    """What is told of scans of a radar that is turned by `off` rad, and of some vessels' reports."""
+def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False, plane=False, beside=(0.0, 0.0), late=0.0):
+    """What is told of scans of a radar that is turned, and of some vessels' reports; its returns are `beside`, and late."""
     rng = np.random.default_rng(seed)
     tracker = vedette.build(
         {
@@ -31,7 +31,8 @@ def scene(seed, *, off, vessels=4, clutter=10, reports=(0, 1), by_truth=False, p
     scans = []
     for k in range(100):
         at = x + 2.5 * k * v - SHIP * plane
-        z = np.stack([np.hypot(*at.T), np.arctan2(at[:, 1], at[:, 0]) + off], axis=1)
+        seen = at + beside - late * v
+        z = np.stack([np.hypot(*seen.T), np.arctan2(seen[:, 1], seen[:, 0]) + off], axis=1)
         z = (z + rng.normal(0, 1, z.shape) * [10.0, np.radians(0.5)])[rng.random(vessels) < 0.8]
         false = np.stack([rng.uniform(0, 8000, clutter), rng.uniform(-np.pi, np.pi, clutter)], axis=1)
         r, b = np.concatenate([z, false]).T
@@ -81,6 +82,24 @@ def test_returns_in_x_and_y_are_looked_at_from_where_the_radar_is():
         (told,) = scene(seed, off=np.radians(-3.0), plane=True)
         assert abs(angle(told) + 3.0) < 0.2
         assert not scene(300 + seed, off=0.0, plane=True)
+
+
+def scenes(count, **wrong):
+    return [scene(seed, off=0.0, vessels=1, clutter=2, by_truth=True, reports=(), **wrong) for seed in range(count)]
+
+
+@pytest.mark.costly
+def test_an_offset_and_a_lag_are_no_turn():
+    """Of one target; what was told of it as a turn without the rivals, of 12 scenes each, is in the test below."""
+    for told in scenes(12, beside=(150.0, 0.0), plane=True) + scenes(12, late=25.0):
+        assert not told or "do not tell apart" in told[0]
+
+
+@pytest.mark.costly
+def test_without_rivals_they_were(monkeypatch):
+    monkeypatch.setattr(room, "rivals_of", lambda looks, angle: ())
+    assert sum(map(len, scenes(12, beside=(150.0, 0.0), plane=True))) > 2
+    assert sum(map(len, scenes(12, late=25.0))) > 2
 
 
 def test_without_places_of_targets_nothing_is_told():

@@ -14,7 +14,7 @@ from vedette_files.writing import check_folder, locked, write_texts
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
-from vedette_report.recorded import Recorded, beside_truth, pooled, recorded, table
+from vedette_report.recorded import Recorded, beside_truth, pooled, recorded, sentences, table
 from vedette_report.warnings.late import late
 from vedette_report.warnings.turned import turned
 from vedette_report.warnings.words import held, left_out
@@ -41,28 +41,29 @@ def run(arguments: Namespace) -> int:
         apart = [one.sensor for one in around]
         off = list(beside_truth(tracker, result.scans, result.tracks, told, result.recording.truth, apart))
         odd = [
-            f"LOOKS WRONG: {said}"
-            for said in (
-                *warnings_of(result.intake, result.recording, tracker.sensors),
-                *left_out(result.intake, result.recording),
-                *held(tracker),
-                *around,
-                *off,
-                *late(tracker, result.scans, result.tracks, [*apart, *(one.sensor for one in off)]),
-            )
+            *warnings_of(result.intake, result.recording, tracker.sensors),
+            *left_out(result.intake, result.recording),
+            *held(tracker),
+            *map(str, around),
+            *map(str, off),
+            *late(tracker, result.scans, result.tracks, [*apart, *(one.sensor for one in off)]),
         ]
-        lines = [*table(told), *(one.text for one in objects if one.text)]
+        said = sentences(told)
+        lines = [*table(told), *said, *(one.text for one in objects if one.text)]
         lines += (
             [f"{NIS_IS_NOT_ENOUGH}:", *(f"  {line}" for one in errors for line in one.text.splitlines())] if errors else []
         )
-        text = "\n".join([*odd, *lines])
+        text = "\n".join([*(f"LOOKS WRONG: {one}" for one in odd), *lines])
         figures = {
             "title": experiment.title,
             "seed": experiment.seed,
             "tracks": [one.data() for one in told],
             "objects": [one.data() for one in objects],
             "errors": [one.data() for one in errors],
+            "warnings": odd,
+            "turned": [one.data() for one in around],
             "beside_truth": [one.data() for one in off],
+            "told": said,
         }
         written = [] if folder is None else _write(folder, experiment.title, told, text, figures, pictures)
         print(text)  # once all is written: the reader may have gone

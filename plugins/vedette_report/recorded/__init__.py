@@ -3,6 +3,7 @@
 from vedette_report.recorded.beside import beside_truth as beside_truth
 from vedette_report.recorded.objects import Pooled as Pooled
 from vedette_report.recorded.objects import pooled as pooled
+from vedette_report.recorded.table import sentences as sentences
 from vedette_report.recorded.table import table as table
 from vedette_report.recorded.tracks import Recorded as Recorded
 from vedette_report.recorded.tracks import recorded as recorded

@@ -39,12 +39,12 @@ def _off(looks: Array) -> bool:
     return abs(off) > max(SIGMAS * float(chance), OFF * float(np.sum(declared)))
 
 
-def words(times: float) -> str:
-    """Say what it means that tracks are detected so many times as often as stated."""
+def words(times: float, gated: bool) -> str:
+    """Say what it means that tracks are detected so many times as often as stated, behind a gate or without."""
     if times > 1:
         return f"it is detected {times:.2f} times as often as stated: likely P_D is higher"
     told = f"returns are missed, it is detected {times:.2f} times as often as stated"
-    return f"{told}: likely P_D is lower, or Q or R so small that the gate shuts them out"
+    return f"{told}: likely P_D is lower" + ", or Q or R so small that the gate shuts them out" * gated
 
 
 def mixed(told: Sequence[Mapping[str, float]]) -> dict[str, str]:

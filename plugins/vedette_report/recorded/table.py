@@ -20,10 +20,15 @@ UNEVEN = 2.0
 
 
 def table(told: Sequence[Recorded]) -> list[str]:
-    """Return the lines of a table, a row for each track, and below it what innovations say of Q and R."""
-    lines = [HEAD, *aligned([TITLES, *(one.row for one in told)])]
+    """Return the lines of a table, a row for each track."""
+    return [HEAD, *aligned([TITLES, *(one.row for one in told)])]
+
+
+def sentences(told: Sequence[Recorded]) -> list[str]:
+    """Return what innovations say of detections, Q and R, a line each."""
     every = detected.otherwise([one.innovations for one in told]) if len(told) > 1 else {}
-    lines += [f"{name}, over all tracks: {detected.words(times)}" for name, times in every.items()]
+    gated = any(one.innovations.gated for one in told)
+    lines = [f"{name}, over all tracks: {detected.words(times, gated)}" for name, times in every.items()]
     mixed = detected.mixed([one.detections for one in told])
     lines += [f"{name}: {said}" for name, said in mixed.items()]
     lines += dict.fromkeys(one.hint for one in told if one.hint and one.hint == one.goes_on)

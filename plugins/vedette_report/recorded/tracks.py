@@ -124,8 +124,8 @@ class Recorded:
         off, hit = self.detections, self.innovations.hit
         if off and not np.any(hit):
             return "it never takes a return: likely it starts elsewhere than stated, or P_D, Q or R are far too small"
-        several = len(set(self.innovations.sensors)) > 1
-        return "; ".join(f"{name}: " * several + detected.words(times) for name, times in off.items())
+        several, gated = len(set(self.innovations.sensors)) > 1, self.innovations.gated
+        return "; ".join(f"{name}: " * several + detected.words(times, gated) for name, times in off.items())
 
     def as_all(self, every: Mapping[str, float], mixed: Collection[str]) -> bool:
         """Return whether it hints at nothing but sensors of which more is said over all tracks."""

@@ -31,6 +31,7 @@ class Innovations:
     be, axes (s,) that were measured; `correlation` (l,) of the innovations of its most used sensor at lag 1 ..., from
     `pairs` (l,) of numbers: none if they are fewer than three scans. `sizes`: of each sensor and measured axis, the sum of
     its squared innovations over their variances, and of how many: where it was surely detected. `sensors` (s,): whose scan.
+    `gated`: whether a gate may shut returns out.
     """
 
     times: Array
@@ -42,6 +43,7 @@ class Innovations:
     pairs: Array
     sizes: Mapping[tuple[str, str], Array]
     sensors: tuple[str, ...]
+    gated: bool = True
 
 
 def entries_of(tracker: Tracker, result: Result) -> dict[int, list[Entry]]:
@@ -109,4 +111,5 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
         counts = np.array([entry[7] for entry in sure]).T
         for axis, each, count in zip(tracker.sensors[name].measurement.names, squares, counts, strict=False):
             sizes[name, axis] = np.array([np.sum(each), np.sum(count)])
-    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes, tuple(names))
+    gated = tracker.gate.probability < 1.0
+    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes, tuple(names), gated)

@@ -9,7 +9,9 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Scan, Sensor, Tracker, Trajectory
+from vedette_report.detector_errors.in_tracks import placed_in_plane
 from vedette_report.known import known
+from vedette_report.warnings.rivals import Looks, rivals_of
 from vedette_standard import stands
 
 WIDEST = np.radians(15.0)
@@ -29,7 +31,8 @@ are tried. Set by hand, before any scene was drawn.
 class Turned:
     """The angle by which a sensor's returns are turned and its deviation, in rad, of how many targets, known by what.
 
-    polar: whether it measures range and bearing; reports: whether targets are known by reports with names.
+    polar: whether it measures range and bearing; reports: whether targets are known by reports with names; rivals: what else
+    explains it as well.
     """
 
     sensor: str
@@ -39,6 +42,11 @@ class Turned:
     by: str
     polar: bool
     reports: bool
+    rivals: tuple[str, ...] = ()
+
+    def data(self) -> dict[str, object]:
+        """Return the figures as plain data."""
+        return {"sensor": self.sensor, "bearing": [self.angle, self.deviation], "by": self.by, "or": list(self.rivals)}
 
     def __str__(self) -> str:
         """Say what it looks like, and what to do."""
@@ -47,11 +55,16 @@ class Turned:
         stated = f'kind = "displaced", add = {{ bearing = {self.angle:.4f} }}, of = {{ ... }}'
         found = "; or the tracks find it: `biased` and [registration], docs/concepts/registration.md" if self.reports else ""
         places = f"{self.targets} target{'s' if self.targets > 1 else ''} of {self.by}"
-        return f"{self.sensor}: its returns lie {told} from {places}: where is north? To state it, {read}set {stated}{found}"
+        told = ", or ".join([f"{told} from {places}", *self.rivals])
+        apart = ", which these targets do not tell apart" if self.rivals else ""
+        return f"{self.sensor}: its returns lie {told}{apart}: where is north? To state it, {read}set {stated}{found}"
 
 
 def turned(tracker: Tracker, scans: Sequence[Scan], truth: Sequence[Trajectory]) -> Iterator[Turned]:
-    """Yield each sensor of range and bearing whose returns lie beside all targets by the same angle."""
+    """Yield each sensor of range and bearing whose returns lie beside all targets by the same angle.
+
+    None whose returns an offset of all, or a lag, explains better.
+    """
     every = _known(tracker, scans, truth)
     some = [scans[i] for i in np.unique(np.linspace(0, len(scans) - 1, SAMPLED).astype(int))] if len(scans) else []
     for name, sensor in tracker.sensors.items():
@@ -99,13 +112,15 @@ def _of_sensor(
 ) -> Turned | None:
     """Return by how much a sensor is turned; None if it does not look so."""
     looks, offsets, owners, sigmas = 0, list[Array](), list[int](), list[float]()
+    seen = list[tuple[Array, Array, Array, Array]]()
     polar = "bearing" in sensor.measurement.names
     for scan in scans:
-        placed = sensor.placed(scan.pose)
+        placed, pose, in_plane = sensor.placed(scan.pose), stands(sensor.placed(scan.pose)), placed_in_plane(sensor, scan)
         z = known(scan.detections)
         for owner, (times, places) in enumerate(targets):
-            if (at := _place(times, places, scan.time)) is None:
+            if (found := _place(times, places, scan.time)) is None:
                 continue
+            at, velocity = found
             x = np.zeros(len(sensor.observes))
             x[[sensor.observes.names.index("x"), sensor.observes.names.index("y")]] = at
             if float(np.max(placed.detects(x))) < PART:
@@ -117,6 +132,8 @@ def _of_sensor(
                 offsets.append(d[near, 1])
                 owners.append(owner)
                 sigmas.append(float(sigma[1]))
+                if pose is not None and in_plane is not None:
+                    seen.append((at - pose.position[:2], velocity, in_plane.mean[near] - at, in_plane.cov[near]))
     if len(offsets) < ENOUGH:
         return None
     error = float(np.median(sigmas))
@@ -133,12 +150,13 @@ def _of_sensor(
         angle = float(np.median(nearest[agrees])) if agrees.any() else angle
     count = int(np.count_nonzero(agrees))
     around = sum(bool(np.any(np.abs(one) < 2.0 * reach)) for one in offsets)
-    seen = {owner for owner, agreed in zip(owners, agrees.tolist(), strict=True) if agreed}
+    agreed = set(np.array(owners)[agrees].tolist())
     deviation = 1.2533 * float(np.std(nearest[agrees])) / np.sqrt(max(count, 1))
     sure = count >= max(ENOUGH, PART * looks) and abs(angle) > max(error, 5.0 * deviation, step)
     if not sure or (abs(angle) > 4.0 * reach and count < MORE * around):
         return None
-    return Turned(name, angle, deviation, len(seen), by, polar, reports)
+    rivals = rivals_of(Looks.of(seen), angle) if seen else ()
+    return None if rivals is None else Turned(name, angle, deviation, len(agreed), by, polar, reports, rivals)
 
 
 def _beside(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:
@@ -167,10 +185,10 @@ def _beside_in_plane(placed: Sensor, x: Array, z: Array) -> tuple[Array, Array]:
     return np.stack([np.hypot(*seen.T) - far, turn], axis=-1), sigma
 
 
-def _place(times: Array, places: Array, time: float) -> Array | None:
-    """Return where a target is, between two times that are near to each other; None where that is not known."""
+def _place(times: Array, places: Array, time: float) -> tuple[Array, Array] | None:
+    """Return where a target is and how fast, between two times that are near to each other; None where that is not known."""
     i = int(np.searchsorted(times, time))
     if i == 0 or i == len(times) or times[i] - times[i - 1] > LONGEST:
         return None
-    part = (time - times[i - 1]) / max(times[i] - times[i - 1], 1e-12)
-    return places[i - 1] + part * (places[i] - places[i - 1])
+    velocity = (places[i] - places[i - 1]) / max(times[i] - times[i - 1], 1e-12)
+    return places[i - 1] + (time - times[i - 1]) * velocity, velocity

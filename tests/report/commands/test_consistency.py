@@ -13,7 +13,7 @@ from vedette.config import load
 from vedette.types import Detections, Recording
 from vedette_files import Terms, write_recording
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH
-from vedette_report.recorded import pooled, recorded_consistency, table
+from vedette_report.recorded import pooled, recorded_consistency, sentences
 from vedette_report.recorded.pairing import Followed
 
 SCENE = """
@@ -215,16 +215,41 @@ def of_two(boats):
 @pytest.mark.parametrize("boats", [1, 3])
 def test_detections_are_counted_by_sensor(boats):
     """They were pooled: a line a track, without the sensor's name, said that its P_D was lower."""
-    told = recorded_consistency(of_two(boats=boats))
-    lines = [line for line in table(told) if "P_D" in line]
+    told = recorded_consistency(experiment := of_two(boats=boats))
+    assert experiment.tracker.gate.probability < 1
+    lines = [line for line in sentences(told) if "P_D" in line]
     if boats == 1:
         assert [line.partition(": ")[2].startswith("reports: returns are missed") for line in lines] == [True]
+        assert "gate" in lines[0]
     else:
         assert [line.startswith("reports, over all tracks: returns are missed") for line in lines] == [True]
     for one in told:
         assert one.data()["hits_by_sensor"]["radar"] == pytest.approx(1.0, abs=0.1)
         assert one.data()["hits_by_sensor"]["reports"] == pytest.approx(0.35 / 0.9, abs=0.12)
         assert "reports 0." in one._repr_html_()
+
+
+@pytest.mark.costly
+def test_without_a_gate_none_is_said_to_shut_returns_out(scene):
+    missing = '[source.sensors.radar]\nkind = "cartesian_position"\nsigma = 10.0\ndetection_probability = 0.5\n'
+    scene.write_text(f"{SCENE}\n{missing}")
+    (told,) = recorded_consistency(load(scene, overrides=["gate=off"]))
+    assert "P_D is lower" in told.hint
+    assert "gate" not in told.hint
+
+
+@pytest.mark.costly
+def test_what_is_said_of_returns_that_lie_beside_the_truth_is_in_the_json(scene, capsys):
+    own = '{ kind = "cartesian_position", sigma = 10.0, detection_probability = 0.9 }'
+    scene.write_text(f'{SCENE}\n[source.sensors.radar]\nkind = "displaced"\nadd = {{ x = 20 }}\nof = {own}\n')
+    assert main(["consistency", str(scene), "--json"]) == 0
+    *lines, data = capsys.readouterr().out.splitlines()
+    data = json.loads(data)
+    assert [line.removeprefix("LOOKS WRONG: ") for line in lines if line.startswith("LOOKS")] == data["warnings"]
+    (beside,) = data["beside_truth"]
+    assert beside["off"]["x"][0] == pytest.approx(20.0, abs=3.0)
+    assert data["turned"] == []
+    assert set(data["told"]) <= set(lines)
 
 
 @pytest.mark.costly
@@ -236,7 +261,7 @@ def test_a_sensor_that_some_targets_do_not_answer_is_told_once():
         hit, declared = np.where(own, float(i < 2), seen.hit), np.where(own, 0.5, seen.declared)
         told.append(evolve(one, innovations=evolve(seen, hit=hit, declared=declared)))
     assert len(told) == 4
-    (line,) = [line for line in table(told) if "P_D" in line]
+    (line,) = [line for line in sentences(told) if "P_D" in line]
     assert line.startswith("reports: detects 2 tracks up to 2 times")
 
 
