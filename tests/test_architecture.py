@@ -70,7 +70,7 @@ def test_what_a_step_needs_and_what_build_needs_can_be_read(module: str, most: i
     assert sum(map(lines_of_code, files)) <= most
 
 
-@pytest.mark.parametrize(("room", "most"), [(".", 15_239), ("testing", 5_848)])
+@pytest.mark.parametrize(("room", "most"), [(".", 15_213), ("testing", 5_826)])
 def test_the_core_stays_small(room: str, most: int) -> None:
     """A limit that was passed unnoticed is none: what goes beyond belongs to a plugin."""
     assert 0.9 * most < sum(map(lines_of_code, (ROOT / "core" / "vedette" / room).rglob("*.py"))) <= most

@@ -16,7 +16,6 @@ from vedette.kernels import (
     clusters,
     joint,
     modes,
-    random_numbers,
     reference,
     twins,
 )
@@ -37,7 +36,6 @@ REFERENCE = {
         boxes,
         clusters,
         joint,
-        random_numbers,
         twins,
     )
     for name in dir(kernels)

@@ -11,7 +11,6 @@ from vedette.kernels import boxes as _boxes
 from vedette.kernels import clusters as _clusters
 from vedette.kernels import joint as _joint
 from vedette.kernels import modes as _modes
-from vedette.kernels import random_numbers as _random_numbers
 from vedette.kernels import reference as _reference
 from vedette.kernels import results as _results
 from vedette.kernels import square_root as _square_root
@@ -98,5 +97,5 @@ linked_clusters = _fastest(_boxes.linked_clusters)
 pairs_in_boxes = _fastest(_boxes.pairs_in_boxes, _results.BoxPairs)
 wide_clusters = _fastest(_joint.wide_clusters)
 
-normals = _fastest(_random_numbers.normals)
-uniforms = _fastest(_random_numbers.uniforms)
+normals = _fastest(_reference.normals)
+uniforms = _fastest(_reference.uniforms)

@@ -6,7 +6,7 @@ An axis written `1|k` has one entry for all returns if they share a noise, else 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
@@ -340,3 +340,24 @@ def pda_update(
     total = log_sum(scores)
     mixed = mixture(Ps, seen.shift, seen.post, exp_or_zero(scores - total[..., None]))
     return Updated(xs + mixed.shift, mixed.cov, total)
+
+
+Generators = Sequence[np.random.Generator]
+
+
+def normals(rngs: Generators, shape: tuple[int, ...]) -> Array:
+    """Draw standard normal numbers (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    return _filled((len(rngs), *shape), (rng.standard_normal(shape) for rng in rngs))
+
+
+def uniforms(rngs: Generators, shape: tuple[int, ...]) -> Array:
+    """Draw uniform numbers in [0, 1) (r, *shape), row i from generator i. No other thread may draw from them meanwhile."""
+    return _filled((len(rngs), *shape), (rng.random(shape) for rng in rngs))
+
+
+def _filled(shape: tuple[int, ...], rows: Iterator[Array]) -> Array:
+    """Return an array of these rows, which are not held twice."""
+    whole = np.empty(shape)
+    for i, row in enumerate(rows):
+        whole[i] = row
+    return whole
