@@ -72,8 +72,8 @@ def group(played: Runs, i: int, size: int) -> Runs:
     """Return the i-th group of `size` runs."""
     part = slice(i * size, (i + 1) * size)
     looks = {name: one.of(part) for name, one in played.looks.items()}
-    error, cov, mean, drowned = played.error[part], played.cov[part], played.mean[part], played.drowned[part]
-    return evolve(played, error=error, cov=cov, mean=mean, looks=looks, drowned=drowned)
+    rows = {name: getattr(played, name)[part] for name in ("error", "cov", "mean", "truth", "drowned")}
+    return evolve(played, looks=looks, **rows)
 
 
 def run(tracker: Tracker, runs: int, scans: int, seed: int, world: Tracker | None = None) -> Runs:

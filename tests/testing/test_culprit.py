@@ -2,12 +2,15 @@
 
 import re
 
+import numpy as np
 import pytest
-from attrs import evolve
+from attrs import evolve, frozen
 
 import vedette
 from vedette.testing import consistency
+from vedette_report.whole_trackers.culprits.drawn import Stated, told
 from vedette_standard import Displaced
+from vedette_standard.estimators.kalman import Kalman
 
 START = {"x": [1000, 20], "y": [0, 20], "vx": [12, 2], "vy": [0, 2]}
 
@@ -124,3 +127,104 @@ def test_a_bias_and_late_times_are_named_and_told_apart(wrong, words):
 
 def test_a_right_tracker_has_no_culprit():
     assert judged({}, {}).cause == ""
+
+
+def filtering(estimator):
+    """A tracker of a radar whose errors, of 10 m, tell little of its Q; its gate is open."""
+    slow = {"x": [2000, 20], "y": [0, 20], "vx": [0, 2], "vy": [5, 2]}
+    turning = {axis: [0, 0.3] for axis in ("ax", "ay") if "singer" in str(estimator)}
+    radar = {"kind": "cartesian_position", "sigma": 10.0, "detection_probability": 0.9}
+    return vedette.build(
+        {
+            "estimator": estimator, "sensors": {"radar": radar}, "gate": "off", "associator": {"kind": "pda"},
+            "birth": {"kind": "given", "start": slow | turning},
+            "lifecycle": {"kind": "single_target"},
+        }
+    )  # fmt: skip
+
+
+def straight(sigma):
+    return {"kind": "kalman", "motion": {"kind": "constant_velocity", "sigma_accel": sigma}}
+
+
+RIGHT_R = "; not R of radar along x, R of radar along y"
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.costly
+def test_a_q_of_which_innovations_tell_little_is_named_by_the_truth(factor):
+    """They are 4 % too large or too small: all of Q and R were once excluded, for innovations were as they should be."""
+    for seed in range(3):
+        cause = consistency(filtering(straight(0.3 * factor**0.5)), world=filtering(straight(0.3)), seed=seed).cause
+        assert size(cause, "Q") == pytest.approx(1 / factor, rel=0.05)
+        assert cause.endswith(RIGHT_R)
+
+
+@frozen
+class Louder(vedette.WrappedMotion):
+    """A motion with `factor` times the noise of another."""
+
+    kind = "louder"
+    of: vedette.MotionModel
+    factor: float
+
+    def noise(self, x, dt):
+        return self.factor * self.of.noise(x, dt)
+
+
+@frozen
+class Own(Kalman):
+    """Filters with another Q than its motion states."""
+
+    kind = "own_noise"
+    factor: float = 1.0
+
+    def predict(self, belief, dt, rng=None):
+        return Kalman(Louder(self.motion, self.factor)).predict(belief, dt, rng)
+
+
+@pytest.mark.parametrize("factor", [0.5, 2.0])
+@pytest.mark.costly
+def test_an_estimator_that_filters_with_another_q_is_named_not_its_motion(factor):
+    right = filtering(straight(0.3))
+    cause = consistency(evolve(right, estimator=Own(right.estimator.motion, factor=factor))).cause
+    assert cause.startswith("what the estimator makes of its models, not what they state: Q is ")
+    assert size(cause, "Q") == pytest.approx(1 / factor, rel=0.3)
+    assert cause.endswith(RIGHT_R)
+
+
+JUMPS = {"kind": "imm", "modes": [straight(0.1), straight(3.0)], "transition": [[0.95, 0.05], [0.1, 0.9]]}
+SINGER = {"kind": "kalman", "motion": {"kind": "singer", "tau": 20.0, "sigma_accel": 0.3}}
+
+
+@pytest.mark.parametrize(
+    ("sigma", "world", "words"),
+    [
+        (0.1, JUMPS, "the target manoeuvres: .* times too small"),
+        (0.5, JUMPS, "the target manoeuvres: .* times too small"),
+        (0.3, SINGER, "the target's motion is another: what moves it goes on, by 0.9"),
+    ],
+    ids=["quiet", "louder", "turns that last"],
+)
+@pytest.mark.costly
+def test_a_manoeuvre_is_no_correlated_error_of_a_sensor(sigma, world, words):
+    """The returns less the truth are white, which can be seen: only innovations were once asked."""
+    cause = consistency(filtering(straight(sigma)), world=filtering(world)).cause
+    assert re.match(words, cause)
+    assert cause.endswith(RIGHT_R)
+
+
+@pytest.mark.statistical(alpha=1e-4)
+def test_errors_as_stated_are_called_right_and_others_by_their_size():
+    rng = np.random.default_rng(0)
+    cov = np.array([[4.0, 1.0], [1.0, 1.0]])
+    error = rng.multivariate_normal([0, 0], cov, (200, 50))
+    seen = rng.random((200, 50)) < 0.8
+    right = Stated.of("R of radar", ("x", "y"), error, cov, seen, np.ones((200, 50)), "radar")
+    assert told(right) == ([], ["R of radar along x", "R of radar along y"])
+    assert max(off for *_, off in right.shapes().values()) < 1
+    wrong = Stated.of("R of radar", ("x", "y"), error, np.diag([1.0, 1.0]), seen, np.ones((200, 50)), "radar")
+    said, cleared = told(wrong)
+    assert re.match(r"R of radar along x is (3.9|4|4.1) \+- 0.0\d times too small", said[0])
+    assert re.match(r"R of radar between x and y is correlated by 0.(49|5|51), not by 0 ", said[1])
+    assert cleared == ["R of radar along y"]

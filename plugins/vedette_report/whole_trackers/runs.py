@@ -55,7 +55,8 @@ class Looks:
 
 @frozen(eq=False)
 class Runs:
-    """The result of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks.
+    """The result of the runs: errors (r, s, n) and covariances (r, s, n, n) at times (s,), estimates (r, s, n), and looks;
+    `truth` (r, 1 + s, n) is of the start at 0 s, too.
 
     `exact` says whether chi-square holds for them, and `why` not. `drowned` (r,) are runs that knew so little of their
     target that there was no end to the clutter around it. `surprise` (r, s) is how many nats a mixture's probability of the
@@ -67,6 +68,7 @@ class Runs:
     error: Array
     cov: Array
     mean: Array
+    truth: Array
     looks: Mapping[str, Looks] = field(repr=False)
     exact: bool
     why: str
@@ -159,7 +161,7 @@ def play(
     error = tracker.state.difference(truth[:, 1:], mean)
     surprised = np.stack(surprise, axis=1) if surprise else None
     drowned = np.zeros(runs, dtype=bool) if false is None else false.drowned
-    return Runs(tracker, times[1:], error, cov, mean, gathered, not why, why, drowned, surprised)
+    return Runs(tracker, times[1:], error, cov, mean, truth, gathered, not why, why, drowned, surprised)
 
 
 def _sees_clutter(of: Tracker | World, start: Gaussian) -> bool:

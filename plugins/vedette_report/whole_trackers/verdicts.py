@@ -39,7 +39,7 @@ def lost_verdict(count: int, total: int, share: float) -> Verdict:
 
 def without(played: Runs, lost: Mask) -> Runs:
     keep = ~lost
-    kept = {name: getattr(played, name)[keep] for name in ("error", "cov", "mean", "drowned")}
+    kept = {name: getattr(played, name)[keep] for name in ("error", "cov", "mean", "truth", "drowned")}
     return evolve(played, looks={name: one.of(keep) for name, one in played.looks.items()}, **kept)
 
 

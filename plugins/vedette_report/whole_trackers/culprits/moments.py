@@ -1,4 +1,4 @@
-"""Moments of innovations, and what they say of the noises of a world: by how much each must be turned."""
+"""Moments of innovations and errors, and what they say of the noises of a world: by how much each must be turned."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 from attrs import frozen
 
 from vedette.space import Array
-from vedette_report.whole_trackers.covariances import BEYOND_3
+from vedette_report.consistency import normalised_error
 from vedette_report.whole_trackers.runs import Runs
 
 LAGS = (1, 2, 3)
@@ -26,14 +26,13 @@ class Fit:
     mean: Array
     noise: Array
     doubt: Array
-    kinds: list[str]
 
     @classmethod
     def of(cls, played: Runs) -> Fit:
         """Return that of some runs."""
-        each, kinds = _moments(played)
+        each = _moments(played)
         noise = np.cov(each.T).reshape(each.shape[1], -1) / len(each)
-        return cls(each.mean(axis=0), noise, 3.5 * np.sqrt(np.diagonal(noise)) + TOLERATED, kinds)
+        return cls(each.mean(axis=0), noise, 3.5 * np.sqrt(np.diagonal(noise)) + TOLERATED)
 
     def solved(self, D: Array) -> tuple[float, Array, Array]:
         """Return what is left, squared, and the turns and their standard errors (k,), of slopes D (d, k) by least squares.
@@ -52,13 +51,14 @@ class Fit:
         return bool(np.all(np.abs(self.mean) <= self.doubt))
 
 
-def _moments(played: Runs) -> tuple[Array, list[str]]:
-    """Return of each run (r, d) how far what innovations show is from what is right, and what each number is of.
+def _moments(played: Runs) -> Array:
+    """Return of each run (r, d) how far what innovations and errors show is from what is right.
 
-    By sensor: products of axes of the same scan less the stated correlations, of the first scans and of the others, products
-    with those of later scans; how squares grow with distance; and the share beyond 3 deviations, whatever these are.
+    By sensor: products of axes of the same scan less the stated correlations, of the first scans and of the others, and
+    products with those of later scans. Of the errors the squares along each axis: of an axis that is not measured,
+    innovations tell little.
     """
-    found, kinds = [], []
+    found = []
     for looks in played.looks.values():
         spread = np.sqrt(np.diagonal(looks.cov, axis1=-2, axis2=-1))
         seen = looks.seen[..., None]
@@ -71,25 +71,9 @@ def _moments(played: Runs) -> tuple[Array, list[str]]:
                 stated = looks.cov[:, part, i, j] / (spread[:, part, i] * spread[:, part, j])
                 products = np.where(looks.seen[:, part], u[:, part, i] * u[:, part, j] - stated, 0.0)
                 found.append(products.sum(axis=1) / count)
-                kinds.append("same scan")
         for lag in LAGS:
             pairs = np.sum(seen[:, :-lag] & seen[:, lag:], axis=1)
             found += list((np.sum(u[:, :-lag] * u[:, lag:], axis=1) / np.maximum(pairs, 1)).T)
-            kinds += ["lag"] * m
-        late, mask = u[:, FIRST:], looks.seen[:, FIRST:]
-        count = np.maximum(mask.sum(axis=1), 1)
-        far = np.log(np.maximum(looks.distance[:, FIRST:], 1e-9))
-        far = far - far[mask].mean()
-        size = np.maximum(np.sum(far**2 * mask, axis=1), 1e-3 * count)
-        size = np.maximum(size, size.mean())
-        for i in range(m):
-            relative = late[..., i] / np.sqrt(np.mean(late[..., i][mask] ** 2))
-            found.append(np.sum(np.where(mask, (relative**2 - 1.0) * far, 0.0), axis=1) / size)
-            found.append(10.0 * (np.sum(mask & (np.abs(relative) > 3.0), axis=1) / count - BEYOND_3))
-            kinds += ["distance", "tails"]
-    return np.stack(found, axis=-1), kinds
-
-
-def count(m: int) -> int:
-    """Return how many moments there are of a sensor of m axes."""
-    return m * (m + 1) + (len(LAGS) + 2) * m
+    error = normalised_error(played.error, played.cov)[:, FIRST:]
+    free = np.diagonal(played.cov, axis1=-2, axis2=-1).min(axis=(0, 1)) > 0
+    return np.stack([*found, *np.mean(error[..., free] ** 2 - 1.0, axis=1).T], axis=-1)

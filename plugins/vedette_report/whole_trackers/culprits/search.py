@@ -1,4 +1,4 @@
-"""As few noises as explain the innovations, each with how far it must be turned."""
+"""As few noises as explain innovations and errors, each with how far it must be turned."""
 
 from __future__ import annotations
 
@@ -24,17 +24,16 @@ FARTHEST = 1e4
 
 @frozen(eq=False)
 class Culprits:
-    """The knobs that explain the moments, how far the world's had to be turned, and one standard error; what is left."""
+    """The knobs that explain the moments, how far the world's had to be turned, and one standard error."""
 
     knobs: list[Knob]
     turns: Array
     errors: Array
-    left: Fit
     explained: bool
 
 
 def culprits(tracker: Tracker, world: World, prior: Gaussian, times: Array, runs: int, seed: int) -> Culprits:
-    """Return as few knobs as explain the innovations: those that bring each world's moments to what is right.
+    """Return as few knobs as explain innovations and errors: those that bring each world's moments to what is right.
 
     The moments are linear in the world's noises: how they grow with each is seen in worlds that have more of it, drawn with
     the same numbers. One knob after the other is added, always the one that leaves least; a world with the knobs so turned
@@ -61,14 +60,10 @@ def culprits(tracker: Tracker, world: World, prior: Gaussian, times: Array, runs
         return np.stack(columns, axis=-1)
 
     here = seen([], np.zeros(0))
+    best, chosen = Culprits([], np.zeros(0), np.zeros(0), here.small()), list[int]()
+    if best.explained:
+        return best
     D = slopes(knobs, np.zeros(len(knobs)), here)
-    white = np.array([kind in ("same scan", "lag") for kind in here.kinds])
-
-    chosen: list[int] = []
-    nothing = Culprits([], np.zeros(0), np.zeros(0), here, here.small())
-    best = nothing
-    if np.all(np.abs(here.mean[white]) <= here.doubt[white]):
-        return nothing
     for _ in range(min(len(knobs), MOST)):
         ranked = sorted((k for k in range(len(knobs)) if k not in chosen), key=lambda k: here.solved(D[:, [*chosen, k]])[0])
         for k in ranked[: 2 if not chosen else 1]:
@@ -97,4 +92,4 @@ def _refined(chosen: list[Knob], turns: Array, errors: Array, seen: Any, slopes:
             turns = np.where(plain, np.maximum(turns + change, low), turns + change)
     except (VedetteError, ValueError, np.linalg.LinAlgError):
         return None
-    return Culprits(chosen, turns, errors, there, there.small())
+    return Culprits(chosen, turns, errors, there.small())

@@ -1,4 +1,4 @@
-"""Which parameter of a tracker is likely wrong, and by how much: what innovations say of it, in words."""
+"""Which parameter of a tracker is likely wrong, and by how much: what truth and innovations say of it, in words."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ from attrs import evolve
 from vedette import Array, Gaussian, Tracker, VedetteError
 from vedette_report.detector_errors.off_truth import Returns, beside
 from vedette_report.whole_trackers.covariances import modes_verdict
-from vedette_report.whole_trackers.culprits.moments import count
-from vedette_report.whole_trackers.culprits.search import Culprits, culprits
+from vedette_report.whole_trackers.culprits.drawn import sized, stated, told
+from vedette_report.whole_trackers.culprits.search import culprits
 from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of
 from vedette_report.whole_trackers.runs import Runs, play
 from vedette_report.whole_trackers.verdicts import lost_runs
@@ -18,8 +18,14 @@ from vedette_report.whole_trackers.world import World
 SHAPES = {
     "distance": "errors of {} change with the distance of the target: R should say so",
     "tails": "errors of {} have heavy tails: many are far larger than R says",
-    "lag": "errors of {} are correlated in time: a bias that drifts is among them",
+    "lag": "errors of {} are correlated in time, by {:.2g} from one to the next: a bias that drifts is among them",
 }
+"""Errors of a sensor that no R describes."""
+MANOEUVRES = {
+    "tails": "the target manoeuvres: what moves it is mostly small, and at times far larger",
+    "lag": "the target's motion is another: what moves it goes on, by {1:.2g} a scan, as in a turn; a larger Q may do",
+}
+"""Motion that no Q describes."""
 CHAIN = ("transition", "interval", "rates")
 
 
@@ -39,29 +45,46 @@ def likely_cause(
         return off
     if "bias" in wrong:
         return f"a bias{_shift(played)}: `move`, `measure` or the start, before Q and R"
+    said, right, motion = by_truth(played, prior)
+    if said:
+        return ", ".join(said) + (f"; not {', '.join(right)}" if right else "")
     try:
         found = culprits(tracker, world, prior, times, runs, seed)
     except (VedetteError, ValueError, TypeError, np.linalg.LinAlgError):  # the models cannot be made noisier
         return ""
-    if shape := _not_white(found, tracker):
-        return shape
     if not found.explained:
-        return "neither Q nor R alone: no factors of theirs explain the innovations"
+        return "neither Q nor R alone: no factors of theirs explain innovations and errors"
     parts = [text for part in zip(found.knobs, found.turns, found.errors, strict=True) if (text := _sized(*part, world))]
     if not parts:
-        return (
-            "neither Q nor R, for innovations are as they should be: an axis that is not measured, the covariance that is "
-            "reported, or the start"
-        )
-    said = {knob.name for knob in found.knobs}
-    rest = [knob.name for knob in knobs_of(world) if knob.name not in said and len(knob.axes) < 2 and knob.sensor != "start"]
-    return ", ".join(parts) + (f"; not {', '.join(rest)}" if rest else "")
+        return f"none of Q, R and the start that {runs} runs tell: what is wrong is within chance; more runs may tell"
+    whose = "what the estimator makes of its models, not what they state: " if motion else ""
+    names = {knob.name for knob in found.knobs}
+    rest = [
+        knob.name for knob in knobs_of(world) if knob.name not in names and len(knob.axes) < 2 and knob.sensor != "start"
+    ]
+    return whose + ", ".join(parts) + (f"; not {', '.join(rest)}" if rest else "")
+
+
+def by_truth(played: Runs, prior: Gaussian) -> tuple[list[str], list[str], bool]:
+    """Say what is wrong of the noises that the tracker states, which are right, and whether Q is among those asked."""
+    said, right, motion = list[str](), list[str](), False
+    for one in stated(played, prior):
+        wrong, cleared = told(one)
+        words = SHAPES if one.sensor else MANOEUVRES
+        shapes = {kind: found for kind, found in one.shapes().items() if kind in words} if one.u.shape[1] > 1 else {}
+        kind = max(shapes, key=lambda kind: shapes[kind][2], default="")
+        motion |= one.name == "Q"
+        if kind and shapes[kind][2] > 1:
+            said.append(words[kind].format(one.sensor, shapes[kind][0]))
+            wrong, cleared = [] if words is MANOEUVRES and kind == "lag" else wrong, []
+        said += wrong
+        right += cleared if one.name != "the covariance of the start" else []
+    return said, right, motion
 
 
 def _off_truth(played: Runs) -> str:
     """Say of which sensors returns lie beside the truth or are late; "" if none do. Runs are independent, scans are not."""
-    told, axes = [], played.tracker.state
-    truth = axes.displace(played.mean, played.error)
+    found_of, axes, truth = [], played.tracker.state, played.truth[:, 1:]
     for name, looks in played.looks.items():
         sensor = played.tracker.sensors[name]
         rates = np.empty(looks.real.shape)
@@ -74,18 +97,8 @@ def _off_truth(played: Runs) -> str:
         seen = Returns(looks.apart[looks.seen], rates[looks.seen], noise, np.nonzero(looks.seen)[0])
         if found := beside(name, sensor.measurement, seen):
             kinds = ["a bias"] * bool(np.isfinite(found.bias).any()) + ["wrong times"] * bool(np.isfinite(found.lag))
-            told.append(f"{(' or ' if found.either else ' and ').join(kinds)}: returns of {name} lie {found.said}")
-    return "; ".join(told) + ": mend `measure` or times before Q and R" * bool(told)
-
-
-def _not_white(found: Culprits, tracker: Tracker) -> str:
-    """Say how a sensor's errors are not white, where that is what no noise explains; "" if it is not."""
-    left = found.left
-    owners = [name for name, sensor in tracker.sensors.items() for _ in range(count(len(sensor.measurement)))]
-    ratio = np.where(np.array(left.kinds) == "lag", left.mean, np.abs(left.mean)) / left.doubt
-    shown = [k for k, kind in enumerate(left.kinds) if kind in SHAPES and (kind != "lag" or not found.explained)]
-    k = max(shown, key=lambda k: ratio[k])
-    return SHAPES[left.kinds[k]].format(owners[k]) if ratio[k] > 1 else ""
+            found_of.append(f"{(' or ' if found.either else ' and ').join(kinds)}: returns of {name} lie {found.said}")
+    return "; ".join(found_of) + ": mend `measure` or times before Q and R" * bool(found_of)
 
 
 def _by_transition(
@@ -114,15 +127,7 @@ def _sized(knob: Knob, turn: float, error: float, world: World) -> str:
         i, j = knob.axes
         real = float(R[..., i, j] / np.sqrt(R[..., i, i] * R[..., j, j]))
         return f"{knob.name} is correlated by {real:.2g}, not by {real + turn:.2g} +- {error:.1g}"
-    share = 1.0 + turn
-    factor = 1.0 / share
-    if abs(turn) <= 4 * error or abs(factor - 1.0) <= 0.04:
-        return ""
-    also = " (process noise, sigma squared)" if knob.name == "Q" else ""
-    if factor < 1:
-        return f"{knob.name} is {share:.2g} +- {error:.1g} times too large{also}"
-    size = f"{factor:.2g} +- {error / share**2:.1g} times" if factor < 15 else "far"
-    return f"{knob.name} is {size} too small{also}"
+    return sized(knob.name, 1.0 / (1.0 + turn), error / (1.0 + turn) ** 2)
 
 
 def _shift(played: Runs) -> str:
