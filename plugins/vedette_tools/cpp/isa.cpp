@@ -42,82 +42,79 @@ VEDETTE_INLINE Eight log_density(Eight d2, Eight S, const Bank& bank) {
 template <int axes>
 void bank_of(const Bank& bank) {
     const int modes = static_cast<int>(bank.modes);
-    Eight density{}, share{}, beyond{};
-    for (int m = 0; m < kLanes; ++m)
-        density[m] = m < modes ? bank.density[m] : 0.0, share[m] = m < modes ? bank.share[m] : 0.0,
-        beyond[m] = m < modes ? 0.0 : kInfinity;
+    Eight density{}, beyond{};
+    for (int m = 0; m < kLanes; ++m) density[m] = m < modes ? bank.density[m] : 0.0, beyond[m] = m < modes ? 0.0 : kInfinity;
     const Eight none{};
-    for (std::int64_t piece = 0; piece < bank.pieces; ++piece)
-        for (std::int64_t s = 0; s < bank.noises; ++s) {
-            const double R = bank.noise[s], R_pace = bank.noise_pace[s];
-            Eight x[axes], v[axes], p{}, c{}, w{}, mu{};
-            double missed = 0.0;
-            for (std::int64_t row = bank.starts[piece]; row < bank.starts[piece + 1]; ++row) {
-                const double *z = bank.spots + row * axes, *pace = bank.velocities + row * axes;
-                const double spread = bank.speed[row] * bank.speed[row];
-                const auto begin = [&] {
-                    for (int a = 0; a < axes; ++a) x[a] = none + z[a], v[a] = none;
-                    p = none + R, c = none, w = none + spread;
-                };
-                Eight like{}, prior = share;
-                bool gross = false;
-                if (row == bank.starts[piece]) {
+    for (std::int64_t piece = 0; piece < bank.pieces; ++piece) {
+        const double R = bank.noise[piece], R_pace = bank.noise_pace[piece], change = bank.change[piece];
+        Eight x[axes], v[axes], p{}, c{}, w{}, mu{}, share{};
+        for (int m = 0; m < modes; ++m) share[m] = bank.share[piece * modes + m];
+        double missed = 0.0;
+        for (std::int64_t row = bank.starts[piece]; row < bank.starts[piece + 1]; ++row) {
+            const double *z = bank.spots + row * axes, *pace = bank.velocities + row * axes;
+            const double spread = bank.speed[row] * bank.speed[row];
+            const auto begin = [&] {
+                for (int a = 0; a < axes; ++a) x[a] = none + z[a], v[a] = none;
+                p = none + R, c = none, w = none + spread;
+            };
+            Eight like{}, prior = share;
+            bool gross = false;
+            if (row == bank.starts[piece]) {
+                begin();
+            } else {
+                prior = (1.0 - change) * mu + change * share;
+                Eight dx[axes], dv[axes], xx{}, xv{}, vv{};
+                for (int a = 0; a < axes; ++a) {
+                    dx[a] = x[a] - sum_of(mu * x[a]), dv[a] = v[a] - sum_of(mu * v[a]);
+                    xx += dx[a] * dx[a] / axes, xv += dx[a] * dv[a] / axes, vv += dv[a] * dv[a] / axes;
+                }
+                const double all_p = sum_of(mu * (p + xx)), all_c = sum_of(mu * (c + xv)), all_w = sum_of(mu * (w + vv));
+                const Eight f = change * share / (prior > 0.0 ? prior : 1.0 + none), own = 1.0 - f, g = f * own;
+                p = own * p + f * all_p + g * xx, c = own * c + f * all_c + g * xv, w = own * w + f * all_w + g * vv;
+                const double h = bank.waits[row];
+                Eight off[axes], d2{};
+                for (int a = 0; a < axes; ++a) {
+                    v[a] -= f * dv[a];
+                    x[a] += h * v[a] - f * dx[a];
+                }
+                p += h * (2.0 * c + h * w) + density * (h * h * h / 3.0), c += h * w + density * (h * h / 2.0), w += density * h;
+                const Eight S = p + R;
+                for (int a = 0; a < axes; ++a) off[a] = z[a] - x[a], d2 += off[a] * off[a];
+                d2 = d2 / S;
+                gross = least_of(d2 + beyond) > bank.gate;
+                missed = gross ? missed + 1.0 : 0.0;
+                like = log_density<axes>(d2, S, bank);
+                if (!gross) {
+                    const Eight gain = 1.0 / S, left = R * gain;
+                    for (int a = 0; a < axes; ++a) x[a] += gain * p * off[a], v[a] += gain * c * off[a];
+                    w = Lane<Eight>::maximum(w - gain * c * c, bank.rounding * w), p *= left, c *= left;
+                } else if (missed >= bank.again) {
+                    missed = 0.0;
                     begin();
-                } else {
-                    prior = (1.0 - bank.change) * mu + bank.change * share;
-                    Eight dx[axes], dv[axes], xx{}, xv{}, vv{};
-                    for (int a = 0; a < axes; ++a) {
-                        dx[a] = x[a] - sum_of(mu * x[a]), dv[a] = v[a] - sum_of(mu * v[a]);
-                        xx += dx[a] * dx[a] / axes, xv += dx[a] * dv[a] / axes, vv += dv[a] * dv[a] / axes;
-                    }
-                    const double all_p = sum_of(mu * (p + xx)), all_c = sum_of(mu * (c + xv)), all_w = sum_of(mu * (w + vv));
-                    const Eight f = bank.change * share / (prior > 0.0 ? prior : 1.0 + none), own = 1.0 - f, g = f * own;
-                    p = own * p + f * all_p + g * xx, c = own * c + f * all_c + g * xv, w = own * w + f * all_w + g * vv;
-                    const double h = bank.waits[row];
-                    Eight off[axes], d2{};
-                    for (int a = 0; a < axes; ++a) {
-                        v[a] -= f * dv[a];
-                        x[a] += h * v[a] - f * dx[a];
-                    }
-                    p += h * (2.0 * c + h * w) + density * (h * h * h / 3.0), c += h * w + density * (h * h / 2.0), w += density * h;
-                    const Eight S = p + R;
-                    for (int a = 0; a < axes; ++a) off[a] = z[a] - x[a], d2 += off[a] * off[a];
-                    d2 = d2 / S;
-                    gross = least_of(d2 + beyond) > bank.gate;
-                    missed = gross ? missed + 1.0 : 0.0;
-                    like = log_density<axes>(d2, S, bank);
-                    if (!gross) {
-                        const Eight gain = 1.0 / S, left = R * gain;
-                        for (int a = 0; a < axes; ++a) x[a] += gain * p * off[a], v[a] += gain * c * off[a];
-                        w = Lane<Eight>::maximum(w - gain * c * c, bank.rounding * w), p *= left, c *= left;
-                    } else if (missed >= bank.again) {
-                        missed = 0.0;
-                        begin();
-                    }
                 }
-                if (all_finite(pace, axes)) {
-                    const Eight S = w + R_pace;
-                    Eight off[axes], d2{};
-                    for (int a = 0; a < axes; ++a) off[a] = pace[a] - v[a], d2 += off[a] * off[a];
-                    d2 = d2 / S;
-                    like += log_density<axes>(d2, S, bank);
-                    if (least_of(d2 + beyond) <= bank.gate) {
-                        const Eight gain = 1.0 / S, left = R_pace * gain;
-                        for (int a = 0; a < axes; ++a) x[a] += gain * c * off[a], v[a] += gain * w * off[a];
-                        p = Lane<Eight>::maximum(p - gain * c * c, bank.rounding * p), c *= left, w *= left;
-                    }
-                }
-                like -= beyond;
-                const double top = -least_of(-like);
-                const Eight joint = prior * Lane<Eight>::exp(like - top);
-                const double total = sum_of(joint);
-                mu = joint / total;
-                const std::int64_t at = row * bank.noises + s;
-                bank.loglik[at] = std::log(total) + top;
-                bank.gross[at] = gross;
-                for (int m = 0; m < modes; ++m)
-                    bank.prob[at * modes + m] = static_cast<float>(mu[m]), bank.prior[at * modes + m] = static_cast<float>(prior[m]);
             }
+            if (all_finite(pace, axes)) {
+                const Eight S = w + R_pace;
+                Eight off[axes], d2{};
+                for (int a = 0; a < axes; ++a) off[a] = pace[a] - v[a], d2 += off[a] * off[a];
+                d2 = d2 / S;
+                like += log_density<axes>(d2, S, bank);
+                if (least_of(d2 + beyond) <= bank.gate) {
+                    const Eight gain = 1.0 / S, left = R_pace * gain;
+                    for (int a = 0; a < axes; ++a) x[a] += gain * c * off[a], v[a] += gain * w * off[a];
+                    p = Lane<Eight>::maximum(p - gain * c * c, bank.rounding * p), c *= left, w *= left;
+                }
+            }
+            like -= beyond;
+            const double top = -least_of(-like);
+            const Eight joint = prior * Lane<Eight>::exp(like - top);
+            const double total = sum_of(joint);
+            mu = joint / total;
+            bank.loglik[row] = std::log(total) + top;
+            bank.gross[row] = gross;
+            for (int m = 0; m < modes; ++m)
+                bank.prob[row * modes + m] = static_cast<float>(mu[m]), bank.prior[row * modes + m] = static_cast<float>(prior[m]);
+        }
         }
 }
 
@@ -190,21 +187,23 @@ void smoothed_of(const Smoothed& it) {
 }
 
 void after_of(const After& it) {
-    for (std::int64_t piece = 0; piece < it.pieces; ++piece)
+    for (std::int64_t piece = 0; piece < it.pieces; ++piece) {
+        const double *share = it.share + piece * it.modes, change = it.change[piece];
         for (std::int64_t row = it.starts[piece + 1] - 2; row >= it.starts[piece]; --row) {
             double ratio[kMostBankModes], shared = 0.0, total = 0.0;
             double *prob = it.prob + row * it.modes, *later = prob + it.modes;
             const double* prior = it.prior + (row + 1) * it.modes;
             for (int m = 0; m < it.modes; ++m) {
                 ratio[m] = later[m] / (prior[m] > it.least ? prior[m] : it.least);
-                shared += ratio[m] * it.share[m];
+                shared += ratio[m] * share[m];
             }
             for (int m = 0; m < it.modes; ++m) {
-                prob[m] *= (1.0 - it.change) * ratio[m] + it.change * shared;
+                prob[m] *= (1.0 - change) * ratio[m] + change * shared;
                 total += prob[m];
             }
             for (int m = 0; m < it.modes; ++m) prob[m] /= total;
         }
+    }
 }
 
 }  // namespace

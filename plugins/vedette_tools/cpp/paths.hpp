@@ -9,12 +9,12 @@ namespace vedette {
 constexpr int kMostBankModes = 8;
 
 struct Bank {
-    std::int64_t pieces, noises, modes;
+    std::int64_t pieces, modes;
     const std::int64_t* starts;
     const double *waits, *spots, *velocities, *speed;  // of rows; velocities NaN where none is reported
-    const double *density, *share;                     // of modes
-    const double *noise, *noise_pace;                  // variances
-    double change, gate, again, wide, rare, rounding;
+    const double* density;                             // of modes
+    const double *share, *change, *noise, *noise_pace;  // of pieces: share also of modes, noises are variances
+    double gate, again, wide, rare, rounding;
     double* loglik;
     float *prob, *prior;
     bool* gross;
@@ -31,8 +31,8 @@ struct Smoothed {
 struct After {
     std::int64_t pieces, modes;
     const std::int64_t* starts;
-    const double *prior, *share;
-    double change, least;
+    const double *prior, *share, *change;  // share and change of pieces
+    double least;
     double* prob;  // by the reports until each row, then by all
 };
 

@@ -11,7 +11,7 @@ from functools import partial
 import numpy as np
 from attrs import frozen
 
-from vedette.space import Array, Mask
+from vedette.space import Array, Indices, Mask
 from vedette_tools.smoothing import compiled
 from vedette_tools.smoothing.linear import ROUNDING
 from vedette_tools.smoothing.paths import Paths
@@ -31,8 +31,8 @@ LEAST = 1e-30
 
 @frozen(eq=False)
 class Modes:
-    """What a bank says of each row: the log-likelihood (n, s) of its report for each of s noises, the probabilities
-    (n, s, m) of m modes by the reports until then, and those before its own; whether it is gross (n, s).
+    """What a bank says of each row: the log-likelihood (n,) of its report, the probabilities (n, m) of the modes by the
+    reports until then, and those before its own; whether it is gross (n,).
     """
 
     loglik: Array
@@ -41,69 +41,81 @@ class Modes:
     gross: Mask
 
 
-def bank(
-    paths: Paths, accels: Array, share: Array, switch: float, sigmas: Array, sigmas_velocity: Array, speed: Array
-) -> Modes:
-    """Return what modes of acceleration densities accels^2 (m,), m^2/s^3, say under each of the noises (s,), m and m/s.
-
-    Between reports the mode changes with probability `switch`, to any in `share` (m,). speed (n,): as in `linear.smoothed`.
+@frozen(eq=False)
+class Stance:
+    """What pieces are taken to be under: how common each mode is in them (p, m), the probability (p,) that the mode changes
+    from one report to the next, to any by its share, and the deviations (p,) of positions, in m, and of velocities, in m/s.
     """
-    n, s, m, d = len(paths), len(sigmas), len(accels), paths.spots.shape[1]
+
+    share: Array
+    switch: Array
+    sigma: Array
+    sigma_velocity: Array
+
+    def of(self, pieces: Indices) -> Stance:
+        """Return that of some pieces."""
+        return Stance(self.share[pieces], self.switch[pieces], self.sigma[pieces], self.sigma_velocity[pieces])
+
+
+def bank(paths: Paths, accels: Array, stance: Stance, speed: Array) -> Modes:
+    """Return what modes of acceleration densities accels^2 (m,), m^2/s^3, say; speed (n,): as in `linear.smoothed`."""
+    n, m, d = len(paths), len(accels), paths.spots.shape[1]
     dt = paths.waits
-    modes = Modes(np.zeros((n, s)), np.zeros((n, s, m), np.float32), np.zeros((n, s, m), np.float32), np.zeros((n, s), bool))
+    modes = Modes(np.zeros(n), np.zeros((n, m), np.float32), np.zeros((n, m), np.float32), np.zeros(n, bool))
     density = accels**2
     if module := compiled.module(d, m):
         fixes = map(compiled.numbers, (dt, paths.spots, paths.velocities, speed))
-        given = map(compiled.numbers, (density, share, sigmas**2, sigmas_velocity**2))
+        under = stance.share, stance.switch, stance.sigma**2, stance.sigma_velocity**2
         module.bank(
-            d, compiled.whole(paths.starts), *fixes, s, m, *given,
-            switch, GATE, AGAIN, WIDE, RARE, ROUNDING, modes.loglik, modes.prob, modes.prior, modes.gross,
+            d, compiled.whole(paths.starts), *fixes, m, *map(compiled.numbers, (density, *under)),
+            GATE, AGAIN, WIDE, RARE, ROUNDING, modes.loglik, modes.prob, modes.prior, modes.gross,
         )  # fmt: skip
         return modes
-    noise, noise_pace = sigmas[:, None] ** 2, sigmas_velocity[:, None] ** 2
     paced: Mask = np.asarray(np.isfinite(paths.velocities).all(axis=-1))
-    reported, mu = np.nan_to_num(paths.velocities), np.zeros((0, s, m))
+    reported, mu, missed = np.nan_to_num(paths.velocities), np.zeros((0, m)), np.zeros(0, dtype=int)
     for k, rows in paths.steps():
         b = len(rows)
-        z, some = paths.spots[rows].T[:, :, None, None], np.asarray(paced[rows])
-        fresh = partial(Beliefs.at, z, noise, (speed[rows] ** 2)[:, None, None], (d, b, s, m))
+        own = stance.of(paths.piece[rows])
+        noise, noise_pace, switch = own.sigma[:, None] ** 2, own.sigma_velocity[:, None] ** 2, own.switch[:, None]
+        z, some = paths.spots[rows].T[:, :, None], np.asarray(paced[rows])
+        fresh = partial(Beliefs.at, z, noise, (speed[rows] ** 2)[:, None], (d, b, m))
         if k == 0:
-            now, prior = fresh(), np.broadcast_to(share, (b, s, m))
-            like: Array = np.zeros((b, s, m))
-            missed = np.zeros((b, s), dtype=int)
+            now, prior = fresh(), own.share
+            like: Array = np.zeros((b, m))
+            missed = np.zeros(b, dtype=int)
         else:
             now, mu, missed = now.first(b), mu[:b], missed[:b]
-            prior = (1 - switch) * mu + switch * share
-            now = now.mixed(mu, switch * share / prior).moved(dt[rows][:, None, None], density)
+            prior = (1 - switch) * mu + switch * own.share
+            now = now.mixed(mu, switch * own.share / np.where(prior > 0, prior, 1.0)).moved(dt[rows][:, None], density)
             off = z - now.x
             d2, S = now.surprise(off, noise)
             modes.gross[rows] = gross = d2.min(axis=-1) > GATE
             missed = np.where(gross, missed + 1, 0)
             like = log_density(d2, S, d)
-            now = now.updated(off, noise, np.where(gross, 0.0, 1.0)[..., None])
+            now = now.updated(off, noise, np.where(gross, 0.0, 1.0)[:, None])
             if (afresh := missed >= AGAIN).any():
                 missed[afresh] = 0
                 now = now.replaced(afresh, fresh())
         modes.prior[rows] = prior
         if some.any():
-            off, of_pace = reported[rows].T[:, :, None, None] - now.v, now.turned
+            off, of_pace = reported[rows].T[:, :, None] - now.v, now.turned
             d2, S = of_pace.surprise(off, noise_pace)
-            used = np.where((d2.min(axis=-1) <= GATE) & some[:, None], 1.0, 0.0)[:, :, None]
-            like = like + np.where(some[:, None, None], log_density(d2, S, d), 0.0)
+            used = np.where((d2.min(axis=-1) <= GATE) & some, 1.0, 0.0)[:, None]
+            like = like + np.where(some[:, None], log_density(d2, S, d), 0.0)
             now = of_pace.updated(off, noise_pace, used).turned
         top = like.max(axis=-1, keepdims=True)
         joint = prior * np.exp(like - top)
         total = joint.sum(axis=-1, keepdims=True)
         mu = joint / total
-        modes.loglik[rows] = (np.log(total) + top)[..., 0]
+        modes.loglik[rows] = (np.log(total) + top)[:, 0]
         modes.prob[rows] = mu
     return modes
 
 
 @frozen(eq=False)
 class Beliefs:
-    """What b pieces are believed to be at under each noise and in each mode: positions x and velocities v (d, b, s, m), and
-    their variances p and w and covariances c (b, s, m), which are alike along all axes.
+    """What b pieces are believed to be at in each mode: positions x and velocities v (d, b, m), and their variances p and w
+    and covariances c (b, m), which are alike along all axes.
     """
 
     x: Array
@@ -128,7 +140,7 @@ class Beliefs:
         return Beliefs(self.x[:, :b], self.v[:, :b], self.p[:b], self.c[:b], self.w[:b])
 
     def replaced(self, where: Mask, by: Beliefs) -> Beliefs:
-        """Return others where (b, s) says so."""
+        """Return others where (b,) says so."""
         pairs = zip((by.x, by.v, by.p, by.c, by.w), (self.x, self.v, self.p, self.c, self.w), strict=True)
         return Beliefs(*(np.where(where[..., None], other, own) for other, own in pairs))
 
@@ -154,7 +166,7 @@ class Beliefs:
         return (off * off).sum(axis=0) / S, S
 
     def updated(self, off: Array, noise: Array, used: Array) -> Beliefs:
-        """Return them after reports that are off by so much from the positions, where used (b, s, 1) is 1 and not 0."""
+        """Return them after reports that are off by so much from the positions, where used (b, 1) is 1 and not 0."""
         S = self.p + noise
         gain, left = used / S, np.where(used > 0, noise / S, 1.0)
         w = np.maximum(self.w - gain * self.c * self.c, ROUNDING * self.w)
@@ -168,19 +180,20 @@ def log_density(d2: Array, S: Array, d: int) -> Array:
     return density
 
 
-def smoothed_modes(paths: Paths, prob: Array, prior: Array, share: Array, switch: float) -> Array:
-    """Return the probabilities (n, m) of the modes by all reports, of those by the reports until each row."""
-    after = prob.astype(float)
-    if module := compiled.module(1, prob.shape[1]):
-        earlier = map(compiled.numbers, (prior, share))
-        module.smoothed_modes(prob.shape[1], compiled.whole(paths.starts), *earlier, switch, LEAST, after)
+def smoothed_modes(paths: Paths, modes: Modes, stance: Stance) -> Array:
+    """Return the probabilities (n, m) of the modes by all reports, of those that a bank says."""
+    after = modes.prob.astype(float)
+    if module := compiled.module(1, after.shape[1]):
+        earlier = map(compiled.numbers, (modes.prior, stance.share, stance.switch))
+        module.smoothed_modes(after.shape[1], compiled.whole(paths.starts), *earlier, LEAST, after)
         return after
     ends = np.zeros(len(paths), dtype=bool)
     ends[paths.starts[1:][paths.lengths > 0] - 1] = True
     for _, rows in paths.steps(backwards=True):
         rows = rows[~ends[rows]]
         if len(rows):
-            ratio = after[rows + 1] / np.maximum(prior[rows + 1], LEAST)
-            back = after[rows] * ((1 - switch) * ratio + switch * (ratio @ share)[:, None])
+            own = stance.of(paths.piece[rows])
+            switch, ratio = own.switch[:, None], after[rows + 1] / np.maximum(modes.prior[rows + 1], LEAST)
+            back = after[rows] * ((1 - switch) * ratio + switch * (ratio * own.share).sum(axis=-1, keepdims=True))
             after[rows] = back / back.sum(axis=-1, keepdims=True)
     return after

@@ -67,15 +67,15 @@ class Paths:
             yield k, starts[: alive[k]] + k
 
 
-def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask]:
+def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask, Indices]:
     """Return the paths with pieces of more than `most` rows cut into several, each with `overlap` rows more on either side.
 
-    Beside them, of which row each is a copy, and whether it is one of its window's own.
+    Beside them, of which row each is a copy, whether it is one of its window's own, and of which piece each window is.
     """
     if not (paths.lengths > most + overlap).any():
-        return paths, np.arange(len(paths)), np.ones(len(paths), dtype=bool)
-    rows, own, lengths = [], [], []
-    for first, last in zip(paths.starts[:-1].tolist(), paths.starts[1:].tolist(), strict=True):
+        return paths, np.arange(len(paths)), np.ones(len(paths), dtype=bool), np.arange(len(paths.lengths))
+    rows, own, lengths, pieces = [], [], [], []
+    for piece, (first, last) in enumerate(zip(paths.starts[:-1].tolist(), paths.starts[1:].tolist(), strict=True)):
         cuts = range(first, last, most) if last - first > most + overlap else [first]
         for cut in cuts:
             end = min(cut + most, last) if len(cuts) > 1 else last
@@ -84,9 +84,10 @@ def windows(paths: Paths, most: int, overlap: int) -> tuple[Paths, Indices, Mask
             rows.append(among)
             own.append((among >= cut) & (among < end))
             lengths.append(high - low)
+            pieces.append(piece)
     every = np.concatenate(rows)
     starts = np.concatenate([[0], np.cumsum(lengths)]).astype(int)
-    return paths.only(every, starts), every, np.concatenate(own)
+    return paths.only(every, starts), every, np.concatenate(own), np.array(pieces)
 
 
 def edges_of(codes: Indices) -> Indices:

@@ -1,4 +1,4 @@
-"""Paths from reports: cleaned, each with the noise and the agility that suit it, and smoothed."""
+"""Paths from reports: cleaned, each with the noise and the agility that its own reports show, and smoothed."""
 
 from __future__ import annotations
 
@@ -8,18 +8,15 @@ from attrs import evolve, frozen
 from vedette.space import Array, Indices, Mask
 from vedette_tools.smoothing import linear
 from vedette_tools.smoothing.cleaning import gross
-from vedette_tools.smoothing.modes import AGAIN, GATE, bank, log_density, smoothed_modes
-from vedette_tools.smoothing.noises import Model, fitted, of_objects
+from vedette_tools.smoothing.modes import AGAIN, GATE, bank, smoothed_modes
+from vedette_tools.smoothing.noises import ACCELS, Model, Trials, copies, fits
 from vedette_tools.smoothing.paths import Paths, windows
 
 WINDOW, OVERLAP = 400, 50
 """Longer pieces are smoothed in windows of so many rows, with so many more on either side: what lies beyond is forgotten."""
 
-SAMPLE, SAMPLE_ROWS = 200, 200
-"""So many objects, and so many rows of each, tell the model."""
-
-HELD_BACK, ENOUGH, MOST_FOLDS = 0.1, 200, 10
-"""Part of a sample's reports by which its model is judged, and again with others until so many were, or so often."""
+OBJECTS = 200
+"""So many objects tell how common errors are."""
 
 TELL = 3
 """So many reports of a piece tell errors from motion."""
@@ -27,8 +24,8 @@ TELL = 3
 MOST_GROSS = 0.5
 """If a larger part of a piece's reports is gross, none is: there is nothing that they are gross beside."""
 
-SWELLS, DOUBTS = (0.5, 1.0, 2.0, 4.0), (1.0, 4.0, 16.0)
-"""Factors of accelerations and of velocities' deviations that are tried on them."""
+LEAST = 1e-3
+"""Less probable trials are left out."""
 
 
 @frozen(eq=False)
@@ -44,59 +41,15 @@ class Smooth:
 
 
 def sampled(paths: Paths, objects: Indices, roundings: Array) -> Model:
-    """Return the model of the first objects of some paths; objects (p,): whose each piece is, in order.
+    """Return how common errors are among the first objects of some paths; objects (p,): whose each piece is, in order.
 
     roundings (o,): the deviation of positions in m below which none of an object is taken to be, since digits are cut.
-
-    Likelihood chooses noises and modes; as it takes errors to be white, which those of satellites' positions and of reported
-    velocities are not, the agility and the trust in velocities are those by which reports held back are likeliest.
     """
-    taken, whose = [], []
-    lengths = [0]
-    for one in range(min(int(objects.max(initial=-1)) + 1, SAMPLE)):
-        left = SAMPLE_ROWS
-        for piece in np.flatnonzero(objects == one).tolist():
-            rows = np.arange(paths.starts[piece], min(paths.starts[piece + 1], paths.starts[piece] + left))
-            rows = rows[paths.told[rows]]
-            if len(rows):
-                taken.append(rows)
-                whose.append(one)
-                lengths.append(len(rows))
-                left -= len(rows)
-    few = paths.only(np.concatenate(taken), np.cumsum(lengths))
-    clean = few.without(gross(few))
-    model, owner = fitted(clean, np.array(whose), speeds(clean), roundings[: whose[-1] + 1]), np.array(whose)
-    paced = bool(np.isfinite(clean.velocities).any())
-    trusts = [evolve(model, sigmas_velocity=model.sigmas_velocity * factor) for factor in (DOUBTS if paced else (1.0,))]
-    folds = int(np.clip(np.ceil(ENOUGH / (HELD_BACK * len(clean))), 1, MOST_FOLDS))
-    tenth = np.random.default_rng(0).permutation(len(clean)) % round(1 / HELD_BACK)
-    back = (tenth == np.arange(folds)[:, None]).ravel()
-    partly = evolve(_copies(clean, folds), told=~back)
-    owners = np.concatenate([owner + i * (owner[-1] + 1) for i in range(folds)])
-    cleaned, again = _Cleaned.of(partly), np.tile(roundings[: owner[-1] + 1], folds)
-    likely = [_held_back(partly, back, _told(partly, owners, trust, cleaned, again)) for trust in trusts]
-    trust, swell = np.unravel_index(int(np.argmax(likely)), (len(trusts), len(SWELLS)))
-    return evolve(trusts[trust], swell=SWELLS[swell], told=bool(clean.lengths.max(initial=0) >= TELL))
-
-
-def _copies(paths: Paths, count: int) -> Paths:
-    """Return paths side by side with copies of themselves."""
-    starts = np.concatenate([[0], *(paths.starts[1:] + i * len(paths) for i in range(count))])
-    return paths.only(np.tile(np.arange(len(paths)), count), starts)
-
-
-def _held_back(paths: Paths, back: Mask, told: Told) -> Array:
-    """Return how likely reports are by the others with each of `SWELLS`: Gaussian, but for one in many of larger error.
-
-    No piece is as long as a window.
-    """
-    count = len(SWELLS)
-    accel = np.outer(SWELLS, told.accel).ravel()
-    noises = (np.tile(each, count) for each in (told.sigma, told.sigma_velocity, told.speed))
-    estimates = linear.smoothed(_copies(paths, count), accel, *noises)
-    S = estimates.spot_variances.reshape(count, -1)[:, back] + told.sigma[back] ** 2
-    off = paths.spots[back] - estimates.spots.reshape(count, *paths.spots.shape)[:, back]
-    return np.asarray(np.sum(log_density((off**2).sum(axis=-1) / S, S, paths.spots.shape[1]), axis=-1))
+    pieces = int(np.searchsorted(objects, OBJECTS))
+    first = paths.only(np.arange(paths.starts[pieces]), paths.starts[: pieces + 1])
+    cleaned = _Cleaned.of(first)
+    trials = fits(cleaned.clean, objects[:pieces], cleaned.speed, roundings[:OBJECTS])
+    return Model.of(trials, bool(cleaned.clean.lengths.max(initial=0) >= TELL))
 
 
 def speeds(paths: Paths) -> Array:
@@ -132,12 +85,63 @@ class _Cleaned:
         return cls(rows, wrong, clean, speeds(clean))
 
 
+def smoothed(paths: Paths, objects: Indices, model: Model, roundings: Array) -> Smooth:
+    """Return the paths smoothed under each stance that an object's own reports leave likely, mixed by how likely these are.
+
+    objects (p,): whose each piece is, in order; roundings (o,): as in `sampled`. What other objects show enters into these
+    weights alone. Jumps begin further pieces.
+    """
+    cleaned = _Cleaned.of(paths)
+    trials = fits(cleaned.clean, objects, cleaned.speed, roundings)
+    best = np.zeros(len(trials.whose), dtype=bool)
+    best[trials.best] = True
+    few = np.flatnonzero(best | (trials.weights(model) > LEAST))
+    trials, best = trials.of(few), best[few]
+    under = _Under.of(paths, objects, cleaned, trials, best)
+    rows, trial, jumps = under.rows, under.trial, under.jumps
+    if jumps.any():
+        starts = np.union1d(paths.starts, np.flatnonzero(jumps))
+        objects = objects[np.searchsorted(paths.starts, starts[:-1], side="right") - 1]
+        paths = evolve(paths, starts=starts)
+    full = evolve(under.paths, starts=np.union1d(under.paths.starts, np.flatnonzero(jumps[rows])))
+    every = evolve(full, told=_used(full, under.gross))
+    estimates = _over_windows(every, under)
+    late = _outlying(every, estimates, under.sigma)
+    if late.any():
+        every = evolve(every, told=_used(full, ~every.told | late))
+        estimates = _over_windows(every, under)
+    weight, n = trials.weights(model)[trial], len(paths)
+
+    def mean(values: Array) -> Array:
+        return np.stack([np.bincount(rows, weight * part, n) for part in values.reshape(len(rows), -1).T], axis=-1)
+
+    spots, velocities = mean(estimates.spots), mean(estimates.velocities)
+    variances = [
+        mean(own + ((each - middle[rows]) ** 2).mean(axis=-1))[:, 0]
+        for own, each, middle in (
+            (estimates.spot_variances, estimates.spots, spots),
+            (estimates.velocity_variances, estimates.velocities, velocities),
+        )
+    ]
+    mixed = linear.Estimates(spots, velocities, *variances)
+    piece = paths.piece
+    wrong = mean((full.told & ~every.told).astype(float))[:, 0] > 0.5
+    unknown = (np.bincount(piece, paths.told & ~wrong, len(paths.lengths)) == 0)[piece]
+    for part in _parts(mixed):
+        part[unknown] = np.nan
+    return Smooth(mixed, wrong, piece, objects)
+
+
 @frozen(eq=False)
-class Told:
-    """What a path's own reports tell of each row: its acceleration, noises and first speed, as `linear.smoothed` takes them,
-    which reports are gross, and where the object is all at once elsewhere.
+class _Under:
+    """Paths once for each trial: of which row each is a copy, and of which trial; its acceleration, noises and first speed
+    as `linear.smoothed` takes them, and whether its report is gross. Of the rows of the paths themselves: where an object's
+    likeliest trial has it all at once elsewhere.
     """
 
+    paths: Paths
+    rows: Indices
+    trial: Indices
     accel: Array
     sigma: Array
     sigma_velocity: Array
@@ -145,29 +149,39 @@ class Told:
     gross: Mask
     jumps: Mask
 
+    @classmethod
+    def of(cls, paths: Paths, objects: Indices, cleaned: _Cleaned, trials: Trials, best: Mask) -> _Under:
+        clean, kept = cleaned.clean, cleaned.rows[~cleaned.wrong]
+        again, of, piece = copies(clean, objects, trials.whose)
+        wide, rows, inner, whole = windows(again, WINDOW, OVERLAP)
+        stance = trials.stance.of(piece[whole])
+        banked = bank(wide, ACCELS, stance, cleaned.speed[of][rows])
+        accel = np.sqrt(_back(smoothed_modes(wide, banked, stance) @ ACCELS**2, rows, inner, len(again)))
+        short, begun = _runs(_back(banked.gross.astype(float), rows, inner, len(again)) > 0)
+        full, source, trial = copies(paths, objects, trials.whose)
+        owner, trial = np.repeat(piece, again.lengths), np.repeat(trial, full.lengths)
+        # Rows of one trial lie as those of its object do, farther along.
+        along = _begins(trial, len(trials.whose)) - paths.starts[np.searchsorted(objects, trials.whose)]
+        wrong, jumps = np.zeros((2, len(paths)), dtype=bool)
+        wrong[cleaned.rows[cleaned.wrong]] = True
+        bad = wrong[source]
+        bad[kept[of[short]] + along[owner[short]]] = True
+        jumps[kept[of[begun & best[owner]]]] = True
+        # What leads to a row is of the next clean report; a row after the last has none.
+        after = np.searchsorted(kept, np.arange(len(paths)))
+        last = np.searchsorted(kept, paths.starts[1:])[paths.piece] - 1
+        after = np.maximum(np.minimum(after, last), 0)[source]
+        along = _begins(owner, len(trials.whose)) - clean.starts[np.searchsorted(objects, trials.whose)]
+        there = np.clip(after + along[trial], 0, max(len(again) - 1, 0))
+        accel = (accel[there] if len(again) else np.ones(len(source))) * trials.swell[trial]
+        speed = cleaned.speed[after] if len(clean) else np.ones(len(source))
+        sigma, pace = trials.stance.sigma[trial], trials.stance.sigma_velocity[trial]
+        return cls(full, source, trial, accel, sigma, pace, speed, bad, jumps)
 
-def smoothed(paths: Paths, objects: Indices, model: Model, roundings: Array) -> Smooth:
-    """Return the paths smoothed by a model; objects (p,): whose each piece is, in order; roundings (o,): as in `sampled`.
 
-    Jumps begin further pieces.
-    """
-    told = _told(paths, objects, model, _Cleaned.of(paths), roundings)
-    if told.jumps.any():
-        starts = np.union1d(paths.starts, np.flatnonzero(told.jumps))
-        objects = objects[np.searchsorted(paths.starts, starts[:-1], side="right") - 1]
-        paths = evolve(paths, starts=starts)
-    every = evolve(paths, told=_used(paths, told.gross))
-    estimates = _over_windows(every, told, model)
-    late = _outlying(every, estimates, told.sigma)
-    if late.any():
-        every = evolve(every, told=_used(paths, ~every.told | late))
-        estimates = _over_windows(every, told, model)
-    piece = paths.piece
-    unknown = (np.bincount(piece, every.told, len(paths.lengths)) == 0)[piece]
-    if unknown.any():
-        for part in _parts(estimates):
-            part[unknown] = np.nan
-    return Smooth(estimates, paths.told & ~every.told, piece, objects)
+def _begins(trial: Indices, count: int) -> Indices:
+    """Return where the rows of each trial begin among those of all."""
+    return np.searchsorted(trial, np.arange(count))
 
 
 def _used(paths: Paths, wrong: Mask) -> Mask:
@@ -177,29 +191,11 @@ def _used(paths: Paths, wrong: Mask) -> Mask:
     return paths.told & ~(wrong & (bad <= MOST_GROSS * all_told)[piece])
 
 
-def _told(paths: Paths, objects: Indices, model: Model, cleaned: _Cleaned, roundings: Array) -> Told:
-    rows, wrong = cleaned.rows, cleaned.wrong.copy()
-    kept = np.flatnonzero(~wrong)
-    accel, noise, off = _agility(cleaned.clean, cleaned.speed, objects, model, roundings)
-    short, begun = _runs(off)
-    wrong[kept] |= short
-    bad, jumps = np.zeros((2, len(paths)), dtype=bool)
-    bad[rows[wrong]] = True
-    jumps[rows[kept][begun]] = True
-    # What leads to a row is of the next clean report, its noises are of any of its object: the last piece has no later one.
-    after = np.searchsorted(rows[kept], np.arange(len(paths)))
-    whose = paths.piece
-    last = np.searchsorted(rows[kept], paths.starts[1:])[whose] - 1
-    after = np.maximum(np.minimum(after, last), 0)
-    sigma = np.maximum(model.sigmas[noise][after], roundings[np.repeat(objects, paths.lengths)])
-    return Told(accel[after], sigma, model.sigmas_velocity[noise][after], cleaned.speed[after], bad, jumps)
-
-
-def _over_windows(paths: Paths, told: Told, model: Model) -> linear.Estimates:
+def _over_windows(paths: Paths, under: _Under) -> linear.Estimates:
     """Return the estimates of all rows; those of long pieces by windows."""
-    again, rows, inner = windows(paths, WINDOW, OVERLAP)
-    accel = model.swell * told.accel[rows]
-    estimates = linear.smoothed(again, accel, told.sigma[rows], told.sigma_velocity[rows], told.speed[rows])
+    again, rows, inner, _ = windows(paths, WINDOW, OVERLAP)
+    noises = (each[rows] for each in (under.accel, under.sigma, under.sigma_velocity, under.speed))
+    estimates = linear.smoothed(again, *noises)
     return linear.Estimates(*(_back(part, rows, inner, len(paths)) for part in _parts(estimates)))
 
 
@@ -218,21 +214,6 @@ def _outlying(paths: Paths, estimates: linear.Estimates, sigma: Array) -> Mask:
     left = sigma**2 - estimates.spot_variances
     off = ((paths.spots - estimates.spots) ** 2).sum(axis=-1)
     return np.asarray(paths.told & (left > 1e-6 * sigma**2) & (off > GATE * np.maximum(left, 1e-300)))
-
-
-def _agility(paths: Paths, speed: Array, objects: Indices, model: Model, roundings: Array) -> tuple[Array, Indices, Mask]:
-    """Return for each row the density's root of its acceleration, which noise its object has, and whether it is gross."""
-    n = len(paths)
-    again, rows, inner = windows(paths, WINDOW, OVERLAP)
-    banked = bank(again, model.accels, model.share, model.switch, model.sigmas, model.sigmas_velocity, speed[rows])
-    loglik = of_objects(_back(banked.loglik, rows, inner, n), paths, objects, roundings, model.sigmas)
-    noise = np.argmax(loglik + np.log(model.common), axis=-1)[np.repeat(objects, paths.lengths)]
-    pick = np.arange(len(rows)), noise[rows]
-    prob = smoothed_modes(again, banked.prob[pick], banked.prior[pick], model.share, model.switch)
-    accel = np.sqrt(_back(prob @ model.accels**2, rows, inner, n))
-    off = np.zeros(n, dtype=bool)
-    off[rows[inner]] = banked.gross[pick][inner]
-    return accel, noise, off
 
 
 def _runs(off: Mask) -> tuple[Mask, Mask]:

@@ -6,8 +6,8 @@ import numpy as np
 from attrs import evolve
 
 from vedette.space import Array, Indices, Mask
-from vedette_tools.smoothing.modes import bank
-from vedette_tools.smoothing.noises import Model
+from vedette_tools.smoothing.modes import Stance, bank
+from vedette_tools.smoothing.noises import ACCELS, SIGMAS, SWITCHES, copies
 from vedette_tools.smoothing.paths import Paths, edges_of
 from vedette_tools.smoothing.smoother import Smooth, speeds
 
@@ -147,7 +147,9 @@ def _alone(paths: Paths, rows: Indices) -> Paths:
 
 
 def _loglik(paths: Paths, speed: Array, rounding: Array) -> float:
-    model = Model()
-    sigmas = np.unique(np.maximum(model.sigmas, rounding))
-    banked = bank(paths, model.accels, model.share, model.switch, sigmas, np.ones(len(sigmas)), speed)
-    return float(banked.loglik.sum(axis=0).max())
+    sigmas = np.unique(np.maximum(SIGMAS, rounding))
+    pieces, noises, modes = len(paths.lengths), len(sigmas), len(ACCELS)
+    again, rows, trial = copies(paths, np.zeros(pieces, dtype=int), np.zeros(noises, dtype=int))
+    stance = Stance(np.full((noises, modes), 1 / modes), np.full(noises, SWITCHES[1]), sigmas, np.ones(noises))
+    banked = bank(again, ACCELS, stance.of(trial), speed[rows])
+    return float(np.bincount(np.repeat(trial, again.lengths), banked.loglik).max())

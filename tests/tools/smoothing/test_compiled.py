@@ -32,16 +32,16 @@ def both(monkeypatch, function, *given):
 def test_compiled_and_in_numpy_they_agree(axes, count, monkeypatch):
     rng = np.random.default_rng(count)
     paths = paths_of(rng, [30, 1, 0, 60, 2, 40], axes)
-    share, speed = np.full(count, 1 / count), rng.uniform(5, 30, len(paths))
-    bank = np.geomspace(1e-4, 100, count), share, 0.1, np.array([1.0, 10, 50]), np.array([0.1, 1, 3]), speed
-    got, wanted = both(monkeypatch, modes.bank, paths, *bank)
+    share, speed = rng.dirichlet(np.ones(count), 6), rng.uniform(5, 30, len(paths))
+    stance = modes.Stance(share, rng.uniform(0.02, 0.3, 6), rng.uniform(1, 50, 6), rng.uniform(0.1, 3, 6))
+    got, wanted = both(monkeypatch, modes.bank, paths, np.geomspace(1e-4, 100, count), stance, speed)
     assert got.gross.any()
     assert not got.gross.all()
     np.testing.assert_array_equal(got.gross, wanted.gross)
     np.testing.assert_allclose(got.loglik, wanted.loglik, rtol=1e-10, atol=1e-8)
     np.testing.assert_allclose(got.prob, wanted.prob, atol=1e-7)
     np.testing.assert_allclose(got.prior, wanted.prior, atol=1e-7)
-    after, again = both(monkeypatch, modes.smoothed_modes, paths, got.prob[:, 1], got.prior[:, 1], share, 0.1)
+    after, again = both(monkeypatch, modes.smoothed_modes, paths, got, stance)
     np.testing.assert_allclose(after, again, rtol=1e-12)
     noises = rng.uniform(0.1, 2, len(paths)), rng.uniform(1, 9, len(paths)), rng.uniform(0.2, 2, len(paths))
     monkeypatch.setattr(linear, "VAGUE", 1e6)  # a wider prior costs digits in both

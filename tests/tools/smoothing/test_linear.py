@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from vedette_tools.smoothing import linear
-from vedette_tools.smoothing.modes import bank
+from vedette_tools.smoothing.modes import Stance, bank
 from vedette_tools.smoothing.paths import Paths, windows
 
 VAGUE = 1e5
@@ -75,7 +75,8 @@ def test_a_bank_of_one_mode_scores_as_the_joint_gaussian_does():
     dt, sigma, accel, speed = paths.waits, 6.0, 0.7, 20.0
     steps = rng.normal(0, 1, (9, 2)) * sigma
     paths = Paths(paths.starts, paths.times, steps, paths.velocities, np.ones(9, dtype=bool))
-    one = bank(paths, np.array([accel]), np.ones(1), 0.1, np.array([sigma]), np.ones(1), np.full(9, speed))
+    stance = Stance(np.ones((1, 1)), np.full(1, 0.1), np.array([sigma]), np.ones(1))
+    one = bank(paths, np.array([accel]), stance, np.full(9, speed))
     P, x, total = np.diag([sigma**2, speed**2]), np.stack([steps[0], np.zeros(2)]), 0.0
     for k in range(1, 9):
         h = dt[k]
@@ -95,7 +96,8 @@ def test_windows_of_a_long_piece_change_nothing_that_counts():
     n = len(paths)
     given = np.full(n, 0.3), np.full(n, 5.0), np.full(n, 1.0), np.full(n, 20.0)
     whole = linear.smoothed(paths, *given)
-    cut, rows, own = windows(paths, 200, 50)
+    cut, rows, own, pieces = windows(paths, 200, 50)
+    assert pieces.tolist() == [0, 0, 0, 0, 0, 1]
     assert len(cut.lengths) == 6
     assert np.array_equal(np.sort(rows[own]), np.arange(n))
     apart = linear.smoothed(cut, *(each[rows] for each in given))
