@@ -11,6 +11,7 @@ from vedette.commands import DONE, options
 from vedette.config import load, to_config, warnings_of
 from vedette_files.files_read import Inputs
 from vedette_files.writing import check_folder, locked, write_texts
+from vedette_report.detector_errors.between_axes import together
 from vedette_report.detector_errors.in_tracks import NIS_IS_NOT_ENOUGH, in_tracks
 from vedette_report.drawing.brought import Drawing, drawing
 from vedette_report.progress import on_terminal
@@ -40,12 +41,14 @@ def run(arguments: Namespace) -> int:
         around = list(turned(tracker, result.scans, result.recording.truth))
         apart = [one.sensor for one in around]
         off = list(beside_truth(tracker, result.scans, result.tracks, told, result.recording.truth, apart))
+        joined = list(together(tracker, result.scans, result.tracks))
         odd = [
             *warnings_of(result.intake, result.recording, tracker.sensors),
             *left_out(result.intake, result.recording),
             *held(tracker),
             *map(str, around),
             *map(str, off),
+            *map(str, joined),
             *late(tracker, result.scans, result.tracks, [*apart, *(one.sensor for one in off)]),
         ]
         said = sentences(told)
@@ -63,6 +66,7 @@ def run(arguments: Namespace) -> int:
             "warnings": odd,
             "turned": [one.data() for one in around],
             "beside_truth": [one.data() for one in off],
+            "between_axes": [one.data() for one in joined],
             "told": said,
         }
         written = [] if folder is None else _write(folder, experiment.title, told, text, figures, pictures)

@@ -110,7 +110,7 @@ def in_tracks(tracker: Tracker, scans: Iterable[Scan], states: Iterable[State]) 
     own, is not asked. A place along any axis is followed as if it kept its velocity, also a range or a bearing.
     """
     taken: dict[tuple[str, int], tuple[list[float], list[Array]]] = {}
-    asked = {name: _measured(sensor) for name, sensor in tracker.sensors.items()}
+    asked = {name: measured_axes(sensor) for name, sensor in tracker.sensors.items()}
     for scan, state in zip(scans, states, strict=True):
         if not asked[scan.sensor] or scan.frame is not None or scan.detections.time is not None:
             continue
@@ -178,7 +178,7 @@ def _extent(sensor: Sensor, z: Array) -> tuple[str, Array]:
     return "", np.full(len(z), np.nan)
 
 
-def _measured(sensor: Sensor) -> list[int]:
+def measured_axes(sensor: Sensor) -> list[int]:
     """Return which measured axes are places or directions, without an error that the state has, too."""
     if isinstance(sensor, ImagingSensor) or _has_own_states(sensor):
         return []

@@ -104,8 +104,8 @@ def shape_of(paths: Sequence[Measured]) -> Shape | None:
     judged on the others, against a Gaussian of one size. Each error is in five residuals: what one says of the
     next ones counts in the errors of gains (Bartlett's weights).
     """
-    narrow = [each for path in paths if len((each := _residuals(path, 1))[0])]
-    wide = np.concatenate([_residuals(path, 2)[0] for path in paths] or [np.zeros(0)])
+    narrow = [each for path in paths if len((each := residuals(path, 1))[0])]
+    wide = np.concatenate([residuals(path, 2)[0] for path in paths] or [np.zeros(0)])
     u = np.concatenate([each for each, _ in narrow] or [np.zeros(0)])
     if len(u) < FEWEST or not len(wide) or np.median(np.abs(u)) <= 0:
         return None
@@ -126,7 +126,7 @@ def shape_of(paths: Sequence[Measured]) -> Shape | None:
     return Shape(growth, error, gain, off, tails, tails_off, degrees, far, len(u))
 
 
-def _residuals(path: Measured, stride: int) -> tuple[Array, Array]:
+def residuals(path: Measured, stride: int) -> tuple[Array, Array]:
     """Return the residuals of returns from those around, every `stride`-th, and the extents of these returns."""
     i = np.arange(2 * stride, len(path.times) - 2 * stride)
     around = i[:, None] + stride * np.array([-2, -1, 1, 2])
