@@ -21,7 +21,7 @@ from vedette.errors import InputError
 from vedette.experiment import Experiment
 from vedette.space import Space
 from vedette.types import Recording
-from vedette_files import left_out_line, recording_head, scan_line
+from vedette_files import Terms, left_out_line, recording_head, scan_line
 from vedette_files.input_files import user_path
 from vedette_files.writing import growing, is_at, open_growing, unused
 from vedette_live.grouping import Formed
@@ -150,11 +150,13 @@ class Recorder:
 
 
 def _begins(there: bytes, head: bytes) -> bool:
-    """Return whether a file begins, as far as it goes, as a record with a head does; one without notes may go on."""
+    """Return whether a file begins, as far as it goes, as a record with a head does; one of the same x and y may go on."""
     if head.startswith(there):
         return True
     with suppress(ValueError):
-        return bool(json.loads(there.partition(b"\n")[0]) == {**json.loads(head), "notes": {}})
+        begun, own = json.loads(there.partition(b"\n")[0]), json.loads(head)
+        if isinstance(begun, dict) and begun == {**own, "notes": begun.get("notes")}:
+            return Terms.of(begun["notes"]).stay(Terms.of(own["notes"]))
     return False
 
 

@@ -13,7 +13,8 @@ from attrs import define, evolve, field
 from vedette.errors import InputError
 from vedette.streams import now
 from vedette.tracking import State
-from vedette.types import Recording
+from vedette.types import Recording, Scan
+from vedette_files import replaced
 from vedette_live.config import Service
 from vedette_live.counters import Counters
 from vedette_live.grouping import Formed
@@ -62,6 +63,7 @@ class Running:
     _page: LivePage | None = None
     _came: float = 0.0
     _deaf: dict[str, int] = field(factory=dict)
+    _posed: set[str] = field(factory=set)
     _asked: float = np.inf
     _saved: float = field(factory=now)
     _lacks: list[str] = field(factory=list)
@@ -186,6 +188,7 @@ class Running:
             self.counters.tell("sensor_came_seconds", one.scan.sensor, one.arrived)
             self.counters.latencies.append(done - one.arrived)
             self.listening.numbers.take(one.acknowledge)
+            self._tell_replaced(one.scan)
         self.counters.add("scans_late_total", window.late - late)
         self.counters.add("scans_stepped_again_total", window.again - again)
         if window.set_back:
@@ -225,6 +228,13 @@ class Running:
                 self.listening.numbers.refuse(number, told)
         self.listening.leave_out(one, "refused")
         self.listening.log.warn(f"scan of {one.scan.sensor} refused", f"time {one.scan.time:.6f}: {told}", "")
+
+    def _tell_replaced(self, scan: Scan) -> None:
+        """Let the log tell, once, that a sensor does not stand where its parameters say, as the poses of its scans do."""
+        if scan.pose is not None and scan.sensor not in self._posed:
+            self._posed.add(scan.sensor)
+            for told in replaced(self.listening.groupers[0].placing.sensors, [scan]):
+                LOG.warning("sensor placed by its poses", extra={"sensor": scan.sensor, "why": told})
 
     def _hear(self, formed: list[Formed], refused: dict[int, str]) -> None:
         """Let the health tell of a sensor of which no scan is taken any more, as where its clock is wrong."""

@@ -129,9 +129,13 @@ def test_a_record_says_where_x_points_and_of_another_frame_another_one_is_begun_
         return (tmp_path / name).read_text()
 
     assert json.loads(begun("new", notes))["notes"] == notes
-    assert begun("old", {}) == begun("old", notes)
+    other = {**notes, "frame": "x east, y north"}
+    assert begun("old", {}) == begun("old", other)
     assert not caplog.records
-    before, other = (tmp_path / "new").read_bytes(), {**notes, "frame": "x east, y north"}
+    assert begun("old", {}) == begun("old", notes)  # without notes x is east: its places would be mirrored
+    assert [each.getMessage() for each in caplog.records] == ["record"]
+    caplog.clear()
+    before = (tmp_path / "new").read_bytes()
     (tmp_path / "new-2").write_bytes(bytes(100))  # as a copy that was cut by another program had left it
     for count in (1, 2):
         assert begun("new", other) == before.decode()

@@ -97,3 +97,11 @@ def test_one_service_of_two_radars_is_as_good_as_a_run_on_the_recording(tmp_path
     assert run.score().coverage > 0.95
     for one, other in zip(live.tracks, run.tracks, strict=True):
         np.testing.assert_allclose(one.mean, other.mean, atol=1e-5)
+
+
+def test_a_place_of_its_own_that_poses_replace_is_told_once(caplog: pytest.LogCaptureFixture) -> None:
+    """As of a run, which warns of it."""
+    told = [json.dumps({**json.loads(line(scan)), "sensor": "land"}).encode() for scan in scene()[0][1:20:2]]
+    ran({**TRACKER, "inputs": [feed()]}, [Arrival(each, 1e6) for each in told])
+    (why,) = [vars(each)["why"] for each in caplog.records if each.getMessage() == "sensor placed by its poses"]
+    assert why.startswith("sensors.land: x = 1500, y = -400 of its own do not count")
