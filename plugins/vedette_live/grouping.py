@@ -186,7 +186,7 @@ class _Open:
 @final
 @define
 class Grouper:
-    """Forms the scans of one input: `add` takes a message, `due` gives what silence completes, `rest` the last ones.
+    """Forms the scans of one input: `add` takes a message, `due` gives what silence, or the end, completes.
 
     A copy of a message, as a second path of a network brings it, is refused: in a scan of several it would be a second
     target, and after it a scan of its own. Where each message is a scan, whoever takes scans refuses it, by any input.
@@ -235,16 +235,10 @@ class Grouper:
             self.opened[name].pieces.append(piece)
             self.opened[name].arrived = came
 
-    def due(self, now: float) -> Iterator[Formed]:
-        """Yield the scans to which nothing has come for a while."""
+    def due(self, now: float = inf) -> Iterator[Formed]:
+        """Yield the scans to which nothing has come for a while; at the end of the input, what has come of all."""
         for name, one in list(self.opened.items()):
             if one.pieces and now - one.arrived >= self.grouping.wait:
-                yield self._close(name, None)
-
-    def rest(self) -> Iterator[Formed]:
-        """Yield what has come of the scans that were not complete, at the end of the input."""
-        for name, one in list(self.opened.items()):
-            if one.pieces:
                 yield self._close(name, None)
 
     def _close(self, name: str, time: float | None) -> Formed:

@@ -151,7 +151,7 @@ class Listening:
                 left = evolve(left, refused=())
             self._messages(i, feed, left, Arrival(b"", now(), name))
         with self.locks[i]:
-            rest = list(self.groupers[i].rest())
+            rest = list(self.groupers[i].due())
         for formed in rest:
             self.put(formed, feed)
 

@@ -141,11 +141,10 @@ class Running:
             formed = self.listening.scans.take(TOGETHER, _TICK)
             if len(formed) < TOGETHER:
                 self.ails.pop("tracker", None)
-            if formed:
-                self._take(formed)
-            elif not any(thread.is_alive() for thread in feeds) and self.stop.is_set() == (end < np.inf):
+            self._take(formed)
+            if not formed and not any(thread.is_alive() for thread in feeds) and self.stop.is_set() == (end < np.inf):
                 return  # a stop is told first
-            self._close_silent()
+            self._take(self.listening.due())
             self.listening.tell()
             self._save_if_due()
 
@@ -154,11 +153,6 @@ class Running:
         self.kept.save(self._window, due=due)
         if due:
             self._saved = now()
-
-    def _close_silent(self) -> None:
-        """Take the scans that silence completes."""
-        if due := self.listening.due():
-            self._take(due)
 
     def _take(self, formed: list[Formed]) -> None:
         """Take scans, and tell what came of them."""

@@ -70,7 +70,7 @@ def test_sectors_part_a_turn_and_silence_ends_a_scan() -> None:
     assert [len(one.scan.detections.z) for one in formed] == [1]
     assert list(grouper.due(0.8)) == []
     assert [len(one.scan.detections.z) for one in grouper.due(0.9)] == [2]
-    assert list(grouper.rest()) == []
+    assert list(grouper.due()) == []
 
 
 def test_a_turn_without_marks_ends_after_its_longest_duration() -> None:
@@ -89,7 +89,7 @@ def test_intervals_are_of_the_sensors_clock() -> None:
     grouper = Grouper(Grouping(by="interval", length=1.0), PLACING)
     formed = grouped(grouper, [plot(t) for t in (0.2, 0.9, 1.0, 3.5)])
     assert [one.scan.time for one in formed] == [0.9, 1.0]
-    assert [one.scan.time for one in grouper.rest()] == [3.5]
+    assert [one.scan.time for one in grouper.due()] == [3.5]
 
 
 @pytest.mark.parametrize("clock", ["sensor", "receiver", "offset"])
@@ -104,7 +104,7 @@ def test_a_message_that_comes_twice_is_in_one_scan_once(by: str, clock: str) -> 
                 formed += grouper.add(message, message.time)
             except ValueError as error:
                 refused += "came already" in str(error)
-        formed += grouper.rest()
+        formed += grouper.due()
         return [(one.scan.time, len(one.scan.detections.z)) for one in formed], refused
 
     came = [mark(0.5), plot(1.0), plot(1.0, 0.9), mark(3.0), mark(5.5), plot(6.0), mark(8.0), plot(9.0)]
@@ -121,7 +121,7 @@ def test_messages_without_a_time_or_without_returns_are_no_copies() -> None:
     grouper = Grouper(Grouping(by="turn"), PLACING)
     timeless = [evolve(plot(1.0), time=None), Message("2/17", 1.0, np.zeros((0, 2)))]
     assert not [one for message in timeless * 2 for one in grouper.add(message, 1.0)]
-    assert [one.messages for one in grouper.rest()] == [4]
+    assert [one.messages for one in grouper.due()] == [4]
 
 
 def test_copies_are_recognised_of_the_latest_messages(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -134,7 +134,7 @@ def test_copies_are_recognised_of_the_latest_messages(monkeypatch: pytest.Monkey
 def test_what_comes_late_of_an_interval_before_ends_no_scan() -> None:
     grouper = Grouper(Grouping(by="interval", length=1.0), PLACING)
     assert not grouped(grouper, [plot(t) for t in (1.2, 1.3, 0.95, 1.4)])
-    assert [(one.scan.time, one.messages) for one in grouper.rest()] == [(1.4, 4)]
+    assert [(one.scan.time, one.messages) for one in grouper.due()] == [(1.4, 4)]
 
 
 def test_evidence_and_noise_are_of_all_returns_of_a_scan_or_of_none() -> None:
@@ -143,7 +143,7 @@ def test_evidence_and_noise_are_of_all_returns_of_a_scan_or_of_none() -> None:
     for messages, known in (([told, evolve(told, time=1.1)], 2), ([told, plot(1.1)], 0)):
         grouper = Grouper(Grouping(by="turn"), PLACING)
         assert not grouped(grouper, messages)
-        (seen,) = (one.scan.detections for one in grouper.rest())
+        (seen,) = (one.scan.detections for one in grouper.due())
         assert [0 if part is None else len(part) for part in (seen.z, seen.evidence, seen.noise)] == [2, known, known]
 
 
@@ -152,7 +152,7 @@ def test_a_scan_stands_where_its_platform_stood_last() -> None:
     grouper = Grouper(Grouping(by="turn"), PLACING)
     first, last = (evolve(plot(time), pose=Pose(np.array([100.0 * time, 0.0]))) for time in (1.0, 1.2))
     assert not grouped(grouper, [first, last, plot(1.3)])
-    assert [one.scan.pose for one in grouper.rest()] == [last.pose]
+    assert [one.scan.pose for one in grouper.due()] == [last.pose]
 
 
 def test_midnight_and_short_counters_are_unwrapped_to_when_a_message_came() -> None:
@@ -273,11 +273,11 @@ def test_of_a_sensor_that_sends_more_seldom_than_a_leap_one_message_is_lost() ->
 def test_one_wrong_time_within_the_leap_is_a_scan_of_its_own(grouping: Grouping) -> None:
     """The others are grouped as without it, but for the turn that it stands in, which is cut there."""
     grouper, times = Grouper(grouping, PLACING), [0.25 * k for k in range(40)]
-    formed = [*grouped(grouper, [plot(t) for t in [*times[:21], 300.0, *times[21:]]]), *grouper.rest()]
+    formed = [*grouped(grouper, [plot(t) for t in [*times[:21], 300.0, *times[21:]]]), *grouper.due()]
     assert [len(one.scan.detections.z) for one in formed if one.scan.time == 300.0] == [1]
     right = [one.scan.time for one in formed if one.scan.time != 300.0]
     alone = Grouper(grouping, PLACING)
-    wanted = [one.scan.time for one in [*grouped(alone, [plot(t) for t in times]), *alone.rest()]]
+    wanted = [one.scan.time for one in [*grouped(alone, [plot(t) for t in times]), *alone.due()]]
     assert right == sorted(right)
     assert len(set(right) - set(wanted)) <= 3
     assert sum(one.messages for one in formed) == 41

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import select
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator
 from pathlib import Path
 from threading import Event
 from typing import Any, BinaryIO, ClassVar, final
@@ -65,53 +65,58 @@ class FileInput(Input):
         return self.go_on(stop, None)
 
     def go_on(self, stop: Event, place: Any) -> Iterator[Arrival]:
-        path, opened, name, unwell = user_path(self.path), 0, "", ""
+        path, count, unwell = user_path(self.path), 0, ""
         if not self.follow or self.from_end:
             check_regular(path)
         while not stop.is_set():
             try:
                 with path.open("rb") as file:
-                    first, before = os.fstat(file.fileno()), b""
-                    if not opened and place is not None:
-                        found = _found(file, *place)
-                        before = found or b""
-                        if found is None:
-                            why = f"what the former file got after byte {place[0]} is not read"
-                            LOG.warning("another file than before", extra={"file": str(path), "why": why})
-                            yield Arrival(b"", now(), path.name, ended=True)
-                    elif not opened and self.from_end:
-                        file.seek(max(0, first.st_size - SAME))
-                        before = file.read()
-                    opened, name = opened + 1, f"{path.name} #{opened + 1}"
+                    before = b"" if count else (yield from self._begun(file, path.name, place))
+                    count += 1
                     if unwell:
                         unwell = ""
-                        yield Arrival(b"", now(), name)
-                    while not stop.is_set():
-                        data = file.read(PIECE)
-                        if whole := data.rfind(b"\n") + 1:  # so that there is a place without a part of a line before it
-                            file.seek(whole - len(data), os.SEEK_CUR)
-                            data = data[:whole]
-                        if data:
-                            if not before:
-                                yield Arrival(b"", now(), name, place=_place(file.tell() - len(data), data))
-                            before = (before + data)[-SAME:]
-                            yield Arrival(data, now(), name, place=_place(file.tell(), before))
-                            continue
-                        if not self.follow:
-                            yield Arrival(b"", now(), name, ended=True)
-                            return
-                        if _replaced(path, first, file.tell()):
-                            break
-                        stop.wait(self.every)
-                    else:
-                        return  # it may go on after what we read
-                    yield Arrival(b"", now(), name, ended=True)
+                        yield Arrival(b"", now(), path.name)
+                    yield from self._lines(file, path, before, stop, f"{path.name} #{count}")
+                if not self.follow:
+                    return
             except OSError as error:
                 if not self.follow:
                     raise InputError(f"{path}: cannot be read: {error.strerror}") from None
                 if unwell != (told := f"{path}: cannot be read: {error.strerror}"):
                     unwell = told
                     yield Arrival(b"", now(), path.name, unwell=unwell)
+                stop.wait(self.every)
+
+    def _begun(self, file: BinaryIO, name: str, place: Any) -> Generator[Arrival, None, bytes]:
+        """Go to where the first file is read from, and return what it holds before; tell where a place is lost."""
+        if place is not None and (found := _found(file, *place)) is not None:
+            return found
+        if place is not None:
+            why = f"what the former file got after byte {place[0]} is not read"
+            LOG.warning("another file than before", extra={"file": name, "why": why})
+            yield Arrival(b"", now(), name, ended=True)
+        elif self.from_end:
+            file.seek(max(0, file.seek(0, os.SEEK_END) - SAME))
+            return file.read()
+        return b""
+
+    def _lines(self, file: BinaryIO, path: Path, before: bytes, stop: Event, name: str) -> Iterator[Arrival]:
+        """Yield what a file holds and gets, with places between lines, until it ends or is replaced."""
+        first = os.fstat(file.fileno())
+        while not stop.is_set():
+            data = file.read(PIECE)
+            if whole := data.rfind(b"\n") + 1:  # so that there is a place without a part of a line before it
+                file.seek(whole - len(data), os.SEEK_CUR)
+                data = data[:whole]
+            if data:
+                if not before:
+                    yield Arrival(b"", now(), name, place=_place(file.tell() - len(data), data))
+                before = (before + data)[-SAME:]
+                yield Arrival(data, now(), name, place=_place(file.tell(), before))
+            elif not self.follow or _replaced(path, first, file.tell()):
+                yield Arrival(b"", now(), name, ended=True)
+                return
+            else:
                 stop.wait(self.every)
 
 

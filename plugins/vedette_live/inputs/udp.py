@@ -14,7 +14,7 @@ from attrs import frozen
 from vedette import fields
 from vedette.errors import InputError
 from vedette.streams import Arrival, Input, now
-from vedette_live.addresses import LOOPBACK, PATIENCE, host_field, port_field
+from vedette_live.addresses import PATIENCE, host_field, port_field
 
 LARGEST = 65_535
 """Bytes of a datagram."""
@@ -82,6 +82,3 @@ def _is_group(host: str) -> bool:
         return ip_address(host).is_multicast
     except ValueError:
         return False
-
-
-__all__ = ["LOOPBACK", "UdpInput"]

@@ -72,7 +72,7 @@ class StreamSource(Source):
                 refused += [Problem(f"{path.name}, up to message {count}", text) for text in told[: NAMED - len(refused)]]
         except OSError as error:
             raise InputError(f"{path}: cannot be read: {error.strerror}") from None
-        scans += [formed.scan for formed in grouper.rest()]
+        scans += [formed.scan for formed in grouper.due()]
         if not scans:
             first = f"; the first problem: {refused[0].text}" if refused else ""
             raise InputError(f"{path}: holds no scan of {', '.join(map(repr, sensors))}{first}")
