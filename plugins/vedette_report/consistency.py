@@ -15,12 +15,18 @@ from attrs import frozen
 from vedette import Array, Mask, kernels
 from vedette.metrics import chi_square_band
 
+BETS = np.array([0.03, 0.1, 0.3, 0.7])
+"""Shares to bet: the wider the tail, the less wins most; more of them give 0.01 more of a mean of 1 (200 runs of an IMM)."""
+SOUGHT = 2.0
+"""A covariance so many times too small or too large is what is to be excluded where something is called consistent."""
+
 
 @frozen
 class Verdict:
     """A figure against the band [low, high], which that of a correct filter leaves with probability `alpha` at most.
 
-    `error` is the figure's standard error where runs give one; `text` states the conclusion in words.
+    `error` is the figure's standard error where runs give one; `text` states the conclusion in words. If it is inside, it is
+    `shown` where what is sought is excluded, and not only not found.
     """
 
     name: str
@@ -30,6 +36,7 @@ class Verdict:
     alpha: float
     text: str
     error: float | None = None
+    shown: bool = True
 
     @property
     def inside(self) -> bool:
@@ -107,20 +114,50 @@ def chi_square_verdict(name: str, values: Array, dof: Array | float, alpha: floa
     return Verdict(name, figure, low, high, alpha, f"{name}: {_scale(figure, low, high)}")
 
 
+def least_mean(values: Array, alpha: float) -> float:
+    """Return what the mean of numbers (r,) that are never negative is at least: too much with probability alpha at most.
+
+    Whatever their tail: who bets a share b of what he has on each being above m, with (x / m - 1) to win, does not gain on
+    average if their mean is m, and multiplies his money by 1 / alpha with probability alpha at most (Markov).
+    Waudby-Smith, Ramdas, Estimating Means of Bounded Random Variables by Betting, J. Royal Statistical Society B 86, 2024.
+    """
+    from scipy.optimize import brentq
+    from scipy.special import logsumexp
+
+    if np.min(values) < 0:
+        raise ValueError(f"values: must be 0 at least, got {np.min(values):.3g}")
+
+    def gained(m: float) -> float:
+        money = np.sum(np.log1p(BETS * (values[:, None] / m - 1.0)), axis=0)
+        return float(logsumexp(money) - np.log(len(BETS)) + np.log(alpha))
+
+    mean = float(np.mean(values))
+    lowest = 1e-6 * mean
+    return float(brentq(gained, lowest, mean)) if mean > 0 and gained(lowest) > 0 else 0.0
+
+
 def run_mean_verdict(name: str, values: Array, low: float, high: float, alpha: float, least: float = 0.0) -> Verdict:
     """Judge whether one value per run (r,), scaled to 1, contradicts that its mean lies in the equivalence band [low, high].
 
     The band is widened by Student's quantile of the standard error, so a filter whose mean is in it alarms with
     probability alpha at most (the mean over runs is taken as normal: use 100 runs or more where alpha is small). It ends
-    at `least`, below which no value can be: 0 for a NEES, a NIS or a square.
+    at `least`, below which no value can be: 0 for a NEES, a NIS or a square. Of these it is widened upwards by no more than
+    the mean is above `least_mean`: a few runs that are far off must not excuse the others. They are `shown` where a mean
+    `SOUGHT` times too large or too small is excluded.
     """
     if not low <= high:
         raise ValueError(f"low: must be <= high, got {low:g} and {high:g}")
-    mean, reach = _mean_and_reach(values, alpha)
-    below, above = max(low - reach, least), high + reach
-    made = f"({low:g} to {high:g} and {reach:.2g} for chance, standard error {mean.error:.2g})"
+    bounded = least == 0.0
+    mean, reach = _mean_and_reach(values, alpha * (2 / 3 if bounded else 1))
+    surely = max(mean.value - reach, least_mean(values, alpha / 3) if bounded else -np.inf)
+    below, above = max(low - reach, least), high + mean.value - surely
+    tail = f" below and {mean.value - surely:.2g} above" * (mean.value - surely < 0.9 * reach)
+    made = f"({low:g} to {high:g} and {reach:.2g}{tail} for chance, standard error {mean.error:.2g})"
     text = f"{name}: {_scale(mean.value, below, above)} {made}"
-    return Verdict(name, mean.value, below, above, alpha, text, mean.error)
+    if mean.value > above and tail:
+        text += f", at least {surely:.2g} times whatever the tail"
+    shown = not bounded or (surely > 1 / SOUGHT and mean.value + reach < SOUGHT)
+    return Verdict(name, mean.value, below, above, alpha, text, mean.error, shown)
 
 
 def whiteness_verdict(innovation: Array, cov: Array, lags: int, alpha: float, valid: Mask | None = None) -> Verdict:

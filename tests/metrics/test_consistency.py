@@ -97,7 +97,9 @@ def test_sizes_of_the_exact_verdicts():
         nees.append(not verdicts.chi_square_verdict("NEES", c.nees(error, cov), 3, 0.05).inside)
         bias.append(not verdicts.bias_verdict(error[:, :1], cov[:1, :1], ("x",), 0.05).inside)
         axis.append(not calibration_verdicts(error, cov, ("x", "y", "z"), 0.15)[1].inside)
-        mean.append(not verdicts.run_mean_verdict("mean", 1 + error[:, 0] / np.sqrt(cov[0, 0]), 1.0, 1.0, 0.05).inside)
+        mean.append(
+            not verdicts.run_mean_verdict("mean", 1 + error[:, 0] / np.sqrt(cov[0, 0]), 1.0, 1.0, 0.05, -np.inf).inside
+        )
     assert within_its_size(nees, 0.05)
     assert within_its_size(bias, 0.05)
     assert within_its_size(axis, 0.05)
@@ -141,7 +143,8 @@ def test_degrees_of_freedom_may_differ_from_value_to_value():
 def test_run_mean_and_equivalence_by_hand():
     values = np.array([1.0, 1.2, 1.1, 1.3])
     error = np.sqrt(((values - 1.15) ** 2).sum() / 3 / 4)
-    lenient, strict = (f("ANEES", values, 0.9, 1.1, 0.05) for f in (verdicts.run_mean_verdict, equivalence_verdict))
+    lenient = verdicts.run_mean_verdict("ANEES", values, 0.9, 1.1, 0.05, -np.inf)
+    strict = equivalence_verdict("ANEES", values, 0.9, 1.1, 0.05)
     assert lenient.error == pytest.approx(error)
     assert lenient.figure == pytest.approx(1.15)
     assert stdtr(3, (0.9 - lenient.low) / error) == pytest.approx(1 - 0.05 / 2)
@@ -158,7 +161,7 @@ def test_run_mean_lets_the_edge_of_its_band_pass_and_equivalence_does_not():
     """Runs whose true mean is the band's edge: each verdict errs in alpha / 2 of the sets."""
     rng = np.random.default_rng(5)
     values = 1.1 + 0.3 * rng.normal(size=(4000, 50))
-    wrongly_out = [not verdicts.run_mean_verdict("m", row, 0.9, 1.1, 0.1).inside for row in values]
+    wrongly_out = [not verdicts.run_mean_verdict("m", row, 0.9, 1.1, 0.1, -np.inf).inside for row in values]
     wrongly_in = [equivalence_verdict("m", row, 0.7, 1.1, 0.1).inside for row in values]
     assert within_its_size(wrongly_out, 0.05)
     assert within_its_size(wrongly_in, 0.05)
@@ -183,6 +186,8 @@ def test_verdicts_refuse_what_they_cannot_judge():
         verdicts.chi_square_verdict("NEES", np.array([np.nan]), 2, 0.05)
     with pytest.raises(ValueError, match=r"^values: "):
         verdicts.chi_square_verdict("NEES", np.array([]), 2, 0.05)
+    with pytest.raises(ValueError, match=r"^values: "):
+        verdicts.run_mean_verdict("NEES", np.array([1.0, -0.1, 1.0]), 0.9, 1.1, 0.05)
     with pytest.raises(ValueError, match=r"^lags: "):
         verdicts.autocorrelation(np.ones((5, 1)), np.eye(1), 5)
     with pytest.raises(ValueError, match=r"^valid: no two scans 1 apart"):
@@ -208,6 +213,38 @@ def test_no_band_of_squares_reaches_below_zero():
     one, free = (verdicts.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6, least) for least in (0.0, -np.inf))
     assert free.low < 0
     assert one.low == 0
-    assert (one.high, one.figure, one.inside) == (free.high, free.figure, free.inside)
+    assert (one.figure, one.inside) == (free.figure, free.inside)
     assert "band -" not in one.text
     assert verdicts.run_mean_verdict("NEES", values, 0.9, 1.1, 1e-6) == one
+
+
+@pytest.mark.costly
+@pytest.mark.parametrize("tail", [0.1, 1.0, 2.5])
+def test_what_a_mean_is_at_least_errs_with_alpha_at_most_whatever_the_tail(tail):
+    """500 sets of 50 log-normal numbers of mean 1; of numbers 3 times as large it is 3 times as much."""
+    values = np.exp(tail * np.random.default_rng(6).normal(size=(500, 50)) - tail**2 / 2)
+    least = np.array([verdicts.least_mean(row, 0.05) for row in values])
+    assert np.count_nonzero(least > 1.0) <= 0.05 * len(least) + Z * np.sqrt(0.05 * 0.95 * len(least))
+    assert np.all(least <= values.mean(axis=1))
+    assert verdicts.least_mean(3 * values[0], 0.05) == pytest.approx(3 * least[0])
+    assert verdicts.least_mean(np.zeros(5), 0.05) == 0.0
+
+
+def test_a_few_runs_that_are_far_off_do_not_excuse_the_others():
+    """Of 200 runs 180 are twice too large, and 20 so much larger that three standard errors of the mean reach below 0."""
+    values = np.r_[np.full(180, 2.0), np.geomspace(10.0, 5000.0, 20)]
+    free, one = (verdicts.run_mean_verdict("NEES", values, 0.85, 1.15, 1e-7, least) for least in (-np.inf, 0.0))
+    assert free.inside
+    assert not one.inside
+    assert 1.5 < values.mean() - (one.high - 1.15) < 10
+
+
+def test_what_is_inside_of_a_wide_band_is_not_shown():
+    """Means of 1, with standard errors of .02 and .2: at 1e-7 the second excludes no covariance that is off by 2."""
+    narrow, wide = (np.tile([1 - off, 1 + off], 50) for off in (0.2, 0.99))
+    wide = np.r_[wide, 20.0, np.full(19, 0.0)]
+    one, other = (verdicts.run_mean_verdict("NEES", values, 0.85, 1.15, 1e-7) for values in (narrow, wide))
+    assert one.inside
+    assert one.shown
+    assert other.inside
+    assert not other.shown

@@ -140,6 +140,74 @@ def test_a_wrong_mixture_fails_by_its_run_means():
     assert "times too small" in report.text
 
 
+def test_too_few_points_are_told_though_their_errors_have_a_heavy_tail():
+    """A mean NEES of 5 to 20, with its spread in every run: Student's band reaches from 0 to 40."""
+    points = {"kind": "bootstrap_particles", "particles": 200, "motion": LINEAR["estimator"]["motion"]}
+    report = consistency(LINEAR | {"estimator": points, "sensors": {"radar": SPARSE}}, runs=60, scans=20)
+    assert "NEES, mean over a run" in report.wrong
+    assert report.cause.startswith("too few points: ")
+    assert "800" in report.cause
+
+
+@pytest.mark.costly
+def test_a_q_that_is_too_small_is_not_called_too_few_points():
+    points = {"kind": "bootstrap_particles", "particles": 400}
+    right, wrong = (
+        LINEAR | {"estimator": points | {"motion": {"kind": "constant_velocity", "sigma_accel": q}}} for q in (5.0, 1.0)
+    )
+    report = consistency(wrong, world=vedette.build(right), runs=30, scans=10)
+    assert "NEES, mean over a run" in report.wrong
+    assert report.cause.startswith("Q is ")
+
+
+def test_what_is_not_shown_is_not_called_consistent():
+    """Two modes far apart, and 30 runs of 10 scans: a band in which a covariance off by 2 has its place."""
+    report = consistency(IMM, runs=30, scans=10)
+    assert not report.wrong
+    assert not report.consistent
+    assert report.text.startswith("not shown to be consistent")
+    assert "\n  ?     " in report.text
+
+
+@attrs.frozen
+class Reporting(Kalman):
+    """Takes R `factor` times as large as its sensor says, and reports `times` the squared distance."""
+
+    kind = "test_reporting"
+    factor: float = 1.0
+    times: float = 1.0
+
+    def evaluate(self, belief, sensor, observed, p_gate):
+        sensor = evolve(sensor, sigma=sensor.sigma * self.factor**0.5)
+        made = Kalman.evaluate(self, belief, sensor, observed, p_gate)
+        return evolve(made, nis=made.nis * self.times, distance=made.distance * self.times)
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"times": 2.0}, "what `evaluate` reports is wrong"),
+        ({"factor": 0.5}, "`evaluate` takes another R or prediction than are stated"),
+    ],
+)
+def test_what_the_estimator_reports_of_innovations_is_judged(how, words):
+    """The kit once made S alone: a doubled NIS was consistent, and an R / 2 of the filter was blamed on R of the sensor."""
+    wrong = with_estimator(lambda motion: Reporting(motion, **how))
+    report = consistency(wrong, world=vedette.build(LINEAR), runs=100, scans=20)
+    assert "NIS of radar as the estimator reports it" in report.wrong
+    assert report.cause.startswith("the innovation covariance of the estimator: ")
+    assert words in report.cause
+
+
+def test_a_filter_that_takes_the_right_r_is_right_where_its_sensor_states_another():
+    right = vedette.build(LINEAR)
+    blunt = {"radar": evolve(right.sensors["radar"], sigma=10.0)}
+    tracker = evolve(right, estimator=Reporting(right.estimator.motion, factor=0.25), sensors=blunt)
+    report = consistency(tracker, world=right, runs=100, scans=20)
+    assert report.wrong >= {"NIS of radar"}
+    assert "what it reports fits, R of radar or its prediction does not" in report.cause
+
+
 def test_the_seed_repeats_a_report():
     first, again, other = (consistency(LINEAR, runs=50, scans=12, seed=seed) for seed in (3, 3, 4))
     assert np.array_equal(first.nees, again.nees)

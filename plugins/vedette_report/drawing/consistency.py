@@ -29,7 +29,7 @@ def drawn(report: Report) -> Figure:
     many = len(report.directions[:MOST])
     made = canvas.figure(canvas.stacked(panels), words=0.3 * -(-(many + 2) // max(3, canvas.across(5))))
     places = made.subplots(panels, 1, sharex=True)
-    verdict = "consistent" if report.consistent else "not consistent"
+    verdict = "consistent" if report.consistent else "not consistent" if report.wrong else "not shown to be consistent"
     canvas.head(made, f"The tracker is {verdict}", f"{report.runs} runs, false-alarm rate {report.alpha:g} in all")
     series = [("NEES", report.nees, report.errors["nees"], np.array(report.nees_band)[:, None])]
     series += [(f"NIS of {name}", values, report.errors[name], report.nis_band[name]) for name, values in report.nis.items()]

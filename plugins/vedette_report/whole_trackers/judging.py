@@ -16,7 +16,7 @@ from vedette.display import html_table
 from vedette.fields import ABSURD
 from vedette.metrics import chi_square_band, free_axes, nees
 from vedette.testing import Misuse
-from vedette_report.consistency import Verdict
+from vedette_report.consistency import SOUGHT, Verdict
 from vedette_report.drawing.brought import drawing
 from vedette_report.whole_trackers.covariances import (
     distance_verdicts,
@@ -29,6 +29,7 @@ from vedette_report.whole_trackers.culprits import likely_cause
 from vedette_report.whole_trackers.runs import Runs, play, prior_of
 from vedette_report.whole_trackers.verdicts import (
     LAGS,
+    REPORTED,
     bias_of,
     calibration,
     calibration_verdict,
@@ -38,6 +39,7 @@ from vedette_report.whole_trackers.verdicts import (
     nees_verdict,
     nis_verdicts,
     normalised_innovations,
+    reported_innovations,
     returns_verdicts,
     whiteness_verdicts,
     without,
@@ -46,8 +48,11 @@ from vedette_report.whole_trackers.world import World, world_of
 
 FAMILIES = 10
 """NEES, NIS, NIS by distance, tails, whiteness, bias, calibration, both whole covariances and hits share alpha equally with
-lost tracks, false returns and modes, where these are judged, so that all together alarm no more often.
+lost tracks, false returns, modes and what the estimator reports of innovations, where these are judged, so that all together
+alarm no more often.
 """
+
+NOT_SHOWN = f"not shown to be consistent, as a covariance {SOUGHT:g} times too small or too large is not excluded (see ?)"
 
 P = ParamSpec("P")
 Config = Mapping[str, Any] | str | Path
@@ -86,25 +91,37 @@ class Report:
 
     @property
     def consistent(self) -> bool:
-        """Whether every figure lies in its band."""
-        return all(verdict.inside for verdict in self.verdicts)
+        """Whether every figure lies in its band, and each band is narrow enough to show something."""
+        return all(verdict.inside and verdict.shown for verdict in self.verdicts)
+
+    @property
+    def wrong(self) -> set[str]:
+        """The names of the verdicts whose figures leave their bands."""
+        return {verdict.name for verdict in self.verdicts if not verdict.inside}
+
+    @property
+    def headline(self) -> str:
+        """Whether it is consistent, or not, or whether that was not shown, and how this was judged."""
+        how = "chi-square" if self.exact else f"run means, as {self.why}"
+        kind = "consistent" if self.consistent else "NOT consistent" if self.wrong else NOT_SHOWN
+        alarms = f"seed {self.seed}, false-alarm rate {self.alpha:g} in all"
+        return f"{kind}: {self.runs} runs, {alarms}, judged by {how}; 1 is right"
+
+    @property
+    def told(self) -> list[tuple[str, Verdict]]:
+        """The verdicts, each with its word, with what is wrong first and then what is not shown."""
+        ordered = sorted(self.verdicts, key=lambda verdict: (verdict.inside, verdict.shown))
+        return [("WRONG" if not one.inside else "ok" if one.shown else "?", one) for one in ordered]
 
     @property
     def text(self) -> str:
-        """The verdict in words, with what is wrong first."""
-        how = "chi-square" if self.exact else f"run means, as {self.why}"
-        kind = "consistent" if self.consistent else "NOT consistent"
-        alarms = f"seed {self.seed}, false-alarm rate {self.alpha:g} in all"
-        lines = [f"{kind}: {self.runs} runs, {alarms}, judged by {how}; 1 is right"]
-        ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
-        lines += [f"{'  ok   ' if verdict.inside else '  WRONG'} {verdict.text}" for verdict in ordered]
+        """The verdict in words."""
+        lines = [self.headline, *(f"  {word:5} {verdict.text}" for word, verdict in self.told)]
         return "\n".join([*lines, *([f"  likely {self.cause}"] if self.cause else [])])
 
     def _repr_html_(self) -> str:
-        first, *rest = self.text.splitlines()
-        ordered = sorted(self.verdicts, key=lambda verdict: verdict.inside)
-        rows = [(f"{'ok' if verdict.inside else 'WRONG'}: {verdict.name}", verdict.text) for verdict in ordered]
-        return html_table(first, [*rows, *([("likely", self.cause)] if self.cause and rest else [])])
+        rows = [(f"{word}: {verdict.name}", verdict.text) for word, verdict in self.told]
+        return html_table(self.headline, [*rows, *([("likely", self.cause)] if self.cause else [])])
 
     def plot(self, path: str | Path) -> None:
         """Draw NEES, NIS and calibration over time with their bands, as a PNG, SVG or PDF; needs matplotlib."""
@@ -177,7 +194,7 @@ def consistency(
         assert scene.start is not None
         usual = play(world, scene.start, times, runs, np.random.default_rng(seed), scene).surprise
     report = judge(played, alpha, band, seed, usual)
-    wrong = {verdict.name for verdict in report.verdicts if not verdict.inside}
+    wrong = report.wrong
     cause = likely_cause(played, wrong, tracker, scene, start, runs, seed, usual) if wrong else ""
     return attrs.evolve(report, cause=cause)
 
@@ -237,10 +254,12 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int, usua
     total, scans = played.error.shape[:2]
     clutter = any(looks.candidates.any() for looks in played.looks.values())
     modes = usual is not None and played.surprise is not None
-    share = alpha / (FAMILIES + (not played.exact) + clutter + modes)
+    reported = reported_innovations(played)
+    share = alpha / (FAMILIES + (not played.exact) + clutter + modes + bool(reported))
     lost, whole = lost_runs(played), played
     if not played.exact and lost.mean() < 0.5:
         played = without(played, lost)
+        reported = {name: values[~lost] for name, values in reported.items()}
     runs = len(played.error)
     free = free_axes(played.cov[:, 0])
     values = nees(played.error, played.cov) / free[:, None]
@@ -249,6 +268,7 @@ def judge(played: Runs, alpha: float, band: tuple[float, float], seed: int, usua
     verdicts = [
         nees_verdict(played, values, free, share, band),
         *nis_verdicts(played, nis, share, band),
+        *nis_verdicts(played, reported, share, band, REPORTED),
         *whiteness_verdicts(played, share),
         bias_of(played, share),
         calibration_verdict(played, directions, squares, share, band),

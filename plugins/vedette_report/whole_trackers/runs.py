@@ -34,6 +34,7 @@ class Looks:
     probability that the tracker states; of `candidates` (r, s) for false returns `false` (r, s) became one, and `expected`
     (r, s) should have by the density that the tracker states. `distance` (r, s) is how far the target is expected to be.
     `apart` (r, s, m) is the target's return less what the tracker's sensor measures of the truth, which is `real` (r, s, m).
+    `own` (r, s) is the `nis` that the estimator itself gave the target's return.
     """
 
     residual: Array
@@ -47,6 +48,7 @@ class Looks:
     distance: Array
     apart: Array
     real: Array
+    own: Array
 
     def of(self, runs: Any) -> Looks:
         """Return the looks of some runs."""
@@ -188,7 +190,8 @@ def _look(
     declared = np.broadcast_to(sensor.detects(x), (len(z),))
     far = distances(sensor, _looked_at(tracker, sensor, moments.mean[:, 0]))
     real = sensor.measure(x)
-    return state, (residual, S, seen, pooled, declared, *counts, far, sensor.measurement.difference(z, real), real)
+    off = sensor.measurement.difference(z, real)
+    return state, (residual, S, seen, pooled, declared, *counts, far, off, real, state.distances[:, 0, 0])
 
 
 @final

@@ -15,6 +15,7 @@ from vedette_report.consistency import Verdict, bias_verdict, chi_square_verdict
 from vedette_report.whole_trackers.runs import Looks, Runs
 
 LAGS = 5
+REPORTED = " as the estimator reports it"
 MOST_LOST = 0.05
 """The largest fraction of runs that may lose their target in clutter."""
 
@@ -79,10 +80,22 @@ def normalised_innovations(looks: Looks) -> Array:
     return np.where(looks.seen, nees(looks.residual, looks.cov) / looks.residual.shape[-1], np.nan)
 
 
-def nis_verdicts(played: Runs, nis: Mapping[str, Array], share: float, band: tuple[float, float]) -> list[Verdict]:
+def reported_innovations(played: Runs) -> dict[str, Array]:
+    """Return the same as the estimator itself reports it, of each sensor for which that is something else."""
+    found = {}
+    for name, looks in played.looks.items():
+        own = np.where(looks.seen, looks.own / looks.residual.shape[-1], np.nan)
+        if not np.allclose(own, normalised_innovations(looks), rtol=1e-6, equal_nan=True):
+            found[name] = own
+    return found
+
+
+def nis_verdicts(
+    played: Runs, nis: Mapping[str, Array], share: float, band: tuple[float, float], whose: str = ""
+) -> list[Verdict]:
     verdicts = []
     for name, values in nis.items():
-        title, each, m = f"NIS of {name}", share / len(nis), played.looks[name].residual.shape[-1]
+        title, each, m = f"NIS of {name}{whose}", share / len(nis), played.looks[name].residual.shape[-1]
         if not np.isfinite(values).any():
             raise Misuse(f"sensors.{name}: never saw the target; the prior starts it out of view")
         if played.exact:
@@ -162,7 +175,8 @@ def calibration_verdict(
             run_mean_verdict(f"covariance along {name}", square.mean(axis=1), *band, share / len(directions))
             for name, square in zip(directions, squares, strict=True)
         ]
-        return max(each, key=lambda verdict: max(verdict.figure / verdict.high, verdict.low / max(verdict.figure, 1e-300)))
+        worst = max(each, key=lambda verdict: max(verdict.figure / verdict.high, verdict.low / max(verdict.figure, 1e-300)))
+        return evolve(worst, shown=True)  # NEES says whether that is shown
     low, high = chi_square_band(squares.shape[1], share / squares.shape[2] / len(directions))
     mean = squares.mean(axis=1)
     # Report the direction that is out of its band longest; if none is, the one nearest to it.

@@ -9,6 +9,7 @@ from vedette import Array, Gaussian, Tracker, VedetteError
 from vedette_report.detector_errors.off_truth import Returns, beside
 from vedette_report.whole_trackers.covariances import modes_verdict
 from vedette_report.whole_trackers.culprits.drawn import sized, stated, told
+from vedette_report.whole_trackers.culprits.estimators import own_innovations, too_few_points
 from vedette_report.whole_trackers.culprits.search import culprits
 from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of
 from vedette_report.whole_trackers.runs import Runs, play
@@ -39,6 +40,8 @@ def likely_cause(
     if "lost" in wrong and (len(wrong) == 1 or lost_runs(played).mean() > 0.5):
         return "that it loses its targets: too much clutter for the associator, or far too small a Q; judge it in less"
     times = np.concatenate([[0.0], played.times])
+    if own := own_innovations(played, wrong):
+        return own
     if usual is not None and _by_transition(played, tracker, world, prior, times, runs, seed, usual):
         return "the chain by which the modes switch: with the world's own the mode probabilities are right"
     if off := _off_truth(played):
@@ -48,6 +51,8 @@ def likely_cause(
     said, right, motion = by_truth(played, prior)
     if said:
         return ", ".join(said) + (f"; not {', '.join(right)}" if right else "")
+    if few := too_few_points(played, tracker, world, prior, times, runs, seed):
+        return few
     try:
         found = culprits(tracker, world, prior, times, runs, seed)
     except (VedetteError, ValueError, TypeError, np.linalg.LinAlgError):  # the models cannot be made noisier
