@@ -209,7 +209,7 @@ class Listening:
             return
         try:
             with self.locks[i]:
-                numbered = message if number is None else evolve(message, number=number[2])
+                numbered = message if number is None or number[2] == message.number else evolve(message, number=number[2])
                 done = list(self.groupers[i].add(numbered, arrival.time, f"{i} {arrival.stream}"))
         except ValueError as error:
             self._refuse(i, str(error), arrival)
