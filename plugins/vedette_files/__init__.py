@@ -6,6 +6,7 @@ from vedette import Component, plugin
 from vedette_files.apart import Apart as Apart
 from vedette_files.apart import ApartOpenCV as ApartOpenCV
 from vedette_files.autoferry.source import AutoferrySource as AutoferrySource
+from vedette_files.codes import NAMELESS as NAMELESS
 from vedette_files.codes import code as code
 from vedette_files.codes import label as label
 from vedette_files.codes import labels as labels

@@ -67,12 +67,19 @@ def code(name: str) -> int:
     return number
 
 
-def code_of_cell(cell: str) -> int:
-    """Return the code of the name in a table's cell: numbers are floats in a column with gaps, as pandas writes them.
+NAMELESS = ("", "nan", "none", "null", "<na>")
+"""What stands in a cell that names no object, in small letters."""
 
-    >>> code_of_cell("235070762.0"), code_of_cell("0.0"), code_of_cell("007.0") == code("007.0")
-    (235070762, 0, True)
+
+def code_of_cell(cell: str) -> int:
+    """Return the code of the name in a table's cell: numbers are floats in a column with gaps, as pandas writes them, and
+    what is written for a gap is none.
+
+    >>> code_of_cell("235070762.0"), code_of_cell("0.0"), code_of_cell("007.0") == code("007.0"), code_of_cell("NaN")
+    (235070762, 0, True, -1)
     """
+    if cell.lower() in NAMELESS:
+        return code("")
     whole = cell.removesuffix(".0")
     return code(whole if whole.isdigit() and (whole == "0" or whole[0] != "0") else cell)
 

@@ -207,8 +207,11 @@ def _as_often_as_tracked(found: Found, proof: Proof, some: Sequence[Scan]) -> Fo
     if not found.first.sure or proof.trial is None or len(found.facts) > 1:
         return found
     often = float(np.clip(proof.trial.detected, 0.3, 0.99))
-    facts = {name: one if one.in_turn else evolve(one, probability=often) for name, one in found.facts.items()}
-    other = evolve(found, facts=facts)
+    other = evolve(
+        found, facts={name: evolve(one, probability=often) for name, one in found.facts.items() if not one.in_turn}
+    )
+    if not other.facts:
+        return found
     again = tried(other.text(proof.design), some)
     if again is None or again.share < (1 - LESS) * proof.trial.share or again.broken > 1.1 * proof.trial.broken + 0.5:
         return found

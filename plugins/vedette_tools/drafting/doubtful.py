@@ -57,8 +57,11 @@ def rising(columns: Mapping[str, Sequence[str]], read: Mapping[str, Meaning]) ->
 
 def one_moment(place: str, cell: str, others: Sequence[str] = ()) -> InputError:
     """Return the error of a table whose rows all hold the same time; `others` are columns that may hold it."""
-    several = "add rows of other moments, for one shows no motion" if cell else "a planned route has none"
     other = f", as {others[0]}, which rises" if others else ""
+    if not cell:
+        told = "is the time, and empty in all rows, as in a planned route or a track that was shared without its times"
+        return InputError(f"{place}: {told}: without times nothing moves; name another column, --time COLUMN{other}")
+    several = "add rows of other moments, for one shows no motion"
     return InputError(f"{place}: is the time, and {cell!r} in all rows; name another, --time COLUMN{other}; {several}")
 
 

@@ -6,7 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from vedette_tools.smoothing.columns import NAMELESS, Columns
+from vedette_files import NAMELESS
+from vedette_tools.smoothing.columns import Columns
 
 HOUR, ROWS, AHEAD = 3600.0, 20, 5.0
 """Clocks are set back by so many s; told of an object with so many rows or more, where time passes by the usual wait, or by
@@ -29,7 +30,7 @@ def set_back(frame: Any, columns: Columns) -> str:
             continue
         at = int(back[0])
         if -HOUR <= waits[at] <= AHEAD * np.median(waits) - HOUR:
-            before, after = (frame[columns.time.title].iloc[row] for row in rows[at : at + 2])
+            before, after = (columns.time_cells(frame).iloc[row] for row in rows[at : at + 2])
             whose = f"times of {str(names[rows[at]])!r}" if columns.name else "times"
             told = f"{whose} go back by 1 h, from {before} to the next row's {after}, as where a clock was set back"
             return f"{told}: the hour that comes twice is taken for one; write times in UTC, or with their offset, as +01:00"

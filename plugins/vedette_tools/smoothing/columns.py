@@ -16,6 +16,7 @@ from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import TablePath
+from vedette_files.tables.composed import digits_of, joined, made_of
 from vedette_files.tables.numbers import degrees
 from vedette_files.tables.rows import Dialect, listed, rows
 from vedette_tools.drafting.recognising import NO_WISHES, read_table
@@ -34,9 +35,6 @@ UNKNOWN_SPEED, UNKNOWN_COURSE = 102.2 * 1852 / 3600, 360.0
 
 SPEED_UNITS = ("m/s", "kn", "km/h")
 """What a speed may be in that states no unit."""
-
-NAMELESS = ("", "nan", "none", "null", "<na>")
-"""What stands in a cell that names no object, in small letters."""
 
 MANY, REPEATED = 10_000, 1.5
 """A name is of objects if among so many rows it stands so often, or so many of its rows are of one time."""
@@ -60,7 +58,7 @@ class Columns:
 
     name: whose a row is, "" if all are of one; decimal: what numbers in text have before their decimals; dates: how dates
     are written, if not by ISO 8601; elsewhere: what rows of sensors hold that measure no positions, as ranges; assumed: what
-    the time counts, if that is a guess.
+    the time counts, if that is a guess; of_time: the columns that a time is read from, as of a date and a time of day.
     """
 
     name: str
@@ -75,12 +73,14 @@ class Columns:
     dates: str = ""
     elsewhere: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    of_time: tuple[str, ...] = ()
 
     @property
     def read(self) -> tuple[str, ...]:
         """The titles of all columns that are read."""
-        columns = [self.time, *self.place, *(self.paces or ()), *(each for each in (self.speed, self.course) if each)]
-        return tuple(dict.fromkeys([*([self.name] if self.name else []), *(column.title for column in columns)]))
+        columns = [*self.place, *(self.paces or ()), *(each for each in (self.speed, self.course) if each)]
+        titles = [*([self.name] if self.name else []), *self.of_time, *(column.title for column in columns)]
+        return tuple(dict.fromkeys(titles))
 
     @classmethod
     def of(cls, path: TablePath, by: str | None, titles: Sequence[str], wishes: Wishes = NO_WISHES) -> Columns:
@@ -112,11 +112,19 @@ class Columns:
         decimal, dates = table.dialect.decimal, table.dates
         assumed = tuple(guess for guess in table.assumed if guess.startswith(f"{time.title} counts "))
         columns = cls(
-            name, time, (place[0], place[1]), geodetic, decimal=decimal, dates=dates, elsewhere=elsewhere, assumed=assumed
+            name,
+            time,
+            (place[0], place[1]),
+            geodetic,
+            decimal=decimal,
+            dates=dates,
+            elsewhere=elsewhere,
+            assumed=assumed,
+            of_time=made_of(time.title, titles),
         )
         if made := next((title for title in columns.read if title not in titles), ""):
             raise InputError(
-                f"{path}: {made} is no column by itself: smoothing reads a time, and each coordinate, from one column; "
+                f"{path}: {made} is no column by itself: smoothing reads each coordinate from one column; "
                 "write them to columns of their own first"
             )
         north = {each.axis for each in map(meaning, (column.title for column in place))} == {"north", "east"}
@@ -156,10 +164,19 @@ class Columns:
                 values[row] = degrees(str(frame[column.title].iloc[row]))
         return values
 
+    def time_cells(self, frame: Any) -> Any:
+        """Return the cells of the time, joined where several columns hold it."""
+        if self.time.title in frame:
+            return frame[self.time.title]
+        pd = needed("pandas", "tables need pandas", "data")
+        digits = digits_of(self.of_time[-1]) if len(self.of_time) < 4 else 0
+        several = zip(*(frame[title].astype("string").fillna("") for title in self.of_time), strict=True)
+        return pd.Series([joined(cells, digits) for cells in several], index=frame.index, dtype=object)
+
     def times(self, frame: Any) -> Array:
         """Return the times in s, since 1970 where they are dates; NaN where a cell is none."""
         pd = needed("pandas", "tables need pandas", "data")
-        cells = frame[self.time.title]
+        cells = self.time_cells(frame)
         if dated(cells):
             pattern = self.dates or "ISO8601"
             when = cells if _is_date(cells) else pd.to_datetime(cells, format=pattern, utc=True, errors="coerce")

@@ -7,12 +7,13 @@ from itertools import islice
 
 from vedette.errors import Problem
 from vedette.space import Space
+from vedette_files import NAMELESS
 from vedette_files.tables.columnar import TablePath, is_columnar
 from vedette_files.tables.numbers import is_number, numbers
 from vedette_files.tables.rows import Dialect, rows
 from vedette_files.tables.times import Times, form_of
 from vedette_tools.drafting.first_rows import dialect_of
-from vedette_tools.smoothing.columns import NAMELESS, Columns
+from vedette_tools.smoothing.columns import Columns
 from vedette_tools.smoothing.folders import folders
 
 LOOKED_AT = 10_000

@@ -12,11 +12,12 @@ from vedette import kernels
 from vedette.errors import InputError
 from vedette.space import Array, Indices, Mask
 from vedette.units import in_unit
+from vedette_files import NAMELESS
 from vedette_files.libraries import needed
 from vedette_files.tables.columnar import FrameTable, frame_of
 from vedette_tools.smoothing.cells import GROSS, PIECE, as_before, written
 from vedette_tools.smoothing.cleaning import gaps
-from vedette_tools.smoothing.columns import NAMELESS, Column, Columns, check_titles
+from vedette_tools.smoothing.columns import Column, Columns, check_titles
 from vedette_tools.smoothing.faults import first_fault
 from vedette_tools.smoothing.noises import Model
 from vedette_tools.smoothing.paths import Paths, edges_of
@@ -195,6 +196,10 @@ def smoothed_rows(
 
     rounding: what digits leave out at least, in m.
     """
+    if every is not None and len(columns.of_time) > 1:
+        raise InputError(
+            f"every: writes a time to one column, and {columns.time.title} are several: write them to one first"
+        )
     paths, objects = reports.paths, reports.objects
     rows = np.arange(len(paths))
     wider, asked, last = (paths, rows, rows) if every is None else _resampled(paths, every)

@@ -343,7 +343,7 @@ REFUSED = {
     ),
     "blank lines": ("\n\n\n", "d.csv: holds blank lines only, .* as time,x,y"),
     "a picture": (b"\x89PNG\r\n\x1a\n" + bytes(99), "d.csv: is no text"),
-    "a planned route": (table("time,x,y", lambda time, x, y: ("", x, y)), "--time COLUMN; a planned route has none"),
+    "a planned route": (table("time,x,y", lambda time, x, y: ("", x, y)), "empty in all rows, as in a planned route"),
     "no number": (table("time,x,y", lambda time, x, y: (time, "north", y)), "d.csv:2: x .* 'north'; write one, as 12.5"),
     "nuScenes' annotations": (table("sample_token,x,y", plain), "join the two by sample_token"),
     "a time that is written oddly": (

@@ -76,6 +76,21 @@ def test_times_of_all_kinds_come_back_as_they_were(kind, frame, plain):
     assert told.time.min() <= every.min() < every.max() <= told.time.max()
 
 
+def test_a_time_may_be_a_date_and_a_time_of_day_in_two_columns(frame, folder):
+    when = pd.to_datetime(frame.time.round(), unit="s")
+    whole = frame.assign(time=when.dt.strftime("%Y-%m-%d %H:%M:%S"))
+    parted = frame.assign(date=when.dt.strftime("%Y-%m-%d"), time=when.dt.strftime("%H:%M:%S"))
+    smooth = vedette.smooth_positions(parted)
+    pd.testing.assert_frame_equal(smooth[STILL], vedette.smooth_positions(whole)[STILL])
+    assert smooth.time.equals(parted.time)
+    parted.to_csv("d.csv", index=False)
+    assert main(["smooth", "d.csv", "--workers", "1"]) == 0
+    found = pd.read_csv("d-smoothed.csv").sort_values(["date", "time", "id"])
+    np.testing.assert_allclose(found.x, smooth.sort_values(["date", "time", "id"]).x, atol=1e-6)
+    with pytest.raises(vedette.InputError, match="every"):
+        vedette.smooth_positions(parted, every="20 s")
+
+
 def test_a_path_over_a_pole_keeps_its_speed_and_longitudes_their_way_of_counting():
     """In one plane around the middle of its longitudes it flew at 190 m/s."""
     times = 10.0 * np.arange(200)
