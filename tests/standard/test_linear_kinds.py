@@ -66,6 +66,23 @@ def test_with_a_control_two_moves_make_one(first, then, seed):
     np.testing.assert_allclose(both, model.noise(x, first + then), rtol=1e-9, atol=1e-9)
 
 
+@pytest.mark.parametrize("size", [1e-12, 1.0, 1e12])
+def test_the_size_of_its_noise_rounds_neither_matrix(size):
+    model, x = Linear(("p", "q"), F, Q * size), np.zeros(2)
+    half, noise = model.jacobian(x, 0.5), model.noise(x, 0.5)
+    np.testing.assert_allclose(half @ half, F, atol=1e-14)
+    np.testing.assert_allclose((half @ noise @ half.T + noise) / size, Q, atol=1e-14)
+
+
+@pytest.mark.parametrize("short", [1e-3, 1e-7])
+def test_of_a_turn_by_nearly_a_half_the_noise_of_a_part_is_no_larger_than_of_all(short):
+    c, s = np.cos(np.pi - short), np.sin(np.pi - short)
+    model = Linear(("p", "q"), np.array([[c, -s], [s, c]]), np.diag([1.0, 2.0]))
+    least, most = np.linalg.eigvalsh(model.noise(np.zeros(2), 0.5))
+    assert 0.3 < least < most < 2.0
+    assert not model.divisible
+
+
 def test_of_a_noise_that_is_held_through_a_step_a_part_is_near():
     held, x = ConstantVelocityPiecewise(1.0, axes=("x",)), np.zeros(2)
     model = Linear(held.state.names, held.jacobian(x, 1.0), held.noise(x, 1.0))

@@ -19,13 +19,14 @@ TERMS = 18
 class WithinAStep:
     """The flow dx = A x dt + dw, E[dw dw'] = C dt, that makes F and Q over a step: F(r) = exp(A r), Q(r) by Van Loan.
 
-    H = [-A C; 0 A'], exp(H r) = [. G; 0 F'], Q(r) = F G. The series of exp(H r / 2^halvings) is kept; F and Q of so small a
-    part are then doubled, by F F and F Q F' + Q, as exp(-A r) is too large where an axis decays fast.
+    H = [-A c; 0 A'], C = size c, exp(H r) = [. G; 0 F'], Q(r) = size F G. The series of exp(H r / 2^halvings) is kept; F and
+    Q of so small a part are then doubled, by F F and F Q F' + Q, as exp(-A r) is too large where an axis decays fast.
     exact: whether such a C is one of noise; else its negative part was left out, as of noise that is held through a step.
     Van Loan, Computing Integrals Involving the Matrix Exponential, IEEE T-AC 23, 1978.
     """
 
     series: Array
+    size: float
     halvings: int
     exact: bool
 
@@ -37,7 +38,7 @@ class WithinAStep:
         Q = F @ block[:n, n:]
         for _ in range(self.halvings):
             F, Q = F @ F, F @ Q @ F.T + Q
-        return F, Q
+        return F, self.size * Q
 
 
 def within_a_step(F: Array, Q: Array) -> WithinAStep | None:
@@ -49,26 +50,32 @@ def within_a_step(F: Array, Q: Array) -> WithinAStep | None:
         return None
     A = np.asarray(logm(F)).real
     C, exact = _density(A, Q)
-    n = len(A)
-    H = np.block([[-A, C], [np.zeros((n, n)), A.T]])
+    n, size = len(A), max(float(np.linalg.norm(C, 1)), 1e-300)
+    H = np.block([[-A, C / size], [np.zeros((n, n)), A.T]])
     halvings = max(0, math.ceil(math.log2(max(float(np.linalg.norm(H, 1)), 1e-300))))
     series = [np.eye(2 * n)]
     for k in range(1, TERMS + 1):
         series.append(series[-1] @ H / 2.0**halvings / k)
-    return WithinAStep(np.array(series), halvings, exact)
+    return WithinAStep(np.array(series), size, halvings, exact)
 
 
 def _density(A: Array, Q: Array) -> tuple[Array, bool]:
-    """Return C (n, n) of Q, the integral of exp(A s) C exp(A' s) over a step, less its negative part; and if it has none."""
+    """Return C (n, n) of Q, the integral of exp(A s) C exp(A' s) over a step, and whether it is one of noise.
+
+    If not, it is without its negative part, and as large as makes Q on the axis on which that part was least.
+    """
     from scipy.linalg import expm
 
-    n = len(A)
-    sizes = np.sqrt(np.where(np.diagonal(Q) > 0, np.diagonal(Q), 1.0))  # in which an axis of another unit is no larger
+    n, noisy = len(A), np.diagonal(Q) > 0
+    sizes = np.sqrt(np.where(noisy, np.diagonal(Q), 1.0))  # in these, no unit of an axis hides another
     a, q = A * sizes / sizes[:, None], Q / np.outer(sizes, sizes)
     both = np.kron(a, np.eye(n)) + np.kron(np.eye(n), a)
     integral = expm(np.block([[both, np.eye(n * n)], [np.zeros((n * n, 2 * n * n))]]))[: n * n, n * n :]
     c = np.linalg.solve(integral, q.ravel()).reshape(n, n)
     values, vectors = np.linalg.eigh((c + c.T) / 2)
-    exact = bool(values[0] >= -1e-9 * max(values[-1], 1e-300)) if n else True
+    exact = bool(values[0] >= -1e-9 * max(values[-1], 1e-300))
     kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
+    if not exact:
+        made = np.diagonal((integral @ kept.ravel()).reshape(n, n))
+        kept = kept / np.min(made[noisy])
     return kept * np.outer(sizes, sizes), exact
