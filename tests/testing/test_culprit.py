@@ -228,3 +228,28 @@ def test_errors_as_stated_are_called_right_and_others_by_their_size():
     assert re.match(r"R of radar along x is (3.9|4|4.1) \+- 0.0\d times too small", said[0])
     assert re.match(r"R of radar between x and y is correlated by 0.(49|5|51), not by 0 ", said[1])
     assert cleared == ["R of radar along y"]
+
+
+@pytest.mark.parametrize(
+    ("sigma", "real", "cause"),
+    [
+        (0.0, 0.0, "R of radar along x is 1.* times too small, R of radar along y is 1.* times too small$"),
+        (20.0, 0.0, "Q is far too large"),
+        (0.0, 20.0, "Q along x is 0, and the truth's is not, Q along y is 0"),
+    ],
+    ids=["both rest", "the truth rests", "the tracker's rests"],
+)
+def test_of_what_rests_there_is_no_q(sigma, real, cause):
+    """Its Q was once nan times too large, and a truth that rests an error."""
+
+    def resting(sigma, error):
+        radar = {"kind": "cartesian_position", "sigma": error}
+        return vedette.build(
+            {
+                "estimator": {"kind": "kalman", "motion": {"kind": "random_walk", "sigma": sigma}},
+                "sensors": {"radar": radar}, "gate": "off", "associator": {"kind": "pda"},
+                "birth": {"kind": "given", "start": {"x": [0, 7], "y": [0, 7]}}, "lifecycle": {"kind": "single_target"},
+            }
+        )  # fmt: skip
+
+    assert re.match(cause, consistency(resting(sigma, 5.0), world=resting(real, 7.0), scans=20).cause)

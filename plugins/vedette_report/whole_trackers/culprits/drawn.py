@@ -21,13 +21,16 @@ TOLERATED = 0.02
 """How errors go on, or how many are far off, is told beyond this and 3.5 deviations: by hand."""
 CLEARED = 0.5
 """A noise is not to blame if its variance is known this well: by hand."""
+NONE, ROUNDING = 1e-9, 1e-6
+"""Errors whose variance is a smaller part of what is stated are none, and smaller ones, in their unit, where none is."""
 
 
 @frozen(eq=False)
 class Stated:
     """Errors u (r, s, m) along axes, in deviations that a model states, with the correlations (r, s, m, m) that it states.
 
-    `seen` (r, s): where there is one; `far` (r, s): how far a sensor's target is, 1 for all where that says nothing.
+    `seen` (r, s): where there is one; `far` (r, s): how far a sensor's target is, 1 for all where that says nothing;
+    `moved`: the axes along which a model states none, and there are some.
     """
 
     name: str
@@ -37,6 +40,7 @@ class Stated:
     seen: Mask
     far: Array
     sensor: str = ""
+    moved: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -44,11 +48,15 @@ class Stated:
     ) -> Stated:
         """Return errors (r, s, m) of covariances that broadcast to (r, s, m, m), along the axes that have a variance."""
         cov = np.broadcast_to(cov, (*error.shape, error.shape[-1]))
-        free = np.flatnonzero(np.diagonal(cov, axis1=-2, axis2=-1).min(axis=(0, 1)) > 0)
+        variance = np.diagonal(cov, axis1=-2, axis2=-1)
+        moves = np.abs(np.where(seen[..., None], error, 0.0)).max(axis=(0, 1)) > ROUNDING
+        moved = tuple(axes[i] for i in np.flatnonzero(moves & (variance.max(axis=(0, 1)) <= 0)))
+        free = np.flatnonzero(variance.min(axis=(0, 1)) > 0)
         cov = cov[..., free, :][..., free]
         spread = np.sqrt(np.diagonal(cov, axis1=-2, axis2=-1))
         u = np.where(seen[..., None], error[..., free] / spread, 0.0)
-        return cls(name, tuple(axes[i] for i in free), u, cov / spread[..., None] / spread[..., None, :], seen, far, sensor)
+        correlations = cov / spread[..., None] / spread[..., None, :]
+        return cls(name, tuple(axes[i] for i in free), u, correlations, seen, far, sensor, moved)
 
     def mean(self, values: Array, where: Mask) -> tuple[float, float]:
         """Return the mean of values (r, s) over scans and runs, and its error; only runs are independent."""
@@ -108,11 +116,13 @@ def stated(played: Runs, prior: Gaussian) -> Iterator[Stated]:
 
 def told(one: Stated) -> tuple[list[str], list[str]]:
     """Return what is wrong with what a model states, in words, and which of its noises are right."""
-    sizes, said, right = one.sizes(), [], []
+    sizes, right = one.sizes(), []
+    said = [f"{one.name} along {axis} is 0, and the truth's is not" for axis in one.moved]
     parts = [(f"{one.name} along {axis}", *size) for axis, size in zip(one.axes, sizes, strict=True)]
-    whole, error = one.mean(np.mean(one.u**2, axis=-1), one.seen)
-    if not one.sensor and all(abs(size - whole) <= SURE * off + ALIKE * whole for size, off in sizes):
-        parts = [(one.name, whole, error)]
+    if sizes and not one.sensor:
+        whole, error = one.mean(np.mean(one.u**2, axis=-1), one.seen)
+        if all(abs(size - whole) <= SURE * off + ALIKE * whole for size, off in sizes):
+            parts = [(one.name, whole, error)]
     for name, size, off in parts:
         if text := sized(name, size, off):
             said.append(text)
@@ -130,9 +140,10 @@ def told(one: Stated) -> tuple[list[str], list[str]]:
 
 def sized(name: str, share: float, error: float) -> str:
     """Say how what is stated is off whose variance is `share` times as large, "" if not by anything that counts."""
+    share = max(share, NONE)
     if abs(share - 1.0) <= max(SURE * error / share, LEAST):
         return ""
     factor, off, way = (share, error, "small") if share > 1 else (1.0 / share, error / share**2, "large")
     also = " (process noise, sigma squared)" if name.startswith("Q") else ""
-    size = "far" if off > factor / 3 else f"{float(f'{factor:.2g}'):g} +- {float(f'{off:.1g}'):g} times"
+    size = "far" if off > factor / 3 or share == NONE else f"{float(f'{factor:.2g}'):g} +- {float(f'{off:.1g}'):g} times"
     return f"{name} is {size} too {way}{also}"
