@@ -41,6 +41,13 @@ def test_what_is_stated_and_is_not_is_told():
     assert any(drawn(seed, 0.0, 0.7) for seed in range(3))
 
 
+def test_an_axis_without_errors_goes_with_none():
+    """As of a target that rests in a cell of a coarse grid."""
+    z = np.stack([np.full(300, 5.0), np.random.default_rng(0).normal(size=300)], axis=-1)
+    part = Taken(np.arange(300.0), z, np.broadcast_to(np.eye(2), (300, 2, 2))).along(0, 1, PLANE)
+    assert _correlated([part]) is None
+
+
 @pytest.mark.parametrize("diagonal", [1.0, 5.0])
 def test_motion_is_no_error(diagonal):
     assert not any(drawn(seed, 0.0, diagonal=diagonal) for seed in range(20))

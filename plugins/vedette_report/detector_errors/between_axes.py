@@ -102,7 +102,8 @@ def _correlated(parts: Sequence[tuple[Array, Array, Array]]) -> tuple[float, flo
     """Return the correlation, its deviation, what is stated and of how many returns; None if that is right or not told."""
     u, wide = (np.concatenate([part[k] for part in parts], axis=-1) for k in (0, 1))
     stated, count = float(np.mean(np.concatenate([part[2] for part in parts]))), u.shape[-1]
-    if count < FEWEST or np.any(np.median(np.abs(wide), axis=-1) ** 2 > STEADY * np.median(np.abs(u), axis=-1) ** 2):
+    usual, far = np.median(np.abs(u), axis=-1), np.median(np.abs(wide), axis=-1)
+    if count < FEWEST or np.any(usual <= 0) or np.any(far**2 > STEADY * usual**2):
         return None
     a, b = u / np.sqrt(np.mean(u**2, axis=-1, keepdims=True))
     found = float(np.mean(a * b))

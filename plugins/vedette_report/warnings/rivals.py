@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import TypeAlias
+from collections.abc import Sequence
 
 import numpy as np
 from attrs import frozen
@@ -16,9 +15,6 @@ CLEARLY = 10.0
 """Chi-square by which one explanation is to beat another, where the best fits; more where it does not. By hand."""
 ROUNDS = 5
 """An explanation takes the nearest returns and is fitted to them, so many times."""
-
-Moved: TypeAlias = Callable[[Array], Array]
-"""Of parameters (p,), by how much each target's returns are moved (l, 2) in m."""
 
 
 @frozen(eq=False)
