@@ -45,6 +45,7 @@ from vedette_files.series import read_series as read_series
 from vedette_files.tables.columnar import PARQUET as PARQUET
 from vedette_files.tables.source import CsvSource as CsvSource
 from vedette_files.tables.times import DATED as DATED
+from vedette_files.tables.truth import STATE as STATE
 from vedette_files.tracks.kept import SCHEMA as SCHEMA
 from vedette_files.tracks.kept import Wanted as Wanted
 from vedette_files.tracks.kept import is_database as is_database

@@ -54,7 +54,7 @@ def test_innovations_are_compared_with_as_many_components_as_returns_have():
     result = experiment.run(keep_states=True)
     assert abs(result.score().nis - 1.0) < BAND
     (entries,) = entries_of(experiment.tracker, result).values()
-    seen = gathered(experiment.tracker, entries)
+    seen = gathered({"radar": experiment.tracker.sensors["radar"].measurement.names}, 0.99, entries)
     assert abs(np.sum(seen.nis) / np.sum(seen.hit * seen.axes) - 1.0) < BAND
     squares, count = seen.sizes["radar", "range_rate"]
     assert abs(squares / count - 1.0) < 2.0 * BAND

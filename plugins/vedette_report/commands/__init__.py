@@ -168,7 +168,7 @@ class Consistency(Command):
     """Report whether a tracker's covariances fit a recording.
 
     Runs the tracker and prints for each object or track the size and whiteness of the innovations, how often it was detected
-    and, with truth, its errors. It gives no verdict.
+    and, with truth, its errors. It gives no verdict. CONFIG may also be a CSV of another program's estimates.
     """
 
     kind: ClassVar[str] = "consistency"

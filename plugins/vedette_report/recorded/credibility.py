@@ -32,5 +32,6 @@ def noncredibility(error: Array, cov: Array) -> Credibility:
     if runs <= n:
         raise ValueError(f"error: needs more runs than axes ({n}), got {runs}")
     square = (np.swapaxes(error, -1, -2) @ error / runs)[..., None, :, :]
-    decibel = 10.0 * np.log10(nees(error, cov) / nees(error, square))
+    stated, found = nees(error, cov), nees(error, square)
+    decibel = 10.0 * np.log10(stated[found > 0] / found[found > 0])  # an error of exactly 0 tells nothing
     return Credibility(float(np.mean(np.abs(decibel))), float(np.mean(decibel)))

@@ -6,11 +6,12 @@ Without truth, innovations alone speak: how large they are, whether one tells of
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 from attrs import evolve, field, frozen
 
-from vedette import Array, Experiment, InputError, Mask, Progress, Result, Space, Track, Tracker, Trajectory
+from vedette import Array, Experiment, InputError, Mask, Progress, Result, Space, Track, Trajectory
 from vedette.config import warnings_of
 from vedette.metrics import chi_square_band, free_axes, nees
 from vedette.progress import silent
@@ -172,6 +173,8 @@ def recorded_consistency(experiment: Experiment, progress: Progress = silent) ->
 def recorded(experiment: Experiment, result: Result, errors: Sequence[Told]) -> tuple[Recorded, ...]:
     """Report the tracks of a run that has kept its states, as `recorded_consistency` does; errors: as `in_tracks` tells."""
     tracker, entries = experiment.tracker, entries_of(experiment.tracker, result)
+    p_gate = tracker.gate.probability
+    seen_of = partial(gathered, {name: one.measurement.names for name, one in tracker.sensors.items()}, p_gate)
     known = {track.id: track for track in result.tracks if track.id in entries}
     records: list[Recorded | None] = []
     for path, own in zip(result.recording.truth, followed(experiment, result), strict=True):
@@ -179,14 +182,14 @@ def recorded(experiment: Experiment, result: Result, errors: Sequence[Told]) -> 
         for track, at in zip(own.tracks, own.scans, strict=True):
             if track.id in known and np.any(at & _shared(track, path)):
                 covered = True
-                records.append(_told(tracker, track, gathered(tracker, _at(entries[track.id], track, at)), path, at, own))
+                records.append(of_track(p_gate, track, seen_of(_at(entries[track.id], track, at)), path, at, own))
         if not covered:
             near = [(float(np.mean(_distance(one, path))), i) for i, one in known.items() if _shared(one, path).any()]
             if near:
                 _, best = min(near)
-                records.append(_told(tracker, known[best], gathered(tracker, entries[best]), path))
+                records.append(of_track(p_gate, known[best], seen_of(entries[best]), path))
     if not result.recording.truth:
-        records = [_told(tracker, track, gathered(tracker, entries[track.id])) for track in known.values()]
+        records = [of_track(p_gate, track, seen_of(entries[track.id])) for track in known.values()]
     lasting = dict.fromkeys(one.sensor for one in errors if one.compared.wins)
     told = tuple(
         evolve(one, lasting=tuple(name for name in lasting if name in one.innovations.sensors))
@@ -237,8 +240,8 @@ def _distance(track: Track, path: Trajectory) -> Array:
     return np.linalg.norm(error[:, metres], axis=-1)
 
 
-def _told(
-    tracker: Tracker,
+def of_track(
+    p_gate: float,
     track: Track,
     seen: Innovations,
     path: Trajectory | None = None,
@@ -246,7 +249,7 @@ def _told(
     target: Followed | None = None,
 ) -> Recorded | None:
     """Return the figures of a track, at its scans `at` (s,), by default all; None if they are too few."""
-    nis = float(pooled_nis(seen.nis, seen.hit, seen.axes, tracker.gate.probability)) if np.any(seen.hit > 0) else None
+    nis = float(pooled_nis(seen.nis, seen.hit, seen.axes, p_gate)) if np.any(seen.hit > 0) else None
     white = float(seen.correlation[0]) if len(seen.correlation) and seen.pairs[0] else None
     hits = float(np.sum(seen.hit) / np.sum(seen.declared)) if np.sum(seen.declared) > 0 else None
     told = Recorded(None, track.id, len(track.times), None, nis, white, hits, None, track.times, None, 0, seen)

@@ -93,7 +93,8 @@ def _used(it: Expected, prior: Gaussian, state: State, row: int) -> tuple[Array,
     return np.sum(weights[used][:, None] * residual, axis=0), S, declared, known
 
 
-def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
+def gathered(measured: Mapping[str, Sequence[str]], p_gate: float, entries: Sequence[Entry]) -> Innovations:
+    """Return what a track used, by sensors that measure axes of these names, behind a gate of a probability."""
     names = [entry[0] for entry in entries]
     most = max(set(names), key=lambda name: (sum(e[3] > 0 for e in entries if e[0] == name), name))
     alike = [entry for entry in entries if entry[0] == most]
@@ -109,7 +110,6 @@ def gathered(tracker: Tracker, entries: Sequence[Entry]) -> Innovations:
         sure = [entry for entry in entries if entry[0] == name and entry[3] > ALMOST_SURE]
         squares = np.array([entry[5] ** 2 / np.diagonal(entry[6]) for entry in sure]).T
         counts = np.array([entry[7] for entry in sure]).T
-        for axis, each, count in zip(tracker.sensors[name].measurement.names, squares, counts, strict=False):
+        for axis, each, count in zip(measured[name], squares, counts, strict=False):
             sizes[name, axis] = np.array([np.sum(each), np.sum(count)])
-    gated = tracker.gate.probability < 1.0
-    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes, tuple(names), gated)
+    return Innovations(times, nis, hit, declared, axes, correlation, pairs, sizes, tuple(names), p_gate < 1.0)
