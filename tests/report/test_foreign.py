@@ -104,8 +104,40 @@ def test_either_truth_or_innovations_are_enough(ran):
     half = np.where(np.arange(len(times))[:, None] < 100, np.nan, truth)
     half[:, 2:] = np.nan
     assert of_estimates(space, times, mean, cov, half).scans == len(times) - 100
-    with pytest.raises(InputError, match="neither"):
+    with pytest.raises(InputError, match="must have a truth in more rows"):
         of_estimates(space, times, mean, cov)
+
+
+def test_a_table_with_truth_alone_is_judged(ran, tmp_path):
+    """It was refused with a traceback, as an array of no innovations had no shape."""
+    own, arrays = ran
+    (told,) = of_table(written(tmp_path / "mine.csv", arrays, changed=without_innovations))
+    assert (told.anees, told.nis) == (pytest.approx(own.anees), None)
+
+
+def test_a_track_of_too_few_rows_is_left_out(tmp_path):
+    """It took the whole table with it."""
+    path, rows = tmp_path / "mine.csv", "".join(f"{k},1,{k % 3 - 1},1,0\n" for k in range(9))
+    path.write_text(f"time,track,x,cov_x_x,true_x\n{rows}3,2,0,1,0\n")
+    assert [told.track for told in of_table(path)] == [1]
+    path.write_text("time,track,x,cov_x_x,true_x\n3,2,0,1,0\n")
+    with pytest.raises(InputError, match="one track at least must have a truth"):
+        of_table(path)
+
+
+def test_arrays_that_are_none_are_told(ran):
+    _, (space, times, mean, cov, truth, v, S) = ran
+    with pytest.raises(InputError, match="has no rows"):
+        of_estimates(space, times[:0], mean[:0], cov[:0], truth[:0])
+    lopsided = np.triu(np.ones((4, 4)))
+    with pytest.raises(InputError, match="the covariance of the estimate must be symmetric"):
+        of_estimates(space, times, mean, cov * lopsided, truth)
+    with pytest.raises(InputError, match="that of the innovation must be symmetric"):
+        of_estimates(space, times, mean, cov, truth, v, S + np.array([[0.0, 1.0], [0.0, 0.0]]))
+
+
+def without_innovations(columns):
+    return {name: values for name, values in columns.items() if not name.startswith(("nu_", "S_"))}
 
 
 def dropped(title):

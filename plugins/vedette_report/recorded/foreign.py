@@ -16,6 +16,8 @@ from vedette_files.input_files import lines
 from vedette_report.recorded.tracks import Recorded, of_track
 from vedette_report.recorded.used import gathered
 
+ENOUGH = "a truth in more rows than it has axes, or innovations in three"
+
 
 def of_estimates(
     space: Space,
@@ -35,6 +37,17 @@ def of_estimates(
     names `measured`, with their covariances (s, m, m): NaN where there was no return, and in the first row. InputError if
     these are of too few rows, or a covariance is none.
     """
+    told = _judged(space, times, mean, cov, truth, innovation, innovation_cov, measured, track)
+    if told is None:
+        raise InputError(f"track {track}: must have {ENOUGH}")
+    return told
+
+
+def _judged(
+    space: Space, times: Array, mean: Array, cov: Array, truth: Array | None, innovation: Array | None,
+    innovation_cov: Array | None, measured: Sequence[str], track: int,
+) -> Recorded | None:  # fmt: skip
+    """Return what `of_estimates` does; None if it is of too few rows."""
     m = 0 if innovation is None else innovation.shape[-1]
     v, S = (np.zeros((len(times), 0)), np.zeros((len(times), 0, 0))) if innovation is None else (innovation, innovation_cov)
     if S is None:
@@ -54,14 +67,14 @@ def of_estimates(
     ones, names = np.ones(len(times)), {"returns": tuple(measured) or tuple(f"z{i + 1}" for i in range(m))}
     estimates = Track(track, space, times, mean, cov, ones > 0, ones, None, (), nis, hit.astype(float))
     seen = gathered(names, 1.0, entries)
-    told = None if path is not None and not len(path.times) else of_track(1.0, estimates, seen, path, known)
-    if told is None:
-        raise InputError(f"track {track}: has neither a truth in more rows than it has axes, nor innovations in three")
-    return told
+    return None if path is not None and not len(path.times) else of_track(1.0, estimates, seen, path, known)
 
 
 def of_table(path: Path) -> tuple[Recorded, ...]:
-    """Judge the tracks of a CSV, of columns time, track, axes such as x, cov_x_y, true_x; innovations nu_x, and S_x_y."""
+    """Judge the tracks of a CSV, of columns time, track, axes such as x, cov_x_y, true_x; innovations nu_x, and S_x_y.
+
+    Those of too few rows are left out.
+    """
     rows = csv.DictReader(text for _, text in lines(path))
     titles = list(rows.fieldnames or ())
     axes = [title for title in titles if f"cov_{title}_{title}" in titles]
@@ -86,9 +99,12 @@ def of_table(path: Path) -> tuple[Recorded, ...]:
         order, n, m = np.argsort(times[:, 0], kind="stable"), len(axes), len(measured)
         units = {axis.name: axis for axis in STATE.axes}
         space = Space(tuple(units[name] if name in units else Space.of(**{name: "1"}).axes[0] for name in axes))
-        square = (cov.reshape(-1, n, n)[order], truth[order], v[order], S.reshape(-1, m, m)[order])
-        found.append(of_estimates(space, times[order, 0], mean[order], *square, measured=measured, track=track))
-    return tuple(found)
+        square = (cov.reshape(-1, n, n)[order], truth[order], v[order], S.reshape(len(of), m, m)[order])
+        found.append(_judged(space, times[order, 0], mean[order], *square, measured, track))
+    told = tuple(one for one in found if one is not None)
+    if not told:
+        raise InputError(f"{path}: one track at least must have {ENOUGH}")
+    return told
 
 
 def _pair(path: Path, titles: Sequence[str], begin: str, a: str, b: str) -> str:
@@ -108,11 +124,16 @@ def _number(path: Path, number: int, row: Mapping[str, str], title: str) -> floa
 
 
 def _check(track: int, times: Array, mean: Array, covs: Mapping[str, Array]) -> None:
-    """Raise InputError for the first time or estimate that is no number, or covariance (s, n, n) that is none."""
+    """Raise InputError without rows, and for the first estimate that is no number or covariance (s, n, n) that is none."""
+    if not len(times):
+        raise InputError(f"track {track}: has no rows")
     if len(bad := np.flatnonzero(~np.isfinite(np.column_stack([times, mean])).all(axis=-1))):
         raise InputError(f"track {track}: at {times[bad[0]]:g} s the estimate lacks numbers")
     for name, cov in covs.items():
         known: Mask = np.asarray(np.isfinite(cov).all(axis=(-1, -2)))
+        off, most = (np.max(np.abs(part), axis=(-1, -2), initial=0.0) for part in (cov - np.swapaxes(cov, -1, -2), cov))
+        if len(bad := np.flatnonzero(known & (off > 1e-6 * most))):
+            raise InputError(f"track {track}: at {times[bad[0]]:g} s {name} must be symmetric")
         free = cov + np.eye(cov.shape[-1]) * (cov == 0.0)  # an axis may have no variance
         least = np.min(np.linalg.eigvalsh(np.where(known[:, None, None], free, 0.0)), axis=-1, initial=np.inf)
         if len(bad := np.flatnonzero(~known | (least <= 0))):
