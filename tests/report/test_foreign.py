@@ -104,7 +104,7 @@ def test_either_truth_or_innovations_are_enough(ran):
     half = np.where(np.arange(len(times))[:, None] < 100, np.nan, truth)
     half[:, 2:] = np.nan
     assert of_estimates(space, times, mean, cov, half).scans == len(times) - 100
-    with pytest.raises(InputError, match="must have a truth in more rows"):
+    with pytest.raises(InputError, match="truth"):
         of_estimates(space, times, mean, cov)
 
 
@@ -121,18 +121,18 @@ def test_a_track_of_too_few_rows_is_left_out(tmp_path):
     path.write_text(f"time,track,x,cov_x_x,true_x\n{rows}3,2,0,1,0\n")
     assert [told.track for told in of_table(path)] == [1]
     path.write_text("time,track,x,cov_x_x,true_x\n3,2,0,1,0\n")
-    with pytest.raises(InputError, match="one track at least must have a truth"):
+    with pytest.raises(InputError, match="one track"):
         of_table(path)
 
 
 def test_arrays_that_are_none_are_told(ran):
     _, (space, times, mean, cov, truth, v, S) = ran
-    with pytest.raises(InputError, match="has no rows"):
+    with pytest.raises(InputError, match="track 0: .* rows"):
         of_estimates(space, times[:0], mean[:0], cov[:0], truth[:0])
     lopsided = np.triu(np.ones((4, 4)))
-    with pytest.raises(InputError, match="the covariance of the estimate must be symmetric"):
+    with pytest.raises(InputError, match="estimate .*symmetric"):
         of_estimates(space, times, mean, cov * lopsided, truth)
-    with pytest.raises(InputError, match="that of the innovation must be symmetric"):
+    with pytest.raises(InputError, match="innovation .*symmetric"):
         of_estimates(space, times, mean, cov, truth, v, S + np.array([[0.0, 1.0], [0.0, 0.0]]))
 
 
