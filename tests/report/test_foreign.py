@@ -127,12 +127,12 @@ def test_a_track_of_too_few_rows_is_left_out(tmp_path):
 
 def test_arrays_that_are_none_are_told(ran):
     _, (space, times, mean, cov, truth, v, S) = ran
-    with pytest.raises(InputError, match="track 0: .* rows"):
+    with pytest.raises(InputError, match=r"track 0: .* rows"):
         of_estimates(space, times[:0], mean[:0], cov[:0], truth[:0])
     lopsided = np.triu(np.ones((4, 4)))
-    with pytest.raises(InputError, match="estimate .*symmetric"):
+    with pytest.raises(InputError, match=r"estimate .*symmetric"):
         of_estimates(space, times, mean, cov * lopsided, truth)
-    with pytest.raises(InputError, match="innovation .*symmetric"):
+    with pytest.raises(InputError, match=r"innovation .*symmetric"):
         of_estimates(space, times, mean, cov, truth, v, S + np.array([[0.0, 1.0], [0.0, 0.0]]))
 
 
