@@ -24,8 +24,8 @@ class Linear(MotionModel):
 
     The matrices hold for that step: n of them make F^n and Q + F Q F' + .. A part r of one is that of the flow
     dx = (A x + b) dt + dw that makes F, B u and Q in a step: exp(A r). Of a noise that no flow makes, as one that is held
-    through a step, the part is that of the nearest one that is made; of an F that none makes, as it forgets an axis or
-    turns its sign at once, F is (1 - r) I + r F, B u r B u and Q r Q: let scans come at whole steps then.
+    through a step, the part is that of a near one that is made, of the same size; of an F that none makes, as it forgets an
+    axis or turns its sign at once, F is (1 - r) I + r F, B u r B u and Q r Q: let scans come at whole steps then.
     With a control it is affine, not linear: `ekf` is then exact, and `kalman` refuses it.
     Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking and Navigation, 2001, section 4.3.
 
