@@ -99,6 +99,12 @@ def test_what_wanders_is_not_called_an_error(keeps):
     assert not found.wins
 
 
+@pytest.mark.parametrize("places", [(100.0,), (100.0, 500.0)])
+def test_positions_that_are_all_alike_have_no_errors(places):
+    """As of a buoy whose place is read off a chart: errors of 6e-152 m were called correlated."""
+    assert compared([Path(np.arange(150.0), np.full(150, place)) for place in places]) is None
+
+
 @pytest.mark.filterwarnings("error")
 def test_weeks_without_a_look_leave_the_errors_before_and_after_them():
     """As of a recording of two days, five weeks apart: variances below 0 ended in a warning of an invalid logarithm."""

@@ -117,8 +117,10 @@ def _gained(every: Pieces, parts: Sequence[Path], held: Mask) -> tuple[float, fl
     """Return by how much likelier correlated errors are on what is `held` back (p, s), with the parameters of the parts, and
     the error of that; None where these have no errors.
     """
+    if (extent := np.ptp(every.values)) == 0:
+        return None
     fits = [_fitted(Pieces.of(parts), correlated) for correlated in (False, True)]
-    if min(fit.scale for fit in fits) <= FAINT * np.ptp(every.values):
+    if min(fit.scale for fit in fits) <= FAINT * extent:
         return None
     scores = [every.singles(fit) for fit in fits]
     apart = [row[mask] for row, mask in zip(scores[1] - scores[0], every.used & held, strict=True)]

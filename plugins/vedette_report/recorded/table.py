@@ -46,7 +46,7 @@ def _uneven(told: Sequence[Innovations]) -> list[str]:
     ratios = {key: float(total / count) for key, (total, count) in sizes.items() if count}
     bands = {key: chi_square_band(float(sizes[key][1]), 1e-3) for key in ratios}
     right = all(low < ratios[key] < high for key, (low, high) in bands.items())
-    if right or max(ratios.values()) < UNEVEN * min(ratios.values()):
+    if right or max(ratios.values()) <= UNEVEN * min(ratios.values()):
         return []
     listed = ", ".join(f"{sensor} {axis} {ratio:.2g}" for (sensor, axis), ratio in ratios.items())
     said = f"squared innovations over what is stated are not off alike: {listed}"
