@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Iterable
 from contextlib import suppress
-from math import inf
 from threading import Event, Lock, Thread
 from typing import Any, final
 
@@ -22,13 +21,8 @@ from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 from vedette_live.reading import Reading
-from vedette_live.rhythm import Rhythm
-from vedette_live.setback import Row
-
-HELD = 1000
-"""Messages, the latest of a row whose numbers came before, that are taken if their sender counts anew."""
-LATE = 1.0
-"""s between two looks from which on we were busy ourselves, or stopped."""
+from vedette_live.rhythm import Rhythm, Rhythms
+from vedette_live.setback import Again
 
 
 @final
@@ -47,10 +41,8 @@ class Listening:
     scans: BoundedQueue[Formed] = field(init=False)
     groupers: list[Grouper] = field(init=False)
     locks: list[Lock] = field(init=False)
-    rhythms: dict[tuple[int, str], Rhythm] = field(factory=dict)
-    _again: dict[tuple[int, str], tuple[Row, deque[tuple[Message, Arrival]]]] = field(factory=dict)
-    _busy: float = -inf
-    _looked: float = field(factory=now)
+    rhythms: Rhythms = field(factory=Rhythms)
+    _again: Again = field(factory=Again)
     readings: list[Reading] = field(init=False)
     log: Sparing = field(factory=lambda: Sparing(""))
     logs: list[Sparing] = field(init=False)
@@ -105,16 +97,11 @@ class Listening:
 
     def _tell_silent(self) -> None:
         """Let the health tell of a sensor that comes no more, though we waited for nothing else meanwhile."""
-        at = now()
-        if self.scans.items or at - self._looked > LATE:
-            self._busy = at
-        self._looked = at
-        for (i, sensor), rhythm in self.rhythms.copy().items():
+        for i, sensor, told in self.rhythms.silences(bool(self.scans.items)):
             name = f"sensor {sensor!r} of input {i}"
-            if (silent := at - max(rhythm.heard, self._busy)) <= rhythm.limit:
+            if not told:
                 self.ails.pop(name, None)
                 continue
-            told = f"nothing came for {silent:.0f} s, and it came every {rhythm.period:.3g} s"
             if name not in self.ails:
                 LOG.warning("sensor silent", extra={"input": i, "sensor": sensor, "why": told})
             self.ails[name] = told
@@ -253,7 +240,7 @@ class Listening:
         """
         placed, last, key, told = self.readings[i].placed, self.numbers.last(number), (i, message.sensor), ""
         if number[2] > last:
-            self._again.pop(key, None)
+            self._again.forget(key)
             return False
         if not placed and self._is_new(i, message):
             told = f"n: must rise, got {message.number} after {last - self.numbers.raised(*number[:2])}, with a later time"
@@ -265,15 +252,8 @@ class Listening:
             self.counters.add("messages_taken_total")
         else:
             return False
-        if not placed and message.time is not None:
-            row, held = self._again.setdefault(key, (Row(), deque(maxlen=HELD)))
-            if not told:
-                held.append((message, evolve(arrival, data=b"")))
-            if row.add(message.time, arrival.time):
-                del self._again[key]
-                self._count_anew(i, feed, number, held)
-            elif not row.count:
-                held.clear()
+        if not placed and (held := self._again.add(key, message, arrival, kept=not told)) is not None:
+            self._count_anew(i, feed, number, held)
         return True
 
     def _count_anew(self, i: int, feed: Feed, number: Number, held: Iterable[tuple[Message, Arrival]]) -> None:
@@ -290,7 +270,7 @@ class Listening:
         """Feel the rhythm of a sensor that names no objects."""
         if message.identity is None:
             latest = self.groupers[i].clocks[message.sensor].latest
-            rhythm = self.rhythms.setdefault((i, message.sensor), Rhythm())
+            rhythm = self.rhythms.known.setdefault((i, message.sensor), Rhythm())
             rhythm.hear(came if latest is None else latest, came, len(message.z))
 
     def _hear(self, i: int, sensor: str, arrival: Arrival) -> None:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Iterator
 from math import inf
 from statistics import median
 from typing import final
 
 from attrs import define, field
+
+from vedette.streams import now
 
 LOOKS = 30
 """Latest intervals that are judged."""
@@ -22,6 +25,8 @@ SHORT = 10.0
 """s of silence that are told of no sensor, by hand."""
 PAUSES = 3.0
 """Longest pauses between the latest messages of a sender of batches, of which as many are no silence, by hand."""
+LATE = 1.0
+"""s between two looks from which on we were busy ourselves, or stopped."""
 
 
 @final
@@ -55,3 +60,24 @@ class Rhythm:
             alike = sum(many and abs(apart - self.period) <= self.period / 2 for apart, _, many in self._looks)
             pause = max(pause for _, pause, _ in self._looks)
             self.limit = max(MANY * self.period, SHORT, PAUSES * pause) if alike >= STEADY else inf
+
+
+@final
+@define
+class Rhythms:
+    """The rhythms of sensors, each by its input and name, and which come no more though we waited for nothing else."""
+
+    known: dict[tuple[int, str], Rhythm] = field(factory=dict)
+    _busy: float = -inf
+    _looked: float = field(factory=now)
+
+    def silences(self, waiting: bool) -> Iterator[tuple[int, str, str]]:
+        """Yield each sensor, its input before it, with what is told of its silence, "" of none; `waiting`: so do scans."""
+        at = now()
+        if waiting or at - self._looked > LATE:
+            self._busy = at
+        self._looked = at
+        for (i, sensor), rhythm in self.known.copy().items():
+            silent = at - max(rhythm.heard, self._busy)
+            told = f"nothing came for {silent:.0f} s, and it came every {rhythm.period:.3g} s"
+            yield i, sensor, told if silent > rhythm.limit else ""

@@ -17,7 +17,7 @@ import pytest
 
 from support.services import PATIENCE, TRACKER, connected, feed, free_port, lines, ran, served, wait_for
 from vedette.streams import Arrival
-from vedette_live import listening, rhythm
+from vedette_live import rhythm
 from vedette_live.health import Health
 from vedette_live.rhythm import LOOKS, MANY, PAUSES, SHORT, Rhythm
 
@@ -112,7 +112,7 @@ def test_a_silent_sensor_is_told_by_the_health_and_counted_by_its_name(monkeypat
         text = running.counters.text()
         assert 'vedette_sensor_scans_total{sensor="north"} 51' in text
         assert 'vedette_input_messages_total{input="0"} 101' in text
-        monkeypatch.setattr(listening, "LATE", -1.0)  # as if each look were late
+        monkeypatch.setattr(rhythm, "LATE", -1.0)  # as if each look were late
         wait_for(lambda: not running.ails)
 
 
@@ -122,4 +122,4 @@ def test_who_names_objects_may_be_silent() -> None:
     named = [{**each, "identity": [7] * len(each["z"])} for each in told]
     for each, known in ((told, 2), (named, 0)):
         running = ran({**TRACKER, "inputs": [feed()]}, [Arrival(json.dumps(line).encode(), 0.0) for line in each])
-        assert (running.counters.counts["scans_taken_total"], len(running.listening.rhythms)) == (100, known)
+        assert (running.counters.counts["scans_taken_total"], len(running.listening.rhythms.known)) == (100, known)

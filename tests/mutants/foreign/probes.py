@@ -173,7 +173,7 @@ def lifecycle(life: Any) -> Iterator[list[Any]]:
         seen = np.array([k % 2, 1.0, k < 3, 0.3]) * 0.95
         review = vedette.Review(
             1.7,
-            np.array([0.4, 0.99, 0.1, 0.5]),
+            np.array([0.4, 0.99, 0.1, 0.5]) * (1.0 - 0.02 * k),
             seen,
             np.array([0.9, 0.5, 0.0 if k > 8 else 0.9, 0.9]),
             np.array([9.0, 99.0, 250.0, 50.0]),
