@@ -6,6 +6,11 @@ import math
 
 from vedette.metrics import chi_square_band
 
+SURE = 4.0
+"""A variance is told as wrong that is off by so many of its deviations: by hand."""
+NONE = 1e-9
+"""A variance that is so small a share of what is stated is none."""
+
 
 def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
     """Return which of Q and R is likely wrong, or "" if neither stands out.
@@ -40,3 +45,14 @@ def at_fault(size: float, whiteness: float, dof: float, pairs: float) -> str:
         said, way = ("large", "small") if large else ("small", "large")
         return f"innovations are white but too {said}: likely R, or R and Q alike, {factor:.2g} times too {way}"
     return ""
+
+
+def sized(name: str, share: float, error: float, least: float) -> str:
+    """Say how what is stated is off whose variance is `share` times as large, "" if not beyond chance and by `least`."""
+    share = max(share, NONE)
+    if abs(share - 1.0) <= max(SURE * error / share, least):
+        return ""
+    factor, off, way = (share, error, "small") if share > 1 else (1.0 / share, error / share**2, "large")
+    also = " (process noise, sigma squared)" if name.startswith("Q") else ""
+    size = "far" if off > factor / 3 or share == NONE else f"{float(f'{factor:.2g}'):g} +- {float(f'{off:.1g}'):g} times"
+    return f"{name} is {size} too {way}{also}"

@@ -37,8 +37,7 @@ def told(seed, **wrong):
         }
     )
     result = experiment.run(keep_states=True)
-    truth = result.recording.truth
-    return list(beside_truth(experiment.tracker, result.scans, result.tracks, recorded(experiment, result, ()), truth))
+    return list(beside_truth(experiment.tracker, recorded(experiment, result, ())))
 
 
 @pytest.mark.parametrize("wrong", [{"add": {"x": 8.0}}, {"lag": 1.0}, {"add": {"x": 8.0}, "lag": 1.0}], ids=str)

@@ -214,7 +214,6 @@ def test_a_manoeuvre_is_no_correlated_error_of_a_sensor(sigma, world, words):
     assert cause.endswith(RIGHT_R)
 
 
-@pytest.mark.statistical(alpha=1e-4)
 def test_errors_as_stated_are_called_right_and_others_by_their_size():
     rng = np.random.default_rng(0)
     cov = np.array([[4.0, 1.0], [1.0, 1.0]])

@@ -70,7 +70,7 @@ def _of_run(experiment: Experiment) -> Told:
     objects = pooled(told, tracker.gate.probability)
     around = list(turned(tracker, result.scans, result.recording.truth))
     apart = [one.sensor for one in around]
-    off = list(beside_truth(tracker, result.scans, result.tracks, told, result.recording.truth, apart))
+    off = list(beside_truth(tracker, told, apart))
     joined = list(together(tracker, result.scans, result.tracks))
     odd = [
         *warnings_of(result.intake, result.recording, tracker.sensors),

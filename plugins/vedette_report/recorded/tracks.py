@@ -15,17 +15,22 @@ from vedette import Array, Experiment, InputError, Mask, Progress, Result, Space
 from vedette.config import warnings_of
 from vedette.metrics import chi_square_band, free_axes, nees
 from vedette.progress import silent
-from vedette_report.detector_errors.in_tracks import Told, in_tracks
+from vedette_report.detector_errors.in_tracks import Told, first_of, in_tracks, scans_at
 from vedette_report.figures import figures_html
 from vedette_report.noises import at_fault
 from vedette_report.recorded import detected
+from vedette_report.recorded.by_truth import by_truth
 from vedette_report.recorded.credibility import Credibility, noncredibility
+from vedette_report.recorded.off_path import OffPath, off_path
 from vedette_report.recorded.pairing import Followed, followed
 from vedette_report.recorded.pooled import pooled_nis
 from vedette_report.recorded.used import Entry, Innovations, entries_of, gathered
 
 FEW = 5
 """Of twice so many scans the first is told from later ones: by hand."""
+
+ALIKE = 0.1
+"""Innovations that are less alike tell by their size: by hand."""
 
 LARGE = 1.1
 """Before detections tell of P_D, innovations so large tell of Q and R: by hand."""
@@ -39,7 +44,7 @@ class Recorded:
     sensors' own noise, None if no two successive scans have a return; `hits` is how often it was detected over what its
     sensors declare; `credibility` in dB, from the scans of this one run. `nees` (s,) at `times` (s,), 1
     expected, is the mean of `axes` squares. `target` is the object that it followed, with its
-    other tracks. `lasting`: its sensors whose errors go on from return to return.
+    other tracks. `lasting`: its sensors whose errors go on from return to return. `off`: its returns, from the truth.
     """
 
     truth: str | None
@@ -56,6 +61,7 @@ class Recorded:
     innovations: Innovations = field(repr=False)
     target: Followed | None = field(default=None, repr=False)
     lasting: tuple[str, ...] = ()
+    off: tuple[OffPath, ...] = field(default=(), repr=False)
 
     @property
     def lost(self) -> float | None:
@@ -95,7 +101,7 @@ class Recorded:
         dof = float(np.sum(seen.hit * seen.axes))
         told = self.whiteness is not None and self.nis is not None
         fault = at_fault(self.nis or 1.0, self.whiteness or 0.0, dof, float(seen.pairs[0])) if told else ""
-        fault = self.goes_on or fault if fault else ""
+        fault = (fault and self.goes_on) or self._by_truth(bool(fault)) or fault
         if fault and (self.nis or 1.0) > LARGE:
             return fault  # its gate may be what shuts returns out
         return self._seldom_or_often() or fault or self._too_sure_at_first()
@@ -105,6 +111,14 @@ class Recorded:
         """Why innovations tell nothing of Q and R: errors that go on do as an R that is too large; "" if they do not."""
         told = f"errors of {' and '.join(self.lasting)} are correlated in time, as is said below"
         return f"{told}: the size and correlation of innovations tell nothing of Q and R" if self.lasting else ""
+
+    def _by_truth(self, fault: bool) -> str:
+        """Return which of Q and R is wrong by its returns less the truth; "" if they do not tell."""
+        sensors = {one.sensor for one in self.off}
+        if self.lost is not None or self.lasting or not sensors or set(self.innovations.sensors) != sensors:
+            return ""
+        white = self.whiteness or 0.0
+        return by_truth(self.off, self.nees, white if abs(white) > ALIKE else (self.nis or 1.0) - 1.0, fault)
 
     def _too_sure_at_first(self) -> str:
         """Return that only its first error is larger than is stated; "" if it is not, or later ones are, too."""
@@ -177,12 +191,16 @@ def recorded(experiment: Experiment, result: Result, errors: Sequence[Told]) -> 
     seen_of = partial(gathered, {name: one.measurement.names for name, one in tracker.sensors.items()}, p_gate)
     known = {track.id: track for track in result.tracks if track.id in entries}
     records: list[Recorded | None] = []
+    scans = first_of(result.scans)
+    times = scans_at(scans)
     for path, own in zip(result.recording.truth, followed(experiment, result), strict=True):
         covered = False
         for track, at in zip(own.tracks, own.scans, strict=True):
             if track.id in known and np.any(at & _shared(track, path)):
                 covered = True
-                records.append(of_track(p_gate, track, seen_of(_at(entries[track.id], track, at)), path, at, own))
+                one = of_track(p_gate, track, seen_of(_at(entries[track.id], track, at)), path, at, own)
+                off = () if one is None else off_path(tracker, scans, times, track, path, set(one.times.tolist()))
+                records.append(one and evolve(one, off=off))
         if not covered:
             near = [(float(np.mean(_distance(one, path))), i) for i, one in known.items() if _shared(one, path).any()]
             if near:

@@ -10,19 +10,20 @@ from attrs import frozen
 
 from vedette import Array, Gaussian, Mask
 from vedette.testing.truth import motion_of
+from vedette_report.noises import SURE, sized
 from vedette_report.whole_trackers.covariances import BEYOND_3
 from vedette_report.whole_trackers.runs import Runs, distances
 
-SURE, LEAST = 4.0, 0.04
-"""A variance is told as wrong that is off by so many of its deviations, and by such a part: by hand."""
+LEAST = 0.04
+"""A variance is told as wrong that is off by such a part: by hand."""
 ALIKE = 0.1
 """Q or a start is one number where those of its axes differ by no more than chance and such a part: by hand."""
 TOLERATED = 0.02
 """How errors go on, or how many are far off, is told beyond this and 3.5 deviations: by hand."""
 CLEARED = 0.5
 """A noise is not to blame if its variance is known this well: by hand."""
-NONE, ROUNDING = 1e-9, 1e-6
-"""Errors whose variance is a smaller part of what is stated are none, and smaller ones, in their unit, where none is."""
+ROUNDING = 1e-6
+"""Errors where none are stated are none that are smaller, in their unit."""
 
 
 @frozen(eq=False)
@@ -124,7 +125,7 @@ def told(one: Stated) -> tuple[list[str], list[str]]:
         if all(abs(size - whole) <= SURE * off + ALIKE * whole for size, off in sizes):
             parts = [(one.name, whole, error)]
     for name, size, off in parts:
-        if text := sized(name, size, off):
+        if text := sized(name, size, off, LEAST):
             said.append(text)
         elif SURE * off < CLEARED:
             right.append(name)
@@ -136,14 +137,3 @@ def told(one: Stated) -> tuple[list[str], list[str]]:
             pair = f"{one.name} between {one.axes[i]} and {one.axes[j]}"
             said.append(f"{pair} is correlated by {real:.2g}, not by {stated:.2g} (+- {error:.1g})")
     return said, right
-
-
-def sized(name: str, share: float, error: float) -> str:
-    """Say how what is stated is off whose variance is `share` times as large, "" if not by anything that counts."""
-    share = max(share, NONE)
-    if abs(share - 1.0) <= max(SURE * error / share, LEAST):
-        return ""
-    factor, off, way = (share, error, "small") if share > 1 else (1.0 / share, error / share**2, "large")
-    also = " (process noise, sigma squared)" if name.startswith("Q") else ""
-    size = "far" if off > factor / 3 or share == NONE else f"{float(f'{factor:.2g}'):g} +- {float(f'{off:.1g}'):g} times"
-    return f"{name} is {size} too {way}{also}"

@@ -7,8 +7,9 @@ from attrs import evolve
 
 from vedette import Array, Gaussian, Tracker, VedetteError
 from vedette_report.detector_errors.off_truth import Returns, beside
+from vedette_report.noises import sized
 from vedette_report.whole_trackers.covariances import modes_verdict
-from vedette_report.whole_trackers.culprits.drawn import sized, stated, told
+from vedette_report.whole_trackers.culprits.drawn import LEAST, stated, told
 from vedette_report.whole_trackers.culprits.estimators import own_innovations, too_few_points
 from vedette_report.whole_trackers.culprits.search import culprits
 from vedette_report.whole_trackers.culprits.worlds import Knob, knobs_of
@@ -132,7 +133,7 @@ def _sized(knob: Knob, turn: float, error: float, world: World) -> str:
         i, j = knob.axes
         real = float(R[..., i, j] / np.sqrt(R[..., i, i] * R[..., j, j]))
         return f"{knob.name} is correlated by {real:.2g}, not by {real + turn:.2g} +- {error:.1g}"
-    return sized(knob.name, 1.0 / (1.0 + turn), error / (1.0 + turn) ** 2)
+    return sized(knob.name, 1.0 / (1.0 + turn), error / (1.0 + turn) ** 2, LEAST)
 
 
 def _shift(played: Runs) -> str:
