@@ -21,7 +21,7 @@ class WithinAStep:
 
     H = [-A c; 0 A'], C = size c, exp(H r) = [. G; 0 F'], Q(r) = size F G. The series of exp(H r / 2^halvings) is kept; F and
     Q of so small a part are then doubled, by F F and F Q F' + Q, as exp(-A r) is too large where an axis decays fast.
-    exact: whether such a C is one of noise; else its negative part was left out, as of noise that is held through a step.
+    exact: whether such a C is one of noise; else C is near it, as of noise that is held through a step, or comes at its end.
     Van Loan, Computing Integrals Involving the Matrix Exponential, IEEE T-AC 23, 1978.
     """
 
@@ -62,7 +62,7 @@ def within_a_step(F: Array, Q: Array) -> WithinAStep | None:
 def _density(A: Array, Q: Array) -> tuple[Array, bool]:
     """Return C (n, n) of Q, the integral of exp(A s) C exp(A' s) over a step, and whether it is one of noise.
 
-    If not, it is without its negative part, and as large as makes Q on the axis on which that part was least.
+    If not, it is without the axes that gain none, if need be without correlations, and as large as makes Q on an axis.
     """
     from scipy.linalg import expm
 
@@ -72,10 +72,17 @@ def _density(A: Array, Q: Array) -> tuple[Array, bool]:
     both = np.kron(a, np.eye(n)) + np.kron(np.eye(n), a)
     integral = expm(np.block([[both, np.eye(n * n)], [np.zeros((n * n, 2 * n * n))]]))[: n * n, n * n :]
     c = np.linalg.solve(integral, q.ravel()).reshape(n, n)
-    values, vectors = np.linalg.eigh((c + c.T) / 2)
-    exact = bool(values[0] >= -1e-9 * max(values[-1], 1e-300))
-    kept = (vectors * np.maximum(values, 0.0)) @ vectors.T
-    if not exact:
-        made = np.diagonal((integral @ kept.ravel()).reshape(n, n))
-        kept = kept / np.min(made[noisy])
-    return kept * np.outer(sizes, sizes), exact
+    c = (c + c.T) / 2
+    if exact := _is_noise(c):
+        return c * np.outer(sizes, sizes), exact
+    grows = noisy & (np.diagonal(c) > 0)
+    kept = np.where(np.outer(grows, grows), c, 0.0)
+    kept = kept if _is_noise(kept) else np.diag(np.diagonal(kept))
+    made = np.diagonal((integral @ kept.ravel()).reshape(n, n))
+    return kept / np.min(made[grows], initial=np.inf) * np.outer(sizes, sizes), exact
+
+
+def _is_noise(c: Array) -> bool:
+    """Return whether a matrix (n, n) is positive semi-definite, but for rounding."""
+    values = np.linalg.eigvalsh(c)
+    return bool(values[0] >= -1e-9 * max(values[-1], 1e-300))
