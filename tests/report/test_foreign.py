@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from attrs import evolve
 
 import vedette
 from vedette import InputError
@@ -64,11 +65,11 @@ def written(path, arrays, order=None, changed=None):
 
 
 def same(one, own):
-    """The same figures and hint, but for what is not known of another program: its P_D, and names."""
+    """The same figures and hint, but for what is not known of another program: its P_D, names, and returns."""
     ours, theirs = own.data(), one.data()
     for name in ("scans", "anees", "nis", "whiteness", "noncredibility_db", "inclination_db"):
         assert theirs[name] == pytest.approx(ours[name], rel=1e-9)
-    assert one.hint == own.hint
+    assert one.hint == evolve(own, off=()).hint
     return True
 
 
