@@ -135,11 +135,12 @@ class FilterPyEstimator(GaussianFilter):
         R = np.broadcast_to(sensor.noise(x), (*tracks, len(sensor.measurement), len(sensor.measurement)))
         shift, post = np.zeros((*tracks, k, n)), np.zeros((*tracks, k, n, n))
         loglik, distance, volume = (np.zeros((*tracks, k)) for _ in range(3))
+        update = UPDATES[_name(self.filter)]
         for i in np.ndindex((*tracks, k)):
             track, row = i[:-1], (*i[:-2], i[-1])
             one = self._at(belief.mean[track], belief.cov[track])
             one.R = R[track] if observed.noise is None else observed.noise[row]
-            y, S = UPDATES[_name(one)](one, sensor, where, z[row])
+            y, S = update(one, sensor, where, z[row])
             distance[i], volume[i] = float(y @ np.linalg.solve(S, y)), 0.5 * np.linalg.slogdet(S)[1]
             loglik[i] = -0.5 * (distance[i] + len(y) * np.log(2 * np.pi)) - volume[i]
             shift[i] = self.state.difference(np.ravel(one.x), belief.mean[track])

@@ -21,7 +21,7 @@ from vedette_live.log import LOG, Sparing
 from vedette_live.placing import Placing
 from vedette_live.queues import BoundedQueue
 from vedette_live.reading import Reading
-from vedette_live.rhythm import Rhythm, Rhythms
+from vedette_live.rhythm import Rhythms
 from vedette_live.setback import Again
 
 
@@ -270,8 +270,7 @@ class Listening:
         """Feel the rhythm of a sensor that names no objects."""
         if message.identity is None:
             latest = self.groupers[i].clocks[message.sensor].latest
-            rhythm = self.rhythms.known.setdefault((i, message.sensor), Rhythm())
-            rhythm.hear(came if latest is None else latest, came, len(message.z))
+            self.rhythms.hear(i, message.sensor, came if latest is None else latest, came, len(message.z))
 
     def _hear(self, i: int, sensor: str, arrival: Arrival) -> None:
         """Let the health, and once the log, tell of a clock that stands still or is not in s."""

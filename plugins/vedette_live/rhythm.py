@@ -71,6 +71,10 @@ class Rhythms:
     _busy: float = -inf
     _looked: float = field(factory=now)
 
+    def hear(self, i: int, sensor: str, time: float, came: float, returns: int) -> None:
+        """Take a message of a sensor, as its rhythm does."""
+        self.known.setdefault((i, sensor), Rhythm()).hear(time, came, returns)
+
     def silences(self, waiting: bool) -> Iterator[tuple[int, str, str]]:
         """Yield each sensor, its input before it, with what is told of its silence, "" of none; `waiting`: so do scans."""
         at = now()

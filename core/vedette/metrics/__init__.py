@@ -1,6 +1,6 @@
 """How good tracks are: errors, coverage, losses, identity switches, set distances. docs/metrics.md defines the figures."""
 
-from vedette.metrics.consistency import chi_square_band, free_axes, gate_truncation, nees, within_gate
+from vedette.metrics.consistency import asymmetric, chi_square_band, free_axes, gate_truncation, nees, within_gate
 from vedette.metrics.coverage import NONE, covering, switches
 from vedette.metrics.gospa import Gospa, distances, gospa, ospa
 from vedette.metrics.histories import Entries, positions, truth_at, velocities

@@ -17,11 +17,15 @@ def nees(error: Array, cov: Array) -> Array:
     That of an innovation and its covariance is the NIS. It is chi-square with `free_axes(cov)` degrees of freedom if the
     filter is linear, Gaussian and correct.
     """
-    cov = np.asarray(cov)
-    most = 1e-6 * np.max(np.abs(cov), axis=(-2, -1), keepdims=True, initial=0.0)
-    if np.any(np.abs(cov - np.swapaxes(cov, -1, -2)) > most):
+    if asymmetric(cov).any():
         raise ValueError("cov: must be symmetric, got one that is not")  # of which one triangle alone would be taken
     return np.sum(kernels.whiten(error, cov) ** 2, axis=-1)
+
+
+def asymmetric(cov: Array) -> Mask:
+    """Return which covariances are not symmetric, beyond rounding: (*b, n, n) -> (*b), or () if all are to the last bit."""
+    off = cov - np.swapaxes(cov, -1, -2)
+    return np.asarray(off.any() and np.max(np.abs(off), axis=(-2, -1)) > 1e-6 * np.max(np.abs(cov), axis=(-2, -1)))
 
 
 def free_axes(cov: Array) -> Array:

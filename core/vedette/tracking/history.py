@@ -70,7 +70,8 @@ class History:
         columns["nis"], columns["hit"] = (column[order] for column in _detected(self._rows))
         columns |= {name: self._column(name)[order] for name in ("mode_prob", "link") if self._rows[0][name] is not None}
         if any(row["identity"] is not None for row in self._rows):
-            columns["identity"] = np.concatenate([_codes(row) for row in self._rows])[order]
+            codes = [np.full(len(row["ids"]), -1) if row["identity"] is None else row["identity"] for row in self._rows]
+            columns["identity"] = np.concatenate(codes)[order]
         weights, returns = _associations(self._rows)
         tracks = []
         for i, j in pairwise(edges):
@@ -93,27 +94,21 @@ class History:
         return np.concatenate([row[name] for row in self._rows])
 
 
-def _codes(row: dict[str, Any]) -> Any:
-    """Return the codes that a row's tracks bear, -1 for none."""
-    return np.full(len(row["ids"]), -1) if row["identity"] is None else row["identity"]
-
-
 def _detected(rows: Sequence[dict[str, Any]]) -> tuple[Array, Array]:
     """Return the NIS and the probability of having been detected of all tracks of all scans, by scans of as many returns."""
     sizes = np.array([row["weights"].shape[-1] for row in rows])
     of_track = np.repeat(sizes, [len(row["ids"]) for row in rows])
     nis, hit = np.empty(len(of_track)), np.empty(len(of_track))
     for size in np.unique(sizes):
-        some = np.flatnonzero(sizes == size).tolist()
-        weights, distances = (np.concatenate([rows[i][name] for i in some]) for name in ("weights", "distances"))
+        some = [row for row in rows if row["weights"].shape[-1] == size]
+        weights, distances = (np.concatenate([row[name] for row in some]) for name in ("weights", "distances"))
         nis[of_track == size], hit[of_track == size] = weighted_distance(weights, distances), 1.0 - weights[:, 0]
     return nis, hit
 
 
 def _associations(rows: Sequence[dict[str, Any]]) -> tuple[list[Array], list[Array | None]]:
     """Return each track's weights, and the returns that they are of, if those are not all of the scan's."""
-    weights: list[Array] = []
-    returns: list[Array | None] = []
+    weights, returns = list[Array](), list[Array | None]()
     for row in rows:
         if row["returns"] is None:
             weights.extend(row["weights"])

@@ -10,9 +10,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, Scan, Space, Track, Tracker
-from vedette_report.detector_errors.in_tracks import first_of, measured_axes, scans_at, taken
+from vedette_report.detector_errors.in_tracks import first_of, measured_axes, returned, scans_at, taken
 from vedette_report.detector_errors.shape import STEADY, Measured, long_run, residuals
-from vedette_report.known import known
 
 FEWEST = 100
 """Fewer returns tell too little: by hand."""
@@ -57,10 +56,9 @@ def together(tracker: Tracker, scans: Sequence[Scan], tracks: Sequence[Track]) -
         for row, i, column in taken(track, at):
             sensor, detections = tracker.sensors[scans[i].sensor], scans[i].detections
             if len(axes[scans[i].sensor]) > 1 and track.confirmed[row]:
-                time = scans[i].time if detections.time is None else float(detections.time[column])
                 x = track.mean[row, track.space.locate(sensor.observes)]
                 R = sensor.placed(scans[i].pose).noise(x) if detections.noise is None else detections.noise[column]
-                seen[scans[i].sensor, track.id].append((time, known(detections)[column], R))
+                seen[scans[i].sensor, track.id].append((*returned(scans[i], column), R))
     for name, own in axes.items():
         paths = [Taken(*map(np.array, zip(*rows, strict=True))) for (of, _), rows in seen.items() if of == name]
         measured = tracker.sensors[name].measurement

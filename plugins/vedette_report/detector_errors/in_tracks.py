@@ -90,6 +90,12 @@ def taken(track: Track, at: Mapping[float, Sequence[int]]) -> Iterator[tuple[int
             yield row, scan, column if listed is None else int(listed[column])
 
 
+def returned(scan: Scan, column: int) -> tuple[float, Array]:
+    """Return the time of one of a scan's returns, its own if it bears one, and its z (m,), NaN of what it lacks."""
+    own = scan.detections.time
+    return scan.time if own is None else float(own[column]), known(scan.detections)[column]
+
+
 def placed_in_plane(sensor: Sensor, scan: Scan) -> Gaussian | None:
     """Return where a scan's returns lie in the plane; None if they do not tell."""
     seen = scan.detections

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from vedette import Array, InputError, Mask, Space, Track, Trajectory
-from vedette.metrics import nees
+from vedette.metrics import asymmetric, nees
 from vedette_files import STATE
 from vedette_files.input_files import lines
 from vedette_report.recorded.tracks import Recorded, of_track
@@ -131,8 +131,7 @@ def _check(track: int, times: Array, mean: Array, covs: Mapping[str, Array]) -> 
         raise InputError(f"track {track}: at {times[bad[0]]:g} s the estimate lacks numbers")
     for name, cov in covs.items():
         known: Mask = np.asarray(np.isfinite(cov).all(axis=(-1, -2)))
-        off, most = (np.max(np.abs(part), axis=(-1, -2), initial=0.0) for part in (cov - np.swapaxes(cov, -1, -2), cov))
-        if len(bad := np.flatnonzero(known & (off > 1e-6 * most))):
+        if len(bad := np.flatnonzero(known & asymmetric(cov))):
             raise InputError(f"track {track}: at {times[bad[0]]:g} s {name} must be symmetric")
         free = cov + np.eye(cov.shape[-1]) * (cov == 0.0)  # an axis may have no variance
         least = np.min(np.linalg.eigvalsh(np.where(known[:, None, None], free, 0.0)), axis=-1, initial=np.inf)

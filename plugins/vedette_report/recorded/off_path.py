@@ -9,9 +9,8 @@ import numpy as np
 from attrs import frozen
 
 from vedette import Array, ImagingSensor, Mask, Scan, Sensor, Space, Track, Tracker, Trajectory
-from vedette_report.detector_errors.in_tracks import taken
+from vedette_report.detector_errors.in_tracks import returned, taken
 from vedette_report.detector_errors.off_truth import GROUPS, Returns
-from vedette_report.known import known
 
 
 @frozen(eq=False)
@@ -41,8 +40,7 @@ def off_path(
         scan, sensor = scans[i], tracker.sensors[scans[i].sensor]
         if isinstance(sensor, ImagingSensor) or not set(sensor.observes.names) <= set(path.space.names):
             continue
-        seen = scan.detections
-        z, time = known(seen)[column], scan.time if seen.time is None else float(seen.time[column])
+        seen, (time, z) = scan.detections, returned(scan, column)
         x = path.at(time)
         if track.times[row] in times and x is not None and np.isfinite(z).all():
             where = path.space.locate(sensor.observes)
